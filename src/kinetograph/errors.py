@@ -1,0 +1,39 @@
+"""Errors: one line each, saying what was expected, what was found, where, and what to try."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class KinetographError(Exception):
+    """Base of every error that Kinetograph raises on purpose; its text is one line."""
+
+
+class DataError(KinetographError, ValueError):
+    """Arrays that break an invariant: a shape, a unit quaternion, a finite value."""
+
+
+class RequestError(KinetographError, ValueError):
+    """A request that cannot be met: an unknown name, an option out of range."""
+
+
+class LibraryError(KinetographError):
+    """A library folder that is missing, damaged or of another version."""
+
+
+class FetchError(KinetographError):
+    """A download that failed: no network, a wrong hash, no room."""
+
+
+class FormatError(KinetographError, ValueError):
+    """A file that cannot be read, with the place in it where reading stopped.
+
+    >>> str(FormatError("walk.bvh", "expected 96 values, found 95; is a line cut short?", line=7))
+    'walk.bvh:7: expected 96 values, found 95; is a line cut short?'
+    """
+
+    def __init__(self, path: str | Path, message: str, *, line: int | None = None) -> None:
+        self.path = Path(path)
+        self.line = line
+        where = f"{path}:{line}" if line is not None else str(path)
+        super().__init__(f"{where}: {message}")

@@ -1,0 +1,78 @@
+"""Signals: sampled controls that are not skeletons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kinetograph.errors import DataError
+from kinetograph.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A sampled control.
+
+    values: shape ``(F, P, 3)`` for *points* in metres, which move with a rigid transform (a path, markers), or
+    ``(F, C)`` for *channels*, which do not (accelerations, speech features). names: one per point or channel.
+    units: the unit of the values (``"m"`` for points). valid: shape ``(F, P)`` or ``(F, C)``, false where a sample is
+    missing; the value there is 0.
+
+    Raises DataError where shapes disagree or a valid value is not finite.
+    """
+
+    values: FloatArray
+    names: tuple[str, ...]
+    units: str
+    fps: float
+    valid: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    def __post_init__(self) -> None:
+        set_field = object.__setattr__
+        values = np.asarray(self.values, dtype=np.float64)
+        if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[2] != 3):
+            raise DataError(f"a signal is points (F, P, 3) or channels (F, C), found shape {values.shape}")
+        if len(values) == 0 or values.shape[1] != len(self.names):
+            raise DataError(f"expected at least one frame of {len(self.names)} named columns, found {values.shape}")
+        valid = np.asarray(self.valid, dtype=np.bool_)
+        if valid.size == 0:
+            valid = np.ones(values.shape[:2], dtype=np.bool_)
+        if valid.shape != values.shape[:2]:
+            raise DataError(f"expected a validity mask {values.shape[:2]}, found {valid.shape}")
+        if not (np.isfinite(self.fps) and self.fps > 0):
+            raise DataError(f"fps must be a positive number, found {self.fps}")
+        mask = valid if values.ndim == 2 else valid[..., None]
+        values = np.where(mask, values, 0.0)
+        if not np.isfinite(values).all():
+            raise DataError("a signal's valid values must be finite; mark missing ones in the mask")
+        set_field(self, "names", tuple(self.names))
+        set_field(self, "values", values)
+        set_field(self, "valid", valid)
+        set_field(self, "fps", float(self.fps))
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def spatial(self) -> bool:
+        """Whether the values are points, which move with a rigid transform."""
+        return self.values.ndim == 3
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return (len(self) - 1) / self.fps
+
+
+def resample_signal(signal: Signal, fps: float) -> Signal:
+    """The signal at another rate, by linear interpolation; a sample is valid where both its neighbours are."""
+    if fps == signal.fps:
+        return signal
+    count = int(np.floor(signal.duration * fps * (1 + 1e-12) + 1e-6)) + 1
+    position = np.clip(np.arange(count) / fps * signal.fps, 0, len(signal) - 1)
+    lower = np.minimum(position.astype(np.int64), max(len(signal) - 2, 0))
+    upper = np.minimum(lower + 1, len(signal) - 1)
+    u = (position - lower).reshape(-1, *(1,) * (signal.values.ndim - 1))
+    values = (1 - u) * signal.values[lower] + u * signal.values[upper]
+    return Signal(values, signal.names, signal.units, fps, signal.valid[lower] & signal.valid[upper])

@@ -1,0 +1,156 @@
+"""Skeletons: joints, their parents and rest offsets, end sites, and the roles that joints play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.errors import DataError, RequestError
+
+SIDED = ("collar", "shoulder", "elbow", "hand", "hip", "knee", "foot", "toe")
+ROLES: tuple[str, ...] = (
+    *("hips", "spine", "chest", "neck", "head"),
+    *(f"{side}_{part}" for side in ("left", "right") for part in SIDED),
+)
+"""Every role: ``hand`` is the wrist joint, ``foot`` the ankle joint, ``hip`` the upper end of the thigh."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landmark:
+    """A point that moves with a joint: the joint's index and an offset, shape ``(3,)`` metres, in the joint's frame."""
+
+    joint: int
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A tree of joints.
+
+    names: one per joint, unique. parents: shape ``(J,)``, ``parents[i] < i``, the root (index 0) has -1.
+    offsets: shape ``(J, 3)`` metres, each joint in its parent's frame at rest (the root's is kept for files only: a
+    motion's translation replaces it). end_parents ``(E,)`` and end_offsets ``(E, 3)``: the tips of leaf bones.
+    roles: which joint, or point on a joint, plays each of `ROLES`; not every skeleton has every one.
+
+    Raises DataError where these do not hold.
+    """
+
+    names: tuple[str, ...]
+    parents: IntArray
+    offsets: FloatArray
+    end_parents: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    end_offsets: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    roles: Mapping[str, Landmark] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        set_field = object.__setattr__
+        set_field(self, "names", tuple(self.names))
+        set_field(self, "parents", np.asarray(self.parents, dtype=np.int64))
+        set_field(self, "offsets", np.asarray(self.offsets, dtype=np.float64))
+        set_field(self, "end_parents", np.asarray(self.end_parents, dtype=np.int64).reshape(-1))
+        set_field(self, "end_offsets", np.asarray(self.end_offsets, dtype=np.float64).reshape(-1, 3))
+        set_field(self, "roles", MappingProxyType(dict(self.roles)))
+        joints = len(self.names)
+        if joints == 0:
+            raise DataError("a skeleton needs at least one joint, found none")
+        if len(set(self.names)) != joints:
+            twice = next(n for n in self.names if self.names.count(n) > 1)
+            raise DataError(f"joint names must be unique, found {twice!r} twice; rename one")
+        if self.parents.shape != (joints,) or self.offsets.shape != (joints, 3):
+            raise DataError(
+                f"expected parents ({joints},) and offsets ({joints}, 3) for {joints} names, "
+                f"found {self.parents.shape} and {self.offsets.shape}"
+            )
+        if self.parents[0] != -1 or not all(0 <= p < i for i, p in enumerate(self.parents[1:], start=1)):
+            raise DataError("parents must come before their children and the one root first; sort the joints")
+        if len(self.end_parents) != len(self.end_offsets):
+            raise DataError(f"{len(self.end_parents)} end parents but {len(self.end_offsets)} end offsets")
+        if len(self.end_parents) and not (0 <= self.end_parents.min() and self.end_parents.max() < joints):
+            raise DataError(f"end sites must hang on joints 0 to {joints - 1}, found {self.end_parents.tolist()}")
+        if not (np.isfinite(self.offsets).all() and np.isfinite(self.end_offsets).all()):
+            raise DataError("offsets must be finite numbers of metres")
+        for role, landmark in self.roles.items():
+            if role not in ROLES or not 0 <= landmark.joint < joints:
+                raise DataError(f"role {role!r} on joint {landmark.joint}: expected one of {', '.join(ROLES)}")
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @cached_property
+    def children(self) -> tuple[tuple[int, ...], ...]:
+        """The indices of each joint's children."""
+        return tuple(tuple(np.flatnonzero(self.parents == i).tolist()) for i in range(len(self)))
+
+    @property
+    def height(self) -> float:
+        """Rough standing height in metres: the longest chain below the root plus the longest that carries the head."""
+        reach = np.zeros(len(self))
+        ends = np.zeros(len(self))
+        for parent, offset in zip(self.end_parents, self.end_offsets, strict=True):
+            ends[parent] = max(ends[parent], float(np.linalg.norm(offset)))
+        for joint in range(len(self) - 1, -1, -1):
+            below = [reach[c] + np.linalg.norm(self.offsets[c]) for c in self.children[joint]]
+            reach[joint] = max([ends[joint], *below])
+        limbs = sorted((reach[c] + np.linalg.norm(self.offsets[c]) for c in self.children[0]), reverse=True)
+        return float(sum(limbs[:2])) if len(limbs) > 1 else float(reach[0])
+
+    def landmark(self, role: str) -> Landmark:
+        """The point that plays ``role``. Raises RequestError, naming the roles there are."""
+        try:
+            return self.roles[role]
+        except KeyError:
+            known = ", ".join(self.roles) or "none"
+            hint = f"expected one of {', '.join(ROLES)}" if role not in ROLES else f"this skeleton has: {known}"
+            raise RequestError(f"no joint plays the role {role!r}; {hint}; name it with --role") from None
+
+    def index(self, name: str) -> int:
+        """Index of the joint ``name``. Raises RequestError, naming the nearest names."""
+        import difflib
+
+        try:
+            return self.names.index(name)
+        except ValueError:
+            near = ", ".join(difflib.get_close_matches(name, self.names, 3)) or ", ".join(self.names[:8])
+            raise RequestError(f"no joint {name!r}; did you mean {near}?") from None
+
+
+def with_roles(skeleton: Skeleton, overrides: Mapping[str, str | Landmark]) -> Skeleton:
+    """The same skeleton with some roles given by joint name or as landmarks.
+
+    >>> bone = Skeleton(("a", "b"), np.array([-1, 0]), np.zeros((2, 3)))
+    >>> with_roles(bone, {"head": "b"}).roles["head"].joint
+    1
+    """
+    roles = dict(skeleton.roles)
+    for role, value in overrides.items():
+        if role not in ROLES:
+            raise RequestError(f"unknown role {role!r}; expected one of {', '.join(ROLES)}")
+        roles[role] = Landmark(skeleton.index(value)) if isinstance(value, str) else value
+    return replace(skeleton, roles=roles)
+
+
+def same_shape(a: Skeleton, b: Skeleton, tolerance: float = 1e-3) -> bool:
+    """Whether two skeletons have the same joints and, to ``tolerance`` metres, the same bones."""
+    return (
+        a.names == b.names
+        and np.array_equal(a.parents, b.parents)
+        and bool(np.all(np.abs(a.offsets[1:] - b.offsets[1:]) <= tolerance))
+    )
+
+
+def opposite(role: str) -> str:
+    """The role on the other side of the body; roles on the midline are their own.
+
+    >>> opposite("left_knee"), opposite("head")
+    ('right_knee', 'head')
+    """
+    if role.startswith("left_"):
+        return "right_" + role[5:]
+    if role.startswith("right_"):
+        return "left_" + role[6:]
+    return role

@@ -1,0 +1,77 @@
+"""The result of every method: a motion, and where each of its frames came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetograph.motion import Motion
+from kinetograph.arrays import FloatArray
+from kinetograph.take import Annotation
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretched and placed interval of a recording.
+
+    take, track: where it comes from; mirrored: whether left and right are exchanged. source_start, source_stop:
+    seconds in the take. start, stop: seconds in the result. turn: radians about the vertical; shift: metres
+    ``(x, y, z)``, after the turn. cost: its share of the interpretation; seam: of the continuity with its forerunner.
+    """
+
+    take: str
+    track: str
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    turn: float = 0.0
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mirrored: bool = False
+    weight: float = 1.0
+    cost: float = 0.0
+    seam: float = 0.0
+
+    @property
+    def stretch(self) -> float:
+        """Duration in the result over duration in the recording; above 1 is slower."""
+        return (self.stop - self.start) / (self.source_stop - self.source_start)
+
+    def source_time(self, time: npt.ArrayLike) -> FloatArray:
+        """Seconds in the take of ``time``, shape ``(...)`` seconds, in the result."""
+        return self.source_start + (np.asarray(time, dtype=np.float64) - self.start) / self.stretch
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """A synthesised motion with its provenance.
+
+    pieces: in order of time, without gaps. annotations: those carried over from the pieces' takes (contacts, ...),
+    on track ``"motion"``. cost: the score of the optimisation, split into ``costs``. statistics: figures of the run.
+    warnings: what a person should know, each one line.
+    """
+
+    motion: Motion
+    pieces: tuple[Piece, ...]
+    cost: float
+    costs: Mapping[str, float] = field(default_factory=dict)
+    annotations: tuple[Annotation, ...] = ()
+    statistics: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def piece_at(self, frame: int) -> Piece:
+        """The piece that frame ``frame`` came from; a frame on a seam belongs to the later piece."""
+        time = frame / self.motion.fps
+        starts = np.array([piece.start for piece in self.pieces])
+        return self.pieces[max(int(np.searchsorted(starts, time + 1e-9, side="right")) - 1, 0)]
+
+    def provenance(self) -> list[tuple[str, float]]:
+        """For every frame, the take it came from and the second in that take."""
+        found = []
+        for frame in range(len(self.motion)):
+            piece = self.piece_at(frame)
+            found.append((piece.take, float(piece.source_time(frame / self.motion.fps))))
+        return found
