@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph import rotations as rot
-from kinetograph.errors import DataError, RequestError
 from kinetograph.arrays import FloatArray
+from kinetograph.errors import DataError, RequestError
 from kinetograph.skeleton import Skeleton
 
 
@@ -74,7 +74,9 @@ def cut(motion: Motion, start: int, stop: int) -> Motion:
     if not 0 <= start < stop <= len(motion):
         raise RequestError(f"frames {start} to {stop} are not within this motion's 0 to {len(motion)}")
     bones = None if motion.bones is None else motion.bones[start:stop]
-    return replace(motion, translation=motion.translation[start:stop], rotations=motion.rotations[start:stop], bones=bones)
+    return replace(
+        motion, translation=motion.translation[start:stop], rotations=motion.rotations[start:stop], bones=bones
+    )
 
 
 def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
@@ -108,6 +110,15 @@ def resample(motion: Motion, fps: float) -> Motion:
     return sample(motion, np.arange(count) / fps, fps)
 
 
+def transform(motion: Motion, rotation: npt.ArrayLike, shift: npt.ArrayLike) -> Motion:
+    """Turn about the origin by a quaternion, shape ``(4,)``, then move by ``shift``, shape ``(3,)`` metres."""
+    q = np.asarray(rotation, dtype=np.float64)
+    translation = rot.rotate(q, motion.translation) + np.asarray(shift, dtype=np.float64)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rot.multiply(q, rotations[:, 0])
+    return replace(motion, translation=translation, rotations=rotations)
+
+
 def place(motion: Motion, turn: float, shift: npt.ArrayLike) -> Motion:
     """Turn about the vertical through the origin (radians, Y up), then move by ``shift``, shape ``(3,)`` metres.
 
@@ -116,11 +127,7 @@ def place(motion: Motion, turn: float, shift: npt.ArrayLike) -> Motion:
     >>> place(stick, np.pi / 2, (0, 0, 0.5)).translation.round(6).tolist()
     [[0.0, 1.0, -0.5]]
     """
-    q = rot.about("y", turn)
-    translation = rot.rotate(q, motion.translation) + np.asarray(shift, dtype=np.float64)
-    rotations = motion.rotations.copy()
-    rotations[:, 0] = rot.multiply(q, rotations[:, 0])
-    return replace(motion, translation=translation, rotations=rotations)
+    return transform(motion, rot.about("y", turn), shift)
 
 
 def concatenate(motions: list[Motion]) -> Motion:
@@ -163,15 +170,3 @@ def repeat(motion: Motion, times: int) -> Motion:
         last = place(cycles[-1], turn, step)
         cycles.append(last)
     return concatenate([c if i == 0 else cut(c, 1, len(c)) for i, c in enumerate(cycles)])
-
-
-def mirror(motion: Motion) -> Motion:
-    """The motion seen in a mirror: left and right exchange by role, and the world is reflected in x.
-
-    Works on any skeleton whose sides are reflections of each other, whatever the axes of its joints: joints are
-    paired by role and, below roles, by name. Raises RequestError where a left joint has no partner.
-    """
-    from kinetograph.mirroring import mirror_plan
-
-    plan = mirror_plan(motion.skeleton)
-    return plan.apply(motion)

@@ -124,7 +124,9 @@ def unroll(q: FloatArray, axis: int = 0) -> FloatArray:
 
 def _check_order(order: str) -> str:
     if len(order) not in (1, 2, 3) or set(order.lower()) - set("xyz"):
-        raise RequestError(f"Euler order must be one to three letters of x, y, z, found {order!r}; name it, as in 'zxy'")
+        raise RequestError(
+            f"Euler order must be one to three letters of x, y, z, found {order!r}; name it, as in 'zxy'"
+        )
     return order.lower()
 
 
@@ -155,7 +157,9 @@ def to_euler(q: FloatArray, order: str) -> FloatArray:
     m = to_matrix(q)
     sine = np.clip(sign * m[..., i, k], -1.0, 1.0)
     pole = np.abs(sine) > 1.0 - 1e-12
-    first = np.where(pole, np.arctan2(sign * m[..., k, j], m[..., j, j]), np.arctan2(-sign * m[..., j, k], m[..., k, k]))
+    first = np.where(
+        pole, np.arctan2(sign * m[..., k, j], m[..., j, j]), np.arctan2(-sign * m[..., j, k], m[..., k, k])
+    )
     last = np.where(pole, 0.0, np.arctan2(-sign * m[..., i, j], m[..., i, i]))
     middle = np.arctan2(sine, np.hypot(m[..., i, i], m[..., i, j]))
     return np.stack([first, middle, last], axis=-1)

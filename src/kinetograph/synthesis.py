@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from kinetograph.motion import Motion
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.motion import Motion
 from kinetograph.take import Annotation
 
 
@@ -18,7 +19,8 @@ class Piece:
     """A stretched and placed interval of a recording.
 
     take, track: where it comes from; mirrored: whether left and right are exchanged. source_start, source_stop:
-    seconds in the take. start, stop: seconds in the result. turn: radians about the vertical; shift: metres
+    seconds in the take; in a looping clip they run on past its end, cycle after cycle. start, stop: seconds in the
+    result. rotation: the quaternion it is turned by (for the ground group a turn about the vertical); shift: metres
     ``(x, y, z)``, after the turn. cost: its share of the interpretation; seam: of the continuity with its forerunner.
     """
 
@@ -28,7 +30,7 @@ class Piece:
     source_stop: float
     start: float
     stop: float
-    turn: float = 0.0
+    rotation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mirrored: bool = False
     weight: float = 1.0
@@ -39,6 +41,11 @@ class Piece:
     def stretch(self) -> float:
         """Duration in the result over duration in the recording; above 1 is slower."""
         return (self.stop - self.start) / (self.source_stop - self.source_start)
+
+    @property
+    def turn(self) -> float:
+        """Turn about the vertical, radians."""
+        return float(rot.twist(np.array(self.rotation), "y"))
 
     def source_time(self, time: npt.ArrayLike) -> FloatArray:
         """Seconds in the take of ``time``, shape ``(...)`` seconds, in the result."""

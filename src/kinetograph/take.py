@@ -31,7 +31,9 @@ class Annotation:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.start) and np.isfinite(self.stop) and 0 <= self.start <= self.stop):
-            raise DataError(f"an annotation runs from 0 <= start to stop >= start seconds, found {self.start}, {self.stop}")
+            raise DataError(
+                f"an annotation runs from 0 <= start to stop >= start seconds, found {self.start}, {self.stop}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,9 @@ class Take:
             raise DataError(f"take {self.name!r} needs at least one track, found none")
         for note in self.annotations:
             if note.track not in self.tracks:
-                raise DataError(f"annotation on track {note.track!r}, but take {self.name!r} has {', '.join(self.tracks)}")
+                raise DataError(
+                    f"annotation on track {note.track!r}, but take {self.name!r} has {', '.join(self.tracks)}"
+                )
 
     @property
     def duration(self) -> float:

@@ -1,0 +1,55 @@
+"""Metrics of motions; every one is a plain number in SI units."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.motion import Motion
+from kinetograph.post.footskate import contact_mask
+from kinetograph.take import Annotation
+
+
+def joint_error(result: Motion, truth: Motion) -> float:
+    """Mean distance in metres between the same joints of two motions of one skeleton, over their common frames."""
+    if result.skeleton.names != truth.skeleton.names or result.fps != truth.fps:
+        raise RequestError("joint error compares motions of one skeleton and one rate; retarget or resample first")
+    frames = min(len(result), len(truth))
+    difference = joint_positions(result)[:frames] - joint_positions(truth)[:frames]
+    return float(np.linalg.norm(difference, axis=-1).mean())
+
+
+def control_error(result: Motion, control: FloatArray, fps: float) -> float:
+    """Mean ground distance in metres between the midpoint of the hips and that of control points ``(F, P, 3)``."""
+    hips = role_positions(result, ("left_hip", "right_hip")).mean(axis=1)
+    wanted = control.mean(axis=1)
+    at = np.arange(len(hips)) / result.fps * fps
+    x, z = (np.interp(at, np.arange(len(wanted)), wanted[:, i]) for i in (0, 2))
+    return float(np.hypot(hips[:, 0] - x, hips[:, 2] - z).mean())
+
+
+def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
+    """Mean ground speed in metres a second of feet and toes between frames at both of which they are in contact."""
+    speeds = []
+    for role in sorted({note.label for note in contacts}):
+        mask = contact_mask(contacts, role, len(motion), motion.fps)
+        points = role_positions(motion, (role,))[:, 0]
+        step = np.diff(points[:, [0, 2]], axis=0) * motion.fps
+        speeds.append(np.linalg.norm(step, axis=1)[mask[1:] & mask[:-1]])
+    together = np.concatenate(speeds) if speeds else np.zeros(0)
+    return float(together.mean()) if len(together) else 0.0
+
+
+def accelerations(motion: Motion) -> FloatArray:
+    """Joint accelerations in m/s^2, shape ``(F - 2, J)``, by second differences."""
+    return np.asarray(np.linalg.norm(np.diff(joint_positions(motion), n=2, axis=0), axis=-1) * motion.fps**2)
+
+
+def near_seams(frames: int, fps: float, seams: FloatArray, within: float = 0.2) -> BoolArray:
+    """The frames 1 to F - 2, shape ``(F - 2,)``, that are within ``within`` seconds of a seam."""
+    times = np.arange(1, frames - 1) / fps
+    if len(seams) == 0:
+        return np.zeros(len(times), dtype=np.bool_)
+    return np.asarray(np.abs(times[:, None] - np.asarray(seams)[None]).min(axis=1) <= within + 1e-9)

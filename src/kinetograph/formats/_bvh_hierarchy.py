@@ -1,0 +1,215 @@
+"""The first half of a BVH file: the tree of joints and their channels."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from kinetograph.errors import FormatError
+
+MOST_JOINTS = 20_000
+"""More than any character has; a file that asks for more is damaged, and would cost minutes to refuse later."""
+
+_TOKEN = re.compile(rb"[{}]|[^\s{}]+")
+_CHANNEL = re.compile(r"([xyz])(position|rotation|scale)\Z", re.IGNORECASE)
+_END = -2
+
+
+class Token(NamedTuple):
+    """A word of the file, its line from 1, and the bytes where it begins and ends."""
+
+    text: bytes
+    line: int
+    begin: int
+    end: int
+
+
+@dataclass
+class Node:
+    """A joint as written. channels: axis and kind, such as ``("z", "rotation")``; column: of its first channel."""
+
+    name: str
+    parent: int
+    line: int
+    offset: tuple[float, float, float] | None = None
+    channels: list[tuple[str, str]] = field(default_factory=list)
+    column: int = 0
+    ends: list[tuple[float, float, float]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Hierarchy:
+    """The joints in file order, the number of channels, and where the motion begins: a byte and its line."""
+
+    nodes: list[Node]
+    width: int
+    position: int
+    line: int
+
+
+def parse_hierarchy(path: Path, data: bytes) -> Hierarchy:
+    """Read up to and including the word MOTION. Raises FormatError, with the line."""
+    return _Parser(path, data).run()
+
+
+class _Parser:
+    """One pass over the words, with the open joints on a list: depth costs no stack."""
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path, self.data = path, data
+        self.tokens = _tokens(data)
+        self.kept: Token | None = None
+        self.last_line = 1
+        self.nodes: list[Node] = []
+        self.open: list[int] = []
+        self.width = 0
+
+    def run(self) -> Hierarchy:
+        while True:
+            token = self.next("MOTION")
+            word = token.text.lower()
+            if word == b"motion" and not self.open:
+                if not self.nodes:
+                    raise self.error(token, "expected a ROOT before MOTION, found none")
+                return Hierarchy(self.nodes, self.width, token.end, token.line)
+            self.statement(word, token)
+
+    def statement(self, word: bytes, token: Token) -> None:
+        inside = bool(self.open) and self.open[-1] != _END
+        if word == b"root" and not self.open:
+            self.joint(token, -1)
+        elif word == b"joint" and inside:
+            self.joint(token, self.open[-1])
+        elif word in (b"end", b"endsite") and inside:
+            self.words_of_line(token)
+            self.brace(token)
+            self.open.append(_END)
+        elif word == b"offset" and self.open:
+            self.offset(token)
+        elif word == b"channels" and self.open:
+            self.channels(token)
+        elif word == b"}" and self.open:
+            self.close(token)
+        elif word != b"hierarchy" or self.nodes:
+            raise self.error(token, f"expected {self.expected()}, found {_show(token.text)}")
+
+    def joint(self, token: Token, parent: int) -> None:
+        words = self.words_of_line(token)
+        name = _decode(self.data[words[0].begin : words[-1].end]) if words else "joint"
+        self.brace(token)
+        if len(self.nodes) == MOST_JOINTS:
+            raise self.error(token, f"more than {MOST_JOINTS} joints; is this file damaged?")
+        self.open.append(len(self.nodes))
+        self.nodes.append(Node(name, parent, token.line))
+
+    def offset(self, token: Token) -> None:
+        offset = (self.number("an offset"), self.number("an offset"), self.number("an offset"))
+        if self.open[-1] == _END:
+            self.nodes[self.open[-2]].ends.append(offset)
+        else:
+            self.nodes[self.open[-1]].offset = offset
+
+    def channels(self, token: Token) -> None:
+        count = self.number("the number of channels")
+        found: list[tuple[str, str]] = []
+        while (following := self.peek()) is not None:
+            match = _CHANNEL.match(_decode(following.text))
+            if match is None:
+                break
+            found.append((match[1].lower(), match[2].lower()))
+            self.next("a channel")
+        if count != len(found):
+            after = "" if following is None else f", then {_show(following.text)}"
+            raise self.error(
+                token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(found)}{after}"
+            )
+        if self.open[-1] == _END:
+            if found:
+                raise self.error(token, "an End Site can have no channels; write it as a JOINT")
+            return
+        node = self.nodes[self.open[-1]]
+        if node.channels:
+            raise self.error(token, f"joint {node.name!r} has CHANNELS twice")
+        moves = [axis for axis, kind in found if kind == "position"]
+        turns = [axis for axis, kind in found if kind == "rotation"]
+        if len(set(moves)) != len(moves) or len(turns) > 3:
+            raise self.error(token, "expected at most 3 rotations and one position an axis, found more")
+        node.channels, node.column = found, self.width
+        self.width += len(found)
+
+    def close(self, token: Token) -> None:
+        closed = self.open.pop()
+        if closed != _END and self.nodes[closed].offset is None:
+            node = self.nodes[closed]
+            raise FormatError(self.path, f"joint {node.name!r} has no OFFSET; add one", line=node.line)
+
+    def words_of_line(self, token: Token) -> list[Token]:
+        """The words up to the end of the line or a brace: a joint's name may have spaces."""
+        words: list[Token] = []
+        while (following := self.peek()) is not None and following.line == token.line and following.text not in b"{}":
+            words.append(self.next("a name"))
+        return words
+
+    def brace(self, token: Token) -> None:
+        found = self.next("{")
+        if found.text != b"{":
+            raise self.error(found, f"expected {{ after {_show(token.text)}, found {_show(found.text)}")
+
+    def number(self, what: str) -> float:
+        token = self.next(what)
+        try:
+            value = float(token.text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(token, f"expected {what}, a finite number, found {_show(token.text)}")
+        return value
+
+    def peek(self) -> Token | None:
+        if self.kept is None:
+            self.kept = next(self.tokens, None)
+        return self.kept
+
+    def next(self, expected: str) -> Token:
+        token = self.peek()
+        if token is None:
+            still = f"{len(self.open)} braces are open" if self.open else "no brace is open"
+            message = f"the file ends where {expected} was expected ({still}); is it cut short?"
+            raise FormatError(self.path, message, line=self.last_line)
+        self.kept, self.last_line = None, token.line
+        return token
+
+    def expected(self) -> str:
+        if not self.open:
+            return "ROOT or MOTION" if self.nodes else "HIERARCHY or ROOT"
+        return "OFFSET or }" if self.open[-1] == _END else "OFFSET, CHANNELS, JOINT, End Site or }"
+
+    def error(self, token: Token, message: str) -> FormatError:
+        return FormatError(self.path, message, line=token.line)
+
+
+def _tokens(data: bytes) -> Iterator[Token]:
+    begin, line = 0, 1
+    while begin < len(data):
+        stop = data.find(b"\n", begin)
+        stop = len(data) if stop < 0 else stop
+        for match in _TOKEN.finditer(data, begin, stop):
+            yield Token(match[0], line, match.start(), match.end())
+        begin, line = stop + 1, line + 1
+
+
+def _decode(text: bytes) -> str:
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        return text.decode("latin-1")
+
+
+def _show(text: bytes) -> str:
+    """A word for a message: on one line, and short."""
+    word = _decode(text)
+    return repr(word if len(word) <= 40 else word[:37] + "...")

@@ -1,0 +1,121 @@
+"""Compiled kernels of the readers: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from kinetograph.arrays import FloatArray, IntArray
+
+DONE, WRONG_LENGTH, NOT_A_NUMBER = 0, 1, 2
+_POWERS = 10.0 ** np.arange(23)  # exact in double precision up to 10^22
+_DIGITS = 18  # the most that a signed 64-bit integer surely holds
+
+
+@numba.njit(cache=True, nogil=True)
+def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: FloatArray) -> tuple[int, int, int, int]:
+    """Parse lines of decimal numbers from ``text``, bytes, into ``values``, shape ``(rows at most, width)``.
+
+    Blank lines are skipped. Returns the rows read, a status, and where it arose: for ``WRONG_LENGTH`` the line and
+    the number of values found on it, for ``NOT_A_NUMBER`` the line and the byte where the word begins, else the last
+    line and 0. Numbers are right to a few units in the last place, and infinite where they overflow.
+    """
+    size = len(text)
+    room, width = values.shape
+    row = column = 0
+    while True:
+        while position < size and text[position] <= 32 and text[position] != 10:
+            position += 1
+        if position == size or text[position] == 10:
+            if column > 0:
+                if column != width:
+                    return row, WRONG_LENGTH, line, column
+                row += 1
+                column = 0
+            if position == size:
+                return row, DONE, line, 0
+            line += 1
+            position += 1
+            continue
+        begin = position
+        negative = text[position] == 45
+        if negative or text[position] == 43:
+            position += 1
+        mantissa = 0
+        digits = kept = exponent = 0
+        pointed = False
+        while position < size:
+            byte = text[position]
+            if 48 <= byte <= 57:
+                digits += 1
+                if kept < _DIGITS:
+                    mantissa = mantissa * 10 + (int(byte) - 48)
+                    kept += 1 if mantissa > 0 else 0
+                    exponent -= 1 if pointed else 0
+                elif not pointed:
+                    exponent += 1
+            elif byte == 46 and not pointed:
+                pointed = True
+            else:
+                break
+            position += 1
+        if digits > 0 and position < size and (text[position] == 69 or text[position] == 101):
+            position += 1
+            below = position < size and text[position] == 45
+            if position < size and (text[position] == 45 or text[position] == 43):
+                position += 1
+            power = 0
+            digits = 0
+            while position < size and 48 <= text[position] <= 57:
+                power = min(power * 10 + (int(text[position]) - 48), 100_000)
+                digits += 1
+                position += 1
+            exponent += -power if below else power
+        if digits == 0 or (position < size and text[position] > 32):
+            return row, NOT_A_NUMBER, line, begin
+        number = float(mantissa)
+        if mantissa == 0:
+            pass
+        elif -22 <= exponent < 0:
+            number /= _POWERS[-exponent]
+        elif 0 < exponent <= 22:
+            number *= _POWERS[exponent]
+        elif exponent < -300:  # in two steps, as 10^-exponent alone would overflow
+            number = number / 10.0**300 * 10.0 ** (exponent + 300)
+        elif exponent != 0:
+            number *= 10.0**exponent
+        if row < room and column < width:
+            values[row, column] = -number if negative else number
+        column += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def turns_of_channels(values: FloatArray, columns: IntArray, axes: IntArray) -> FloatArray:
+    """Quaternions, shape ``(F, J, 4)``, of Euler angles in degrees.
+
+    values: shape ``(F, C)``. columns: shape ``(J, K)``, the channels that turn each joint, the first one outermost;
+    -1 ends a shorter list. axes: shape ``(J, K)``, 0, 1 or 2 for x, y or z.
+    """
+    frames, joints = len(values), len(columns)
+    out = np.empty((frames, joints, 4))
+    half = np.pi / 360.0
+    for frame in range(frames):
+        for joint in range(joints):
+            w, x, y, z = 1.0, 0.0, 0.0, 0.0
+            for k in range(columns.shape[1]):
+                if columns[joint, k] < 0:
+                    break
+                angle = values[frame, columns[joint, k]] * half
+                c, s = np.cos(angle), np.sin(angle)
+                if axes[joint, k] == 0:
+                    w, x, y, z = w * c - x * s, x * c + w * s, y * c + z * s, z * c - y * s
+                elif axes[joint, k] == 1:
+                    w, x, y, z = w * c - y * s, x * c - z * s, y * c + w * s, z * c + x * s
+                else:
+                    w, x, y, z = w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s
+            out[frame, joint, 0] = w
+            out[frame, joint, 1] = x
+            out[frame, joint, 2] = y
+            out[frame, joint, 3] = z
+    return out

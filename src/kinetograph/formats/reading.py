@@ -1,0 +1,42 @@
+"""What every reader and writer of the package takes and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from kinetograph.take import Take
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What a person knows about a file. ``None``: as the file says, or a guess where it does not say.
+
+    units: a name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``. fps: frames a second, in place of the
+    file's own rate. lenient: take what can be read of a damaged file.
+    """
+
+    units: str | None = None
+    up: str | None = None
+    fps: float | None = None
+    lenient: bool = False
+
+
+@dataclass(frozen=True)
+class WriteOptions:
+    """How numbers are written where a format leaves a choice.
+
+    order: of the Euler angles, outermost first, ``"zxy"`` being BVH's ``Zrotation Xrotation Yrotation``. units: a
+    name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``.
+    """
+
+    order: str = "zxy"
+    units: str = "metre"
+    up: str = "y"
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A take in metres, Y up, and notes: what was guessed or repaired on the way, one line each."""
+
+    take: Take
+    notes: tuple[str, ...] = field(default=())

@@ -1,0 +1,1 @@
+"""Functions of arrays that the three methods share; nothing here knows what a motion is."""

@@ -1,0 +1,161 @@
+"""Optimal alignment of examples with windows of a control, in closed form (Hsu 2004, section 4.1).
+
+D is the weighted squared distance that is left after the best transform M of a group has been applied to the example
+(4.1, 4.2). Three groups: *ground* (a turn about the vertical and a shift on the ground), *rigid* (any rotation and
+shift) and *fixed* (none, for controls that are not spatial). Each scores all windows against all examples with one
+matrix product.
+
+Shapes: windows ``(B, S, P, 3)`` and examples ``(N, S, P, 3)`` in metres, S samples of P points; weights ``(S, P)``,
+which carry the time step, so that D is in m^2 s. Costs come out as ``(B, N)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
+from kinetograph.errors import RequestError
+from kinetograph.learn import _kernels
+
+
+class Placement(Protocol):
+    """The transforms M, one for each of ``(B, N)`` pairs of a window and an example."""
+
+    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
+        """Points ``(N, P, 3)``, each set placed for one window, scaled ``(P,)`` and laid out flat: ``(N, width)``."""
+
+    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
+        """Rotation, a quaternion ``(4,)``, and shift ``(3,)`` of one pair."""
+
+    def join(self, others: list[Placement]) -> Placement:
+        """This placement and others of the same windows, side by side along the examples."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundPlacement:
+    """Turns and shifts ``(B, N)`` in the complex ground plane z + i x: a point p goes to turn p + shift."""
+
+    turn: ComplexArray
+    shift: ComplexArray
+
+    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
+        """See `Placement`."""
+        turn, shift = self.turn[window], self.shift[window]
+        out = np.empty((len(points), width), dtype=np.float32)
+        _kernels.place_on_ground(points, turn.real, turn.imag, shift.real, shift.imag, scale, out)
+        return out
+
+    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
+        """See `Placement`."""
+        turn, shift = self.turn[window, example], self.shift[window, example]
+        return rot.about("y", float(np.angle(turn))), np.array([shift.imag, 0.0, shift.real])
+
+    def join(self, others: list[Placement]) -> Placement:
+        """See `Placement`."""
+        parts = [self, *(o for o in others if isinstance(o, GroundPlacement))]
+        return GroundPlacement(
+            np.concatenate([p.turn for p in parts], axis=1), np.concatenate([p.shift for p in parts], axis=1)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RigidPlacement:
+    """Rotation matrices ``(B, N, 3, 3)`` and shifts ``(B, N, 3)``; the fixed group has identities and zeros."""
+
+    rotation: FloatArray
+    shift: FloatArray
+
+    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
+        """See `Placement`."""
+        placed = points @ np.swapaxes(self.rotation[window], -1, -2) + self.shift[window][:, None]
+        out = np.zeros((len(points), width), dtype=np.float32)
+        out[:, : 3 * points.shape[1]] = (placed * scale[:, None]).reshape(len(points), -1)
+        return out
+
+    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
+        """See `Placement`."""
+        return rot.from_matrix(self.rotation[window, example]), self.shift[window, example]
+
+    def join(self, others: list[Placement]) -> Placement:
+        """See `Placement`."""
+        parts = [self, *(o for o in others if isinstance(o, RigidPlacement))]
+        return RigidPlacement(
+            np.concatenate([p.rotation for p in parts], axis=1), np.concatenate([p.shift for p in parts], axis=1)
+        )
+
+
+def align(group: str, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+    """D and the optimal transforms of every example for every window; costs ``(B, N)`` in m^2 s.
+
+    group: ``"ground"``, ``"rigid"`` or ``"fixed"``. Raises RequestError for any other.
+
+    >>> path = np.zeros((1, 3, 1, 3)); path[0, :, 0, 0] = [0, 1, 2]
+    >>> turned = np.zeros((1, 3, 1, 3)); turned[0, :, 0, 2] = [5, 6, 7]
+    >>> costs, placement = align("ground", path, turned, np.ones((3, 1)))
+    >>> bool(costs[0, 0] < 1e-12)
+    True
+    """
+    if group == "ground":
+        return _align_ground(windows, examples, weights)
+    if group == "rigid":
+        return _align_rigid(windows, examples, weights)
+    if group == "fixed":
+        return _align_fixed(windows, examples, weights)
+    raise RequestError(f"alignment must be ground, rigid or fixed, found {group!r}")
+
+
+def _align_ground(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+    w = weights.ravel()
+    total = w.sum()
+    x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
+    a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
+    x_mean, a_mean = x @ w / total, a @ w / total
+    x, a = x - x_mean[:, None], a - a_mean[:, None]
+    product = x @ (a.conj() * w).T
+    size = np.abs(product)
+    spread = (np.abs(x) ** 2 @ w)[:, None] + np.abs(a) ** 2 @ w
+    costs = np.maximum(spread - 2 * size, 0.0) + _heights(windows, examples, w)
+    lost = size < 1e-12  # a window or an example without extent has no direction: leave it unturned
+    turn = np.where(lost, 1.0, product / np.where(lost, 1.0, size))
+    return costs, GroundPlacement(turn, x_mean[:, None] - turn * a_mean)
+
+
+def _heights(windows: FloatArray, examples: FloatArray, w: FloatArray) -> FloatArray:
+    """The vertical part of D, which no transform of the ground group changes."""
+    x, a = windows[..., 1].reshape(len(windows), -1), examples[..., 1].reshape(len(examples), -1)
+    if not x.any() and not a.any():
+        return np.zeros((len(x), len(a)))
+    return np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
+
+
+def _align_fixed(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+    w = np.broadcast_to(weights[..., None], windows.shape[1:]).ravel()
+    x, a = windows.reshape(len(windows), -1), examples.reshape(len(examples), -1)
+    costs = np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
+    shape = costs.shape
+    return costs, RigidPlacement(np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))
+
+
+def _align_rigid(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+    """Kabsch: the rotation is read off the singular vectors of the cross-covariance."""
+    w = weights.ravel()
+    total = w.sum()
+    x, a = windows.reshape(len(windows), -1, 3), examples.reshape(len(examples), -1, 3)
+    x_mean, a_mean = np.einsum("bsi,s->bi", x, w) / total, np.einsum("nsi,s->ni", a, w) / total
+    x, a = x - x_mean[:, None], a - a_mean[:, None]
+    batch, count = len(x), len(a)
+    left = np.swapaxes(x, 1, 2).reshape(batch * 3, -1)
+    right = np.swapaxes(a * w[:, None], 0, 1).reshape(len(w), count * 3)
+    covariance = (left @ right).reshape(batch, 3, count, 3).swapaxes(1, 2)
+    u, s, vt = np.linalg.svd(covariance)
+    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    s[..., 2] *= sign
+    u[..., 2] *= sign[..., None]
+    rotation = u @ vt
+    spread = np.einsum("bsi,s->b", x**2, w)[:, None] + np.einsum("nsi,s->n", a**2, w)
+    costs = np.maximum(spread - 2 * s.sum(axis=-1), 0.0)
+    return costs, RigidPlacement(rotation, x_mean[:, None] - np.einsum("bnij,nj->bni", rotation, a_mean))

@@ -1,0 +1,48 @@
+"""Complete-linkage clustering under a distance threshold (Hsu 2004, section 4.4.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.errors import DataError
+
+
+def complete_linkage(distances: FloatArray, threshold: float) -> IntArray:
+    """Cluster labels, shape ``(N,)``, such that no two members of a cluster are further apart than ``threshold``.
+
+    distances: symmetric, shape ``(N, N)``, any of them infinite. Raises DataError where that does not hold.
+
+    >>> d = np.abs(np.subtract.outer([0.0, 1.0, 5.0], [0.0, 1.0, 5.0]))
+    >>> complete_linkage(d, 2.0).tolist()
+    [0, 0, 1]
+    """
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import squareform
+
+    distances = np.asarray(distances, dtype=np.float64)
+    if distances.ndim != 2 or distances.shape[0] != distances.shape[1] or not np.allclose(distances, distances.T):
+        raise DataError(f"distances must be a symmetric matrix, found shape {distances.shape}")
+    if not threshold >= 0:
+        raise DataError(f"a clustering threshold must be 0 or more, found {threshold}")
+    if len(distances) == 1:
+        return np.zeros(1, dtype=np.int64)
+    finite = distances[np.isfinite(distances)]
+    apart = 10 * max(float(finite.max()), threshold, 1.0)
+    condensed = squareform(np.where(np.isfinite(distances), distances, apart), checks=False)
+    labels = fcluster(linkage(condensed, method="complete"), t=threshold, criterion="distance")
+    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.int64)
+
+
+def representatives(distances: FloatArray, labels: IntArray, rng: np.random.Generator | None = None) -> IntArray:
+    """One member of each cluster, ascending: its medoid or, where ``rng`` is given, a random one as in the thesis."""
+    chosen = []
+    for label in np.unique(labels):
+        members = np.flatnonzero(labels == label)
+        if rng is not None:
+            chosen.append(int(rng.choice(members)))
+        else:
+            within = distances[np.ix_(members, members)]
+            chosen.append(int(members[np.argmin(np.where(np.isfinite(within), within, 0.0).sum(axis=1))]))
+    return np.array(sorted(chosen), dtype=np.int64)

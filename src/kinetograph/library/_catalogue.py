@@ -1,0 +1,169 @@
+"""The catalogue of a library: its SQLite schema, its versions, and how it is read and written.
+
+A rollback journal, not a write-ahead log: a library that nobody is writing is one complete ``catalogue.sqlite``, so
+that it can be copied, zipped, or opened from a read-only disk, where a log's shared-memory file cannot be made. A
+writer holds the reserved lock while it appends frames, which readers do not notice; they wait only for the moment of
+the commit. Connections live for one call: nothing is shared across threads or forks, and nothing is left to close.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from kinetograph.errors import DataError, LibraryError
+
+FILE_NAME = "catalogue.sqlite"
+APPLICATION_ID = 0x4B4E544F  # "KNTO"; tells a library's catalogue from any other SQLite file
+VERSION = 1
+PATIENCE = 60.0
+"""Seconds that a writer waits for another one to finish."""
+
+_TABLES = (
+    # `stop` only grows: bytes that a reader may still have mapped are never written again
+    "CREATE TABLE storage (file TEXT NOT NULL, stop INTEGER NOT NULL)",
+    "CREATE TABLE skeletons (id INTEGER PRIMARY KEY AUTOINCREMENT, digest TEXT NOT NULL UNIQUE, body TEXT NOT NULL)",
+    "CREATE TABLE takes (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE)",
+    """CREATE TABLE tracks (
+        id INTEGER PRIMARY KEY AUTOINCREMENT, take INTEGER NOT NULL REFERENCES takes ON DELETE CASCADE,
+        name TEXT NOT NULL, kind TEXT NOT NULL CHECK (kind IN ('motion', 'points', 'channels')),
+        fps REAL NOT NULL, frames INTEGER NOT NULL, skeleton INTEGER REFERENCES skeletons,
+        columns TEXT, units TEXT, UNIQUE (take, name))""",
+    """CREATE TABLE arrays (
+        track INTEGER NOT NULL REFERENCES tracks ON DELETE CASCADE, name TEXT NOT NULL,
+        dtype TEXT NOT NULL, width INTEGER NOT NULL, start INTEGER NOT NULL, checksum INTEGER NOT NULL,
+        PRIMARY KEY (track, name)) WITHOUT ROWID""",
+    """CREATE TABLE annotations (
+        id INTEGER PRIMARY KEY AUTOINCREMENT, track INTEGER NOT NULL REFERENCES tracks ON DELETE CASCADE,
+        kind TEXT NOT NULL, label TEXT NOT NULL, start REAL NOT NULL, stop REAL NOT NULL)""",
+    "CREATE INDEX annotations_by_track ON annotations (track, kind)",
+    "CREATE INDEX tracks_by_skeleton ON tracks (skeleton)",
+)
+
+MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {}
+"""From a version to the step that makes it the next one; each runs inside a write transaction."""
+
+
+@dataclass(frozen=True)
+class Storage:
+    """The file that holds the frames, and the byte at which the next take starts."""
+
+    file: str
+    stop: int
+
+
+def _connect(folder: Path, mode: str = "rw") -> sqlite3.Connection:
+    uri = f"{(folder / FILE_NAME).absolute().as_uri()}?mode={mode}"
+    db = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None)
+    for setting in ("foreign_keys = ON", "synchronous = EXTRA", "cache_spill = OFF"):
+        db.execute(f"PRAGMA {setting}")
+    return db
+
+
+def _explain(folder: Path, error: sqlite3.Error) -> LibraryError:
+    text = str(error)
+    if "locked" in text or "busy" in text:
+        why = f"another process has been writing to it for {PATIENCE:.0f} s; try again when it is done"
+    elif "readonly" in text:
+        why = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
+    elif "full" in text:
+        why = "no room left to write; free some space and try again; the library is unchanged"
+    elif "not a database" in text or "malformed" in text:
+        why = f"{FILE_NAME} is damaged ({text}); restore it from a copy"
+    else:
+        why = f"{FILE_NAME} could not be read or written: {text}"
+    return LibraryError(f"{folder}: {why}")
+
+
+@contextmanager
+def _transaction(folder: Path, begin: str, mode: str = "rw") -> Iterator[sqlite3.Connection]:
+    db: sqlite3.Connection | None = None
+    try:
+        db = _connect(folder, mode)
+        db.execute(begin)
+        yield db
+        db.execute("COMMIT")
+    except sqlite3.Error as error:
+        raise _explain(folder, error) from error
+    except UnicodeEncodeError as error:
+        raise DataError(f"{folder}: names and labels must be valid Unicode, found {error.object!r}") from error
+    finally:
+        if db is not None:
+            db.close()  # rolls back what was not committed
+
+
+@contextmanager
+def reading(folder: Path) -> Iterator[sqlite3.Connection]:
+    """One consistent view of the catalogue. Raises LibraryError."""
+    with _transaction(folder, "BEGIN") as db:
+        yield db
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[sqlite3.Connection]:
+    """A transaction that no other writer shares, committed at the end of the block. Raises LibraryError."""
+    with _transaction(folder, "BEGIN IMMEDIATE") as db:
+        yield db
+
+
+def require_room(folder: Path) -> None:
+    """Raises LibraryError where ``folder`` has a catalogue already; what a killed `initialize` left is no catalogue."""
+    path = folder / FILE_NAME
+    if path.exists() and path.stat().st_size:
+        raise LibraryError(f"{folder}: already holds a library; open it, or choose another folder")
+
+
+def initialize(folder: Path, frames_file: str) -> None:
+    """Make the tables of an empty library. Raises LibraryError where there is one already."""
+    with _transaction(folder, "BEGIN IMMEDIATE", mode="rwc") as db:
+        if db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            raise LibraryError(f"{folder}: already holds a library; open it, or choose another folder")
+        for statement in _TABLES:
+            db.execute(statement)
+        db.execute("INSERT INTO storage VALUES (?, 0)", (frames_file,))
+        db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        db.execute(f"PRAGMA user_version = {VERSION}")
+
+
+def require_version(folder: Path) -> None:
+    """Bring an older library up to date. Raises LibraryError where it is newer, or no library at all."""
+    if not (folder / FILE_NAME).is_file():
+        found = "no such folder" if not folder.is_dir() else f"no {FILE_NAME} in it"
+        raise LibraryError(f"{folder}: not a library: {found}; make one with `kinetograph library create`")
+    with reading(folder) as db:
+        version = _version(folder, db)
+    if version < VERSION:
+        _migrate(folder)
+
+
+def _version(folder: Path, db: sqlite3.Connection) -> int:
+    if db.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise LibraryError(f"{folder}: not a library: {FILE_NAME} was not written by Kinetograph")
+    version = int(db.execute("PRAGMA user_version").fetchone()[0])
+    if version > VERSION:
+        raise LibraryError(
+            f"{folder}: library format {version} is newer than {VERSION}, the newest known here; update Kinetograph"
+        )
+    return version
+
+
+def _migrate(folder: Path) -> None:
+    with writing(folder) as db:
+        for version in range(_version(folder, db), VERSION):
+            if version not in MIGRATIONS:
+                raise LibraryError(f"{folder}: library format {version} can no longer be read; create it anew")
+            MIGRATIONS[version](db)
+            db.execute(f"PRAGMA user_version = {version + 1}")
+
+
+def storage(db: sqlite3.Connection) -> Storage:
+    """Where the frames are."""
+    return Storage(*db.execute("SELECT file, stop FROM storage").fetchone())
+
+
+def set_storage(db: sqlite3.Connection, value: Storage) -> None:
+    """Say where the frames are from now on."""
+    db.execute("UPDATE storage SET file = ?, stop = ?", (value.file, value.stop))

@@ -1,0 +1,109 @@
+"""Annotations as a table that people edit: one row an annotation, ``take,track,kind,label,start,stop``, in seconds."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from kinetograph.errors import DataError, FormatError
+from kinetograph.library.store import Library, TrackInfo, annotations_of, contents
+from kinetograph.take import Annotation
+
+HEADER = ("take", "track", "kind", "label", "start", "stop")
+Row = tuple[int, str, Annotation]
+
+
+def export_annotations(library: Library, path: str | Path, *, kind: str | None = None) -> int:
+    """Write a library's annotations, or those of one kind; how many there were. Numbers keep every digit.
+
+    Raises FormatError where the file cannot be written; it appears whole or not at all.
+    """
+    notes = [(take, note) for take in library.names() for note in annotations_of(library, take)]
+    kept = [(take, note) for take, note in notes if kind in (None, note.kind)]
+    rows = [(take, n.track, n.kind, n.label, repr(n.start), repr(n.stop)) for take, n in kept]
+    try:
+        _write_whole(Path(path), rows)
+    except OSError as error:
+        raise FormatError(path, f"could not be written: {error.strerror}") from error
+    return len(rows)
+
+
+def import_annotations(library: Library, path: str | Path) -> int:
+    """Give a library the annotations of a file; how many there were.
+
+    For every take, track and kind in the file, they take the place of those in the library; all others stay. A cut
+    may leave ``stop`` empty. The whole file is checked first. Raises FormatError with the line.
+    """
+    rows = list(_read(Path(path)))
+    tracks = {(track.take, track.name): track for track in contents(library)}
+    for line, take, note in rows:
+        _check(Path(path), line, take, note, tracks)
+    for name, notes in _by_take(rows).items():
+        library.annotate(name, notes)
+    return len(rows)
+
+
+def _write_whole(path: Path, rows: Iterable[tuple[str, ...]]) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(HEADER)
+            writer.writerows(rows)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _read(path: Path) -> Iterator[Row]:
+    line = 1
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets write a byte-order mark
+            reader = csv.reader(file)
+            header = tuple(cell.strip() for cell in next(reader, []))
+            if header != HEADER:
+                found = ",".join(header) or "nothing"
+                raise FormatError(path, f"expected the header {','.join(HEADER)}, found {found}", line=1)
+            line = reader.line_num + 1
+            for cells in reader:
+                if any(cells):
+                    yield _row(path, line, cells)
+                line = reader.line_num + 1
+    except OSError as error:
+        raise FormatError(path, f"could not be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise FormatError(path, f"expected UTF-8 text: {error.reason}; save it as UTF-8", line=line) from error
+    except csv.Error as error:
+        raise FormatError(path, f"not a table of comma-separated values: {error}", line=line) from error
+
+
+def _row(path: Path, line: int, cells: list[str]) -> Row:
+    if len(cells) != len(HEADER):
+        raise FormatError(path, f"expected {len(HEADER)} cells ({','.join(HEADER)}), found {len(cells)}", line=line)
+    take, track, kind, label, start, stop = cells
+    try:
+        return line, take, Annotation(track, kind, label, float(start), float(stop.strip() or start))
+    except DataError as error:
+        raise FormatError(path, str(error), line=line) from error
+    except ValueError as error:
+        raise FormatError(path, f"expected seconds for start and stop, found {start!r}, {stop!r}", line=line) from error
+
+
+def _check(path: Path, line: int, take: str, note: Annotation, tracks: Mapping[tuple[str, str], TrackInfo]) -> None:
+    found = tracks.get((take, note.track))
+    if found is None:
+        of_take = [track for name, track in tracks if name == take]
+        known = f"take {take!r} has {', '.join(of_take)}" if of_take else f"the library has no take {take!r}"
+        raise FormatError(path, f"no track {note.track!r} of take {take!r}: {known}", line=line)
+    if note.stop > found.frames / found.fps + 1e-6:
+        end = f"{found.duration:.3f} s"
+        raise FormatError(path, f"{note.stop} s lies after the end of track {note.track!r} at {end}", line=line)
+
+
+def _by_take(rows: Iterable[Row]) -> dict[str, list[Annotation]]:
+    grouped: dict[str, list[Annotation]] = {}
+    for _, take, note in rows:
+        grouped.setdefault(take, []).append(note)
+    return grouped

@@ -1,0 +1,144 @@
+"""From a library to the sources and segments of a method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.errors import RequestError
+from kinetograph.kinematics import role_positions
+from kinetograph.learn.alignment import align
+from kinetograph.learn.linkage import complete_linkage, representatives
+from kinetograph.methods._ground_path import hips_on_ground
+from kinetograph.methods._instances import Segment, Source, build_instances, cut_segments, interpolate
+from kinetograph.motion import Motion, repeat
+from kinetograph.segmentation import detect_contacts, footplant_cuts
+from kinetograph.skeleton import same_shape
+from kinetograph.take import Annotation, Take
+
+if TYPE_CHECKING:
+    from kinetograph.arrays import FloatArray
+    from kinetograph.library import Library
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+
+CYCLES = 4
+"""How often a looping clip is played: the segments of its second cycle have real motion on both sides."""
+
+
+def collect(
+    method: PerformanceControl, library: Library, exclude: tuple[str, ...], track: str | None
+) -> PerformanceModel:
+    """Sources, segments and instances of a library for one configuration."""
+    from kinetograph.methods.performance import PerformanceModel
+
+    sources, notes = [], []
+    for name in library.names():
+        if name in exclude:
+            continue
+        take = library.take(name)
+        found, cut_here = _sources_of(method, take, track)
+        sources += found
+        if cut_here:
+            notes.append(f"{name}: no cuts in the library; cut at footplants")
+    if not sources:
+        raise RequestError("the library has no take to use; add recordings, or exclude fewer")
+    _check_one_skeleton(sources)
+    segments = cut_segments(tuple(sources), method.longest)
+    if method.cluster is not None:
+        kept = cluster_segments(tuple(sources), segments, method)
+        notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
+        segments = tuple(segments[i] for i in kept)
+    instances = build_instances(tuple(sources), segments, method.rate, method.stretch)
+    return PerformanceModel(method, tuple(sources), instances, tuple(notes))
+
+
+def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], bool]:
+    motion = take.motion(track)
+    name = next(key for key, value in take.tracks.items() if value is motion)
+    loops = any(note.kind == "loop" for note in take.annotated(name, "loop"))
+    period = motion.duration if loops else 0.0
+    long = repeat(motion, CYCLES) if loops else motion
+    noted = () if loops else take.annotated(name, "contact")
+    cuts = _annotated_cuts(take, name, period)
+    contacts = noted or detect_contacts(long, track=name)
+    cut_here = not cuts
+    if cut_here:
+        cuts = footplant_cuts(long, contacts)
+    found = [_source(method, take.name, name, False, long, contacts, cuts, period)]
+    if method.mirror:
+        from kinetograph.mirroring import mirror
+        from kinetograph.skeleton import opposite
+
+        swapped = tuple(Annotation(n.track, n.kind, opposite(n.label), n.start, n.stop) for n in contacts)
+        found.append(_source(method, take.name, name, True, mirror(long), swapped, cuts, period))
+    return found, cut_here
+
+
+def _annotated_cuts(take: Take, track: str, period: float) -> tuple[float, ...]:
+    """The cuts people can edit; those of a looping clip hold in each of its cycles."""
+    cuts = sorted({note.start for note in take.annotated(track, "cut")})
+    if period:
+        once = [c for c in cuts if c < period - 1e-6]
+        cuts = sorted(c + cycle * period for cycle in range(CYCLES) for c in once)
+    return tuple(cuts)
+
+
+def _source(
+    method: PerformanceControl,
+    take: str,
+    track: str,
+    mirrored: bool,
+    motion: Motion,
+    contacts: tuple[Annotation, ...],
+    cuts: tuple[float, ...],
+    period: float,
+) -> Source:
+    control = hips_on_ground(motion, method.hip_distance)
+    target = role_positions(motion, tuple(method.targets))
+    return Source(take, track, mirrored, motion, control, target, contacts, cuts, period)
+
+
+def _check_one_skeleton(sources: list[Source]) -> None:
+    first = sources[0]
+    for other in sources[1:]:
+        if not same_shape(first.motion.skeleton, other.motion.skeleton, tolerance=0.02):
+            raise RequestError(
+                f"takes {first.take!r} ({len(first.motion.skeleton)} joints) and {other.take!r} "
+                f"({len(other.motion.skeleton)} joints) have different skeletons; put them in libraries of their own"
+            )
+
+
+def segment_distances(
+    sources: tuple[Source, ...], segments: tuple[Segment, ...], method: PerformanceControl
+) -> FloatArray:
+    """Root-mean-square distances in metres, ``(N, N)``, between instances: control and target points together, after
+    the best alignment (4.1), both stretched to one length. Segments whose durations no stretch can bring together are
+    infinitely far apart.
+    """
+    samples = 16
+    rows = []
+    for segment in segments:
+        source = sources[segment.source]
+        at = np.linspace(segment.start, segment.stop, samples) * source.motion.fps
+        rows.append(np.concatenate([interpolate(source.control, at), interpolate(source.target, at)], axis=1))
+    points = np.stack(rows)
+    weights = np.full(points.shape[1:3], 1.0 / (samples * points.shape[2]))
+    squares, _ = align(method.alignment, points, points, weights)
+    durations = np.array([s.duration for s in segments])
+    apart = np.abs(durations[:, None] - durations) > max(method.stretch, 1e-9)
+    distances = np.sqrt(0.5 * (squares + squares.T))
+    np.fill_diagonal(distances, 0.0)
+    return np.where(apart, np.inf, distances)
+
+
+def cluster_segments(
+    sources: tuple[Source, ...],
+    segments: tuple[Segment, ...],
+    method: PerformanceControl,
+    rng: np.random.Generator | None = None,
+) -> list[int]:
+    """Indices of the segments that represent the clusters of section 4.4.2: medoids, or random ones given ``rng``."""
+    distances = segment_distances(sources, segments, method)
+    labels = complete_linkage(distances, method.cluster or 0.0)
+    return [int(i) for i in representatives(distances, labels, rng)]

@@ -1,0 +1,140 @@
+"""The mapping instances of a library: synchronised control and target segments (Hsu 2004, chapter 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.errors import RequestError
+from kinetograph.motion import Motion
+from kinetograph.take import Annotation
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A recording that segments are cut from: a take's track, mirrored or not, a looping clip played several times.
+
+    control ``(F, P, 3)`` and target ``(F, Q, 3)``: its point clouds in metres, one frame a frame of the motion.
+    contacts: on the motion's own time. period: seconds of one cycle of a looping clip, else 0.
+    """
+
+    take: str
+    track: str
+    mirrored: bool
+    motion: Motion
+    control: FloatArray
+    target: FloatArray
+    contacts: tuple[Annotation, ...]
+    cuts: tuple[float, ...]
+    period: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """An interval of a source, in seconds."""
+
+    source: int
+    start: float
+    stop: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class Instances:
+    """Segments stretched to every legal number of steps.
+
+    states: ``(S, 2)`` pairs of segment and steps, by steps and then by segment. controls: for each number of steps d
+    the control samples ``(N_d, d + 1, P, 3)`` of its states. heads, tails: ``(N, Q, 3)`` target points at the
+    segments' borders.
+    """
+
+    segments: tuple[Segment, ...]
+    states: IntArray
+    controls: dict[int, FloatArray]
+    heads: FloatArray
+    tails: FloatArray
+
+    @property
+    def longest(self) -> int:
+        """Steps of the longest state."""
+        return int(self.states[-1, 1])
+
+    def members(self, steps: int) -> slice:
+        """The states of ``steps`` steps."""
+        low, high = np.searchsorted(self.states[:, 1], [steps, steps + 1])
+        return slice(int(low), int(high))
+
+
+def cut_segments(sources: tuple[Source, ...], longest: float) -> tuple[Segment, ...]:
+    """The segments between consecutive cuts, those longer than ``longest`` seconds left out.
+
+    A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it.
+    """
+    segments = []
+    for index, source in enumerate(sources):
+        for start, stop in zip(source.cuts[:-1], source.cuts[1:], strict=True):
+            inside = source.period == 0 or source.period <= start < 2 * source.period - 1e-9
+            if inside and stop - start <= longest:
+                segments.append(Segment(index, start, stop))
+    if not segments:
+        raise RequestError(f"the library's cuts give no segment of at most {longest} s; cut it with library segment")
+    return tuple(segments)
+
+
+def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
+    """Numbers of steps at ``rate`` that a segment may be stretched to: at most ``stretch`` seconds from its own.
+
+    Never fewer than 2, and never less than half or more than twice the segment's duration. The nearest whole number
+    of steps is always legal.
+    """
+    nearest = max(round(duration * rate), 2)
+    low = int(np.ceil(max(duration - stretch, duration / 2) * rate - 1e-9))
+    high = int(np.floor(min(duration + stretch, duration * 2) * rate + 1e-9))
+    return sorted({nearest, *range(max(low, 2), high + 1)})
+
+
+def build_instances(
+    sources: tuple[Source, ...], segments: tuple[Segment, ...], rate: float, stretch: float
+) -> Instances:
+    """Every segment at every legal number of steps."""
+    states = sorted((steps, i) for i, s in enumerate(segments) for steps in legal_steps(s.duration, rate, stretch))
+    controls: dict[int, FloatArray] = {}
+    for steps in sorted({steps for steps, _ in states}):
+        rows = [segment_samples(sources, segments[i], steps, _control) for d, i in states if d == steps]
+        controls[steps] = np.stack(rows)
+    heads = np.stack(
+        [interpolate(sources[s.source].target, [s.start * sources[s.source].motion.fps])[0] for s in segments]
+    )
+    tails = np.stack(
+        [interpolate(sources[s.source].target, [s.stop * sources[s.source].motion.fps])[0] for s in segments]
+    )
+    return Instances(segments, np.array([(i, d) for d, i in states]), controls, heads, tails)
+
+
+def segment_samples(
+    sources: tuple[Source, ...], segment: Segment, steps: int, points: Callable[[Source], FloatArray]
+) -> FloatArray:
+    """``steps + 1`` evenly spaced samples of a source's points over a segment, borders included."""
+    source = sources[segment.source]
+    times = np.linspace(segment.start, segment.stop, steps + 1)
+    return interpolate(points(source), times * source.motion.fps)
+
+
+def interpolate(values: FloatArray, position: object) -> FloatArray:
+    """Rows of ``values``, shape ``(F, ...)``, at fractional indices, linearly; held beyond the ends."""
+    at = np.clip(np.asarray(position, dtype=np.float64), 0, len(values) - 1)
+    lower = np.minimum(at.astype(np.int64), max(len(values) - 2, 0))
+    upper = np.minimum(lower + 1, len(values) - 1)
+    u = (at - lower).reshape(-1, *(1,) * (values.ndim - 1))
+    return np.asarray((1 - u) * values[lower] + u * values[upper])
+
+
+def _control(source: Source) -> FloatArray:
+    return source.control

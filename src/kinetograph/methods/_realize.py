@@ -1,0 +1,143 @@
+"""From a sequence of states to a motion: full-rate durations, pieces, postprocessing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.learn.alignment import Placement, align
+from kinetograph.learn.retiming import Span, retime
+from kinetograph.learn.segmental import SegmentalPath, padded_width
+from kinetograph.methods._instances import Segment, interpolate
+from kinetograph.post.assemble import Part, assemble
+from kinetograph.synthesis import Piece, Synthesis
+
+if TYPE_CHECKING:
+    from kinetograph.methods.performance import PerformanceModel
+
+
+def realize(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> Synthesis:
+    """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``."""
+    from kinetograph.methods.performance import too_fast
+
+    method = model.method
+    rate = method.fine_rate or method.rate
+    duration = (len(points) - 1) / fps
+    x = interpolate(points, np.arange(int(np.floor(duration * rate + 1e-6)) + 1) / rate * fps)
+    borders = fine_borders(model, x, rate, path) if method.fine_rate else _coarse_borders(path)
+    segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
+    pieces = _pieces(model, x, rate, segments, borders)
+    parts = []
+    for piece, segment in zip(pieces, segments, strict=True):
+        source = model.sources[segment.source]
+        parts.append(Part(piece, source.motion, source.contacts))
+    out_fps = model.sources[0].motion.fps
+    frames = int(np.floor(duration * out_fps + 1e-6)) + 1
+    motion, contacts = assemble(parts, out_fps, frames, method.post)
+    warning = too_fast(model, points, fps)
+    return Synthesis(
+        motion,
+        tuple(pieces),
+        cost=path.score,
+        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
+        annotations=contacts,
+        statistics={"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)},
+        warnings=(warning,) if warning else (),
+    )
+
+
+def _coarse_borders(path: SegmentalPath) -> FloatArray:
+    return np.concatenate([path.starts[:1], path.stops]).astype(np.float64)
+
+
+def fine_borders(model: PerformanceModel, x: FloatArray, rate: float, path: SegmentalPath) -> FloatArray:
+    """Borders, shape ``(L + 1,)`` in steps of ``rate``, of the constrained search of section 4.4.3.
+
+    Each border between two pieces may move by less than a step of the coarse rate; the control's two ends stay.
+    """
+    ratio = rate / model.method.rate
+    slack = int(np.ceil(ratio)) - 1
+    coarse = np.round(_coarse_borders(path) * ratio).astype(np.int64)
+    around = np.arange(-slack, slack + 1)
+    candidates = [coarse[:1], *(border + around for border in coarse[1:-1]), coarse[-1:]]
+    spans = []
+    for i, state in enumerate(path.states):
+        segment = model.instances.segments[model.instances.states[state, 0]]
+        spans.append(_span(model, x, rate, segment, candidates[i], candidates[i + 1]))
+    chosen, score = retime(spans, model.method.continuity)
+    if not np.isfinite(score):
+        return coarse.astype(np.float64)
+    return np.array([c[i] for c, i in zip(candidates, chosen, strict=True)], dtype=np.float64)
+
+
+def _span(
+    model: PerformanceModel, x: FloatArray, rate: float, segment: Segment, starts: FloatArray, stops: FloatArray
+) -> Span:
+    """D and the placed ends of one segment over all pairs of its candidate borders."""
+    width = padded_width(3 * len(model.scale))
+    shape = (len(starts), len(stops))
+    span = Span(np.full(shape, np.inf), np.zeros((*shape, width)), np.zeros((*shape, width)))
+    for a, start in enumerate(starts):
+        for b, stop in enumerate(stops):
+            if stop - start < 2 or abs((stop - start) / rate - segment.duration) > model.method.stretch + 1.01 / rate:
+                continue
+            if max(start, 0) >= min(stop, len(x) - 1):
+                continue
+            cost, placement = _place(model, x, rate, segment, int(start), int(stop))
+            head, tail = _ends(model, segment)
+            span.costs[a, b] = cost
+            span.heads[a, b] = placement.ends(0, head, model.scale, width)[0]
+            span.tails[a, b] = placement.ends(0, tail, model.scale, width)[0]
+    return span
+
+
+def _ends(model: PerformanceModel, segment: Segment) -> tuple[FloatArray, FloatArray]:
+    index = model.instances.segments.index(segment)
+    return model.instances.heads[index][None], model.instances.tails[index][None]
+
+
+def _place(
+    model: PerformanceModel, x: FloatArray, rate: float, segment: Segment, start: int, stop: int
+) -> tuple[float, Placement]:
+    """D and M of a segment over steps ``start`` to ``stop``, of which only those within the control count."""
+    source = model.sources[segment.source]
+    first, last = max(start, 0), min(stop, len(x) - 1)
+    times = segment.start + (np.arange(first, last + 1) - start) * (segment.duration / (stop - start))
+    example = interpolate(source.control, times * source.motion.fps)
+    weights = model.weights(last - first + 1, rate)
+    costs, placement = align(model.method.alignment, x[None, first : last + 1], example[None], weights)
+    return float(costs[0, 0]), placement
+
+
+def _pieces(
+    model: PerformanceModel, x: FloatArray, rate: float, segments: list[Segment], borders: FloatArray
+) -> list[Piece]:
+    width = padded_width(3 * len(model.scale))
+    pieces: list[Piece] = []
+    tail: FloatArray | None = None
+    for segment, start, stop in zip(segments, borders[:-1], borders[1:], strict=True):
+        source = model.sources[segment.source]
+        cost, placement = _place(model, x, rate, segment, int(start), int(stop))
+        head_points, tail_points = _ends(model, segment)
+        head = placement.ends(0, head_points, model.scale, width)[0]
+        seam = 0.0 if tail is None else model.method.continuity * float(np.sum((tail - head).astype(np.float64) ** 2))
+        tail = placement.ends(0, tail_points, model.scale, width)[0]
+        rotation, shift = placement.transform(0, 0)
+        pieces.append(
+            Piece(
+                take=source.take,
+                track=source.track,
+                source_start=segment.start,
+                source_stop=segment.stop,
+                start=float(start) / rate,
+                stop=float(stop) / rate,
+                rotation=(float(rotation[0]), float(rotation[1]), float(rotation[2]), float(rotation[3])),
+                shift=(float(shift[0]), float(shift[1]), float(shift[2])),
+                mirrored=source.mirrored,
+                cost=cost,
+                seam=seam,
+            )
+        )
+    return pieces

@@ -1,0 +1,194 @@
+"""Performance control (Hsu 2004): a control motion is interpreted as stretched, placed segments of recordings.
+
+Notation: ``x`` is the control, ``a`` a control segment, ``b`` its target segment, ``s, d`` a segment and its number of
+steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.learn.alignment import Placement, align
+from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
+from kinetograph.methods._ground_path import hips_on_ground, path_on_ground, path_speeds
+from kinetograph.methods._instances import Instances, Source, interpolate
+from kinetograph.motion import Motion
+from kinetograph.post.assemble import PostSettings
+from kinetograph.signal import Signal
+from kinetograph.synthesis import Synthesis
+
+if TYPE_CHECKING:
+    from kinetograph.library import Library
+
+Progress = Callable[[int, int], None]
+END_EFFECTORS: Mapping[str, float] = MappingProxyType(
+    {"left_hand": 1.0, "right_hand": 1.0, "left_toe": 1.0, "right_toe": 1.0}
+)
+
+
+@dataclass(frozen=True)
+class PerformanceControl:
+    """Configuration of performance control.
+
+    continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
+    stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
+    constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"rigid"`` or
+    ``"fixed"``. hip_distance: metres that the two control points are set apart, which weighs facing against position.
+    targets: weights of the roles whose positions are compared across seams. beam: width of the beam search, or None
+    for the exact one. cluster: metres; segments closer than this to one another are represented by one of them, or
+    None. mirror: also use every recording mirrored. longest: seconds of the longest segment used. post: what happens
+    to the chosen segments afterwards.
+    """
+
+    continuity: float = 0.2
+    stretch: float = 0.2
+    rate: float = 10.0
+    fine_rate: float | None = 30.0
+    alignment: str = "ground"
+    hip_distance: float = 0.3
+    targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
+    beam: float | None = None
+    cluster: float | None = None
+    mirror: bool = False
+    longest: float = 2.5
+    post: PostSettings = field(default_factory=PostSettings)
+
+    def __post_init__(self) -> None:
+        if not self.targets:
+            raise RequestError("targets must name at least one role, found none")
+        for name in ("stretch", "rate", "hip_distance", "longest"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0) or (name != "stretch" and value == 0):
+                raise RequestError(f"{name} must be a positive number, found {value}")
+        object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
+
+    def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> PerformanceModel:
+        """Cut the library's takes into mapping instances (chapter 3). ``exclude`` leaves takes out, by name.
+
+        Raises RequestError where takes have different skeletons, or no segment is found.
+        """
+        from kinetograph.methods._collect import collect
+
+        return collect(self, library, exclude, track)
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceModel:
+    """A library made ready for one configuration: sources, instances and the search over them."""
+
+    method: PerformanceControl
+    sources: tuple[Source, ...]
+    instances: Instances
+    notes: tuple[str, ...] = ()
+
+    @property
+    def search(self) -> SegmentalSearch:
+        """The segmental search of section 4.3 over this model's states."""
+        return SegmentalSearch(self.instances.states[:, 1], self.method.continuity, self.method.beam)
+
+    @property
+    def scale(self) -> FloatArray:
+        """Square roots of the target points' weights, shape ``(Q,)``."""
+        return np.sqrt(np.array(list(self.method.targets.values())))
+
+    def control_points(self, control: Signal | Motion) -> FloatArray:
+        """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
+        if isinstance(control, Motion):
+            return hips_on_ground(control, self.method.hip_distance)
+        return path_on_ground(control, self.method.hip_distance)
+
+    def interpret(self, x: FloatArray, progress: Progress | None = None) -> SegmentalPath:
+        """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate."""
+        steps = len(x) - 1
+        if steps < 1:
+            raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
+        partial = {e: self._left_early(x, e) for e in range(1, min(self.instances.longest, steps + 1))}
+        return solve(self.search, self._arrivals(x, progress), partial)
+
+    def synthesize(self, control: Signal | Motion, progress: Progress | None = None) -> Synthesis:
+        """A motion that performs the control (chapters 4 and 5).
+
+        progress is called with the steps done and their number.
+        """
+        from kinetograph.methods._realize import realize
+
+        points = self.control_points(control)
+        count = int(np.floor((len(points) - 1) / control.fps * self.method.rate + 1e-6)) + 1
+        x = interpolate(points, np.arange(count) / self.method.rate * control.fps)
+        path = self.interpret(x, progress)
+        return realize(self, points, control.fps, path)
+
+    def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
+        """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
+        steps, longest = len(x) - 1, self.instances.longest
+        for t in range(1, min(longest, steps + 1)):
+            costs, placement = self._align(x[None, : t + 1], lambda a, t=t: a[:, -min(t, a.shape[1] - 1) - 1 :])
+            yield self._arrival(costs, placement, 0)
+        for low in range(longest, steps + 1, 256):
+            high = min(low + 256, steps + 1)
+            windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
+            costs, placement = self._align(np.moveaxis(windows, -1, 1), lambda a: a)
+            for i in range(high - low):
+                yield self._arrival(costs, placement, i)
+            if progress:
+                progress(high - 1, steps)
+
+    def _left_early(self, x: FloatArray, used: int) -> Arrivals:
+        """The states of which only the first ``used`` steps fit before the control's end."""
+        costs, placement = self._align(x[None, -used - 1 :], lambda a: a[:, : used + 1])
+        return self._arrival(costs, placement, 0)
+
+    def _align(self, windows: FloatArray, part: Callable[[FloatArray], FloatArray]) -> tuple[FloatArray, Placement]:
+        """D and placements of all states, ``part`` of each, against windows ``(B, W, P, 3)``, by number of steps."""
+        costs, placements = [], []
+        for examples in self.instances.controls.values():
+            used = part(examples)
+            samples = used.shape[1]
+            d, placed = align(self.method.alignment, windows[:, -samples:], used, self.weights(samples))
+            costs.append(d)
+            placements.append(placed)
+        return np.concatenate(costs, axis=1), placements[0].join(placements[1:])
+
+    def weights(self, samples: int, rate: float | None = None) -> FloatArray:
+        """Weights ``(samples, P)`` of the trapezium rule in seconds: neighbours share the sample on their border."""
+        w = np.full(samples, 1.0 / (rate or self.method.rate))
+        w[[0, -1]] *= 0.5
+        return np.repeat(w[:, None], self.sources[0].control.shape[1], axis=1)
+
+    def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
+        segments = self.instances.states[:, 0]
+        width = padded_width(3 * len(self.scale))
+        heads = placement.ends(window, self.instances.heads[segments], self.scale, width)
+        tails = placement.ends(window, self.instances.tails[segments], self.scale, width)
+        return Arrivals(costs[window], heads, tails)
+
+    def speed_range(self) -> tuple[float, float]:
+        """Slowest and fastest mean ground speed of the segments, metres a second, at the stretches allowed."""
+        speeds = []
+        for steps, controls in self.instances.controls.items():
+            middle = controls.mean(axis=2)
+            length = np.linalg.norm(np.diff(middle, axis=1), axis=-1).sum(axis=1)
+            speeds.append(length * self.method.rate / steps)
+        together = np.concatenate(speeds)
+        return float(together.min()), float(together.max())
+
+
+def too_fast(model: PerformanceModel, control: FloatArray, fps: float) -> str | None:
+    """A warning where a path asks for more speed, over a segment's length, than the library has."""
+    window = max(round(0.5 * fps), 1)
+    speeds = path_speeds(control, fps)
+    asked = float(np.convolve(speeds, np.ones(window) / window, mode="valid").max()) if len(speeds) >= window else 0.0
+    fastest = model.speed_range()[1]
+    if asked <= fastest * 1.05:
+        return None
+    return (
+        f"the path asks for {asked:.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
+        f"it is performed as well as it can be; slow the path down by {asked / fastest:.1f} or add faster recordings"
+    )

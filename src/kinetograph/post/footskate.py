@@ -1,0 +1,147 @@
+"""Footskate cleanup: planted feet are held where they are, by inverse kinematics of the legs.
+
+While a foot is planted, its correction changes by exactly what the planted point would have slid, so that the point
+stands still and a roll from heel to toe needs no switch between two targets. The constant that is free in each plant
+is chosen to make the mean correction zero. In swing the correction passes smoothly from one plant's to the next's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.kinematics import forward
+from kinetograph.motion import Motion
+from kinetograph.post.inverse_kinematics import reach
+from kinetograph.take import Annotation
+
+SIDES = ("left", "right")
+GRIP = 0.12
+"""Seconds over which a planted foot comes to be held and is let go."""
+
+
+def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float = 0.2) -> Motion:
+    """The motion with planted feet held still on the ground plane; heights and the feet's own turns are kept.
+
+    contacts: of kind ``"contact"``, labelled ``left_foot``, ``left_toe`` and so on, in the motion's seconds. ease:
+    seconds over which a correction comes before the first and goes after the last plant. A skeleton without legs
+    comes back as it was.
+    """
+    for side in SIDES:
+        if all(f"{side}_{part}" in motion.skeleton.roles for part in ("hip", "knee", "foot")):
+            offset = foot_correction(motion, contacts, side, ease)
+            motion = move_foot(motion, side, offset)
+    return motion
+
+
+def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: float) -> BoolArray:
+    """The frames, shape ``(F,)``, at which ``role`` is in contact."""
+    times = np.arange(frames) / fps
+    mask = np.zeros(frames, dtype=np.bool_)
+    for note in contacts:
+        if note.label == role:
+            mask |= (times >= note.start - 1e-9) & (times <= note.stop + 1e-9)
+    return mask
+
+
+def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str, ease: float) -> FloatArray:
+    """How far a foot is to be moved, shape ``(F, 3)`` metres, to stand still while it is planted."""
+    frames = len(motion)
+    roles = [r for r in (f"{side}_foot", f"{side}_toe") if r in motion.skeleton.roles]
+    masks = np.stack([contact_mask(contacts, role, frames, motion.fps) for role in roles])
+    points = _points(motion, roles)
+    both = masks[:, 1:] & masks[:, :-1]
+    count = both.sum(axis=0)
+    slide = np.einsum("rf,rfi->fi", both.astype(np.float64), np.diff(points, axis=1)) / np.maximum(count, 1)[:, None]
+    slide[:, 1] = 0.0
+    offset = np.zeros((frames, 3))
+    plants = _runs(masks.any(axis=0))
+    for start, stop in plants:
+        held = slide[start : stop - 1] * _grip(stop - 1 - start, motion.fps)[:, None]
+        path = np.concatenate([np.zeros((1, 3)), -np.cumsum(held, axis=0)])
+        offset[start:stop] = path - path.mean(axis=0)
+    _fill_swings(offset, plants, max(round(ease * motion.fps), 1))
+    return offset
+
+
+def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
+    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
+    changed = np.linalg.norm(offset, axis=1) > 1e-7
+    if not changed.any():
+        return motion
+    hip, knee, ankle = (motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot"))
+    positions, turns = forward(motion)
+    target = positions[:, ankle] + offset
+    upper, lower = reach(positions[:, hip], positions[:, knee], positions[:, ankle], target)
+    parents = motion.skeleton.parents
+    hip_turn, knee_turn = rot.multiply(upper, turns[:, hip]), rot.multiply(lower, turns[:, knee])
+    above = turns[:, parents[hip]]
+    between_hip_and_knee = _between(motion, hip, knee)
+    between_knee_and_ankle = _between(motion, knee, ankle)
+    rotations = motion.rotations.copy()
+    rotations[changed, hip] = rot.multiply(rot.conjugate(above), hip_turn)[changed]
+    local_knee = rot.multiply(rot.conjugate(rot.multiply(hip_turn, between_hip_and_knee)), knee_turn)
+    rotations[changed, knee] = local_knee[changed]
+    local_ankle = rot.multiply(rot.conjugate(rot.multiply(knee_turn, between_knee_and_ankle)), turns[:, ankle])
+    rotations[changed, ankle] = local_ankle[changed]
+    return replace(motion, rotations=rot.normalize(rotations))
+
+
+def _between(motion: Motion, above: int, below: int) -> FloatArray:
+    """Turn, ``(F, 4)``, of the parent of ``below`` in the frame of ``above``: twist bones may lie between them."""
+    chain = []
+    joint = int(motion.skeleton.parents[below])
+    while joint != above:
+        chain.append(joint)
+        joint = int(motion.skeleton.parents[joint])
+    turn = rot.identity(len(motion))
+    for joint in reversed(chain):
+        turn = rot.multiply(turn, motion.rotations[:, joint])
+    return turn
+
+
+def _points(motion: Motion, roles: list[str]) -> FloatArray:
+    """World positions, shape ``(R, F, 3)``."""
+    from kinetograph.kinematics import role_positions
+
+    return np.moveaxis(role_positions(motion, roles), 1, 0)
+
+
+def _grip(steps: int, fps: float) -> FloatArray:
+    """How firmly a foot is held at each step of a plant: a foot that is stopped dead, or let go at once, jerks."""
+    ramp = GRIP * fps
+    inward = np.minimum(np.arange(steps), np.arange(steps)[::-1]) + 0.5
+    return _smooth_step(inward / max(ramp, 1.0))
+
+
+def _runs(mask: BoolArray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _fill_swings(offset: FloatArray, plants: list[tuple[int, int]], ease: int) -> None:
+    """Fill ``offset`` between plants, in place, with smooth steps from each plant's last value to the next's first."""
+    frames = len(offset)
+    for (_, stop), (start, _) in zip([(0, 0), *plants], [*plants, (frames, frames)], strict=True):
+        inside = np.arange(stop, start)
+        if len(inside) == 0:
+            continue
+        before = offset[stop - 1].copy() if stop > 0 else None
+        after = offset[start].copy() if start < frames else None
+        span = start - stop + 1
+        away = (inside - stop + 1) / min(span, ease) if before is None or after is None else (inside - stop + 1) / span
+        if before is not None and after is not None:
+            u = _smooth_step(away)[:, None]
+            offset[inside] = (1 - u) * before + u * after
+        elif before is not None:
+            offset[inside] = (1 - _smooth_step(away))[:, None] * before
+        elif after is not None:
+            offset[inside] = _smooth_step(1 - (start - inside) / min(span, ease))[:, None] * after
+
+
+def _smooth_step(u: FloatArray) -> FloatArray:
+    u = np.clip(u, 0.0, 1.0)
+    return np.asarray(u * u * (3 - 2 * u))

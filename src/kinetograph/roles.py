@@ -1,0 +1,350 @@
+"""Which joint plays which role: by name first, then by the shape of the tree.
+
+Names differ by more than spelling: ``LeftShoulder`` is the collar bone where a ``LeftArm`` hangs on it, and the upper
+arm where a ``left_elbow`` does. So names only say what a joint may be; an arm is read upward from its hand and a leg
+upward from its foot, and the nearest joint that may be the next bone is. A body whose names say nothing is read from
+its rest pose: legs are the pair of equal long chains nearest the root, arms the pair above them, and left is up x
+forward. A role that neither way shows is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.skeleton import Landmark, Skeleton
+
+_WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[0-9]+")
+_SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
+_NOISE = frozenset(
+    ("bip", "biped", "bone", "c", "ctrl", "def", "jnt", "joint", "jt", "mixamorig", "org", "rig", "skel")
+)
+_COMMON = 0.8  # a first word that so many joints share is the character's name, as in CC_Base_ or Bip01
+
+_WRIST, _HAND = {"wrist"}, {"hand", "palm"}
+_ELBOW = {"elbow", "forearm", "forearmbend", "lowerarm", "armlower", "lowarm", "loarm", "radius"}
+_UPPER_ARM = {"arm", "upperarm", "armupper", "uparm", "shoulder", "shldr", "shldrbend", "humerus"}
+_COLLAR = {"collar", "collarbone", "clavicle", "clav", "shoulder"}
+_ANKLE, _FOOT = {"ankle"}, {"foot", "feet"}
+_KNEE = {"knee", "leg", "calf", "shin", "lowerleg", "leglower", "lowleg", "loleg", "tibia"}
+_THIGH = {"hip", "thigh", "thighbend", "upleg", "upperleg", "legupper", "femur", "leg"}
+_TOE = {"toe", "toes", "toebase", "ball", "foot", "forefoot"}
+_PELVIS = {"hips", "hip", "pelvis"}
+_NECK = {"neck", "lowerneck", "necklower", "necktwist"}
+_HEAD = {"head", "upperneck", "neckupper"}
+
+
+@dataclass(frozen=True)
+class JointName:
+    """A joint's name read: its side (``"left"``, ``"right"`` or ``""``), its words in one, and its number."""
+
+    side: str
+    word: str
+    number: str
+
+    @property
+    def opposite(self) -> JointName:
+        """The name on the other side of the body."""
+        other = {"left": "right", "right": "left"}
+        return replace(self, side=other.get(self.side, ""))
+
+
+def read_names(names: Sequence[str]) -> tuple[JointName, ...]:
+    """What the names of a skeleton's joints say, without namespaces, prefixes, separators and case.
+
+    >>> [(n.side, n.word) for n in read_names(["mixamorig:LeftUpLeg", "upper_arm.R", "lowerback"])]
+    [('left', 'upleg'), ('right', 'upperarm'), ('', 'lowerback')]
+    """
+    split = [_WORDS.findall(re.split(r"[:|]", name)[-1]) for name in names]
+    words = [[word.lower() for word in row] for row in split]
+    while shared := _shared_first_word(words):
+        words = [row[1:] if row[:1] == [shared] else row for row in words]
+    glued = {"".join(row) for row in words}
+    return tuple(_read_name(row, glued) for row in words)
+
+
+def _shared_first_word(words: list[list[str]]) -> str:
+    firsts = Counter(row[0] for row in words if row)
+    if len(words) < 5 or not firsts:
+        return ""
+    word, count = firsts.most_common(1)[0]
+    return word if count >= _COMMON * len(words) and word not in _SIDES else ""
+
+
+def _read_name(words: list[str], glued: Collection[str]) -> JointName:
+    letters = [word for word in words if not word.isdigit()]
+    number = ".".join(str(int(word)) for word in words if word.isdigit())
+    side = next((_SIDES[word] for word in letters if word in _SIDES), "")
+    rest = [word for word in letters if word not in _SIDES and word not in _NOISE]
+    if side and rest:
+        return JointName(side, "".join(rest), number)
+    whole = "".join(letters)
+    for prefix, other in (("left", "right"), ("right", "left"), ("l", "r"), ("r", "l")):
+        # "lhip" has a side since there is an "rhip"; "lowerback" has none
+        if whole.startswith(prefix) and other + "".join(words)[len(prefix) :] in glued:
+            return JointName(_SIDES[prefix], whole[len(prefix) :], number)
+    return JointName("", "".join(rest) or whole, number)
+
+
+def with_found_roles(skeleton: Skeleton) -> Skeleton:
+    """The same skeleton with the roles that its names and shape show, in place of those it had.
+
+    >>> stick = Skeleton(("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot"), np.array([-1, 0, 1, 2]), np.zeros((4, 3)))
+    >>> sorted(with_found_roles(stick).roles)
+    ['left_foot', 'left_hip', 'left_knee']
+    """
+    return replace(skeleton, roles=find_roles(skeleton))
+
+
+def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
+    """The joint, or the point on a joint, that plays each role; roles that cannot be told are absent."""
+    names = read_names(skeleton.names)
+    joints: dict[str, int] = {}
+    for side in ("left", "right"):
+        joints |= _named_leg(skeleton, names, side) | _named_arm(skeleton, names, side)
+    if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
+        joints = _limbs_by_shape(skeleton) | joints
+    joints |= _midline(skeleton, names, joints)
+    marks = {role: Landmark(joint) for role, joint in joints.items()}
+    marks |= _tips(skeleton, names, joints)
+    return marks
+
+
+# ---- names ----
+
+
+def _named_leg(skeleton: Skeleton, names: Sequence[JointName], side: str) -> dict[str, int]:
+    ankles, feet = _having(names, side, _ANKLE), _having(names, side, _FOOT)
+    for foot in ankles or feet:
+        knee = _above(skeleton, names, foot, side, _KNEE)
+        hip = None if knee is None else _above(skeleton, names, knee, side, _THIGH)
+        if knee is not None and hip is not None:
+            return {f"{side}_hip": hip, f"{side}_knee": knee, f"{side}_foot": foot}
+    return {}
+
+
+def _named_arm(skeleton: Skeleton, names: Sequence[JointName], side: str) -> dict[str, int]:
+    for hand in _having(names, side, _WRIST) or _having(names, side, _HAND):
+        elbow = _above(skeleton, names, hand, side, _ELBOW)
+        shoulder = None if elbow is None else _above(skeleton, names, elbow, side, _UPPER_ARM)
+        if elbow is None or shoulder is None:
+            continue
+        arm = {f"{side}_shoulder": shoulder, f"{side}_elbow": elbow, f"{side}_hand": hand}
+        collar = _above(skeleton, names, shoulder, side, _COLLAR)
+        return arm if collar is None else arm | {f"{side}_collar": collar}
+    return {}
+
+
+def _having(names: Sequence[JointName], side: str, words: Collection[str]) -> list[int]:
+    return [i for i, name in enumerate(names) if name.side == side and name.word in words]
+
+
+def _ancestors(skeleton: Skeleton, joint: int) -> Iterator[int]:
+    """The joint's parent, that one's parent, up to the root."""
+    while (joint := int(skeleton.parents[joint])) >= 0:
+        yield joint
+
+
+def _above(skeleton: Skeleton, names: Sequence[JointName], joint: int, side: str, words: Collection[str]) -> int | None:
+    """The nearest ancestor so named; of a bone in several pieces (upperarm01, upperarm02) the first piece."""
+    found: int | None = None
+    for ancestor in _ancestors(skeleton, joint):
+        name = names[ancestor]
+        if found is None:
+            found = ancestor if name.side == side and name.word in words else None
+        elif (name.side, name.word) == (side, names[found].word):
+            found = ancestor
+    return found
+
+
+def _below(skeleton: Skeleton, joint: int) -> Iterator[int]:
+    """The descendants of a joint, nearest first."""
+    row = list(skeleton.children[joint])
+    while row:
+        yield from row
+        row = [child for joint in row for child in skeleton.children[joint]]
+
+
+# ---- the midline, and the tips of limbs ----
+
+
+def _meeting(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
+    """The lowest joint that is above all of ``joints``."""
+    if not joints:
+        return None
+    lines = [list(_ancestors(skeleton, joint)) for joint in joints]
+    return next((a for a in lines[0] if all(a in line for line in lines[1:])), None)
+
+
+def _midline(skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, int]) -> dict[str, int]:
+    out: dict[str, int] = {}
+    legs = [limbs[role] for role in ("left_hip", "right_hip") if role in limbs]
+    arms = [limbs[role] for role in ("left_shoulder", "right_shoulder") if role in limbs]
+    chest = _meeting(skeleton, arms) if len(arms) == 2 else None
+    if chest and names[chest].word in _NECK:  # 3ds Max Biped hangs the collars on the neck
+        chest = int(skeleton.parents[chest])
+    if len(legs) == 2:
+        hips = _hips(skeleton, names, legs, chest)
+        out |= {} if hips is None else {"hips": hips}
+    if chest is None:
+        return out
+    out["chest"] = chest
+    if "hips" in out:
+        path = [chest, *_ancestors(skeleton, chest)]
+        if out["hips"] in path[2:]:
+            out["spine"] = path[path.index(out["hips"]) - 1]
+    return out | _neck_and_head(skeleton, names, chest, limbs)
+
+
+def _hips(skeleton: Skeleton, names: Sequence[JointName], legs: Sequence[int], chest: int | None) -> int | None:
+    """The joint named so that carries the legs and the trunk, or else the joint where those meet."""
+    meeting = _meeting(skeleton, legs)
+    if chest is not None and meeting is not None and chest != meeting:
+        meeting = _meeting(skeleton, [*legs, chest])
+    if meeting is None:
+        return None
+    line = [meeting, *_ancestors(skeleton, meeting)]
+    return next((j for j in line if not names[j].side and names[j].word in _PELVIS), meeting)
+
+
+def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, limbs: dict[str, int]) -> dict[str, int]:
+    arms = {
+        a for role in ("left_shoulder", "right_shoulder") for a in (limbs[role], *_ancestors(skeleton, limbs[role]))
+    }
+    legs = {limbs[role] for role in ("left_hip", "right_hip") if role in limbs}
+    legs |= {joint for leg in legs for joint in _below(skeleton, leg)}
+    below = [j for j in _below(skeleton, chest) if not names[j].side and j not in legs]
+    heads = [j for j in below if names[j].word in _HEAD]
+    necks = [j for j in below if names[j].word in _NECK]
+    if not heads and not necks:
+        free = [j for j in skeleton.children[chest] if j not in arms | legs and not names[j].side]
+        necks = free if len(free) == 1 else []
+    out = {"neck": necks[0]} if necks else {}
+    if heads:
+        out["head"] = heads[0]
+    elif necks and len(skeleton.children[necks[0]]) == 1:
+        out["head"] = skeleton.children[necks[0]][0]
+    return out
+
+
+def _tips(skeleton: Skeleton, names: Sequence[JointName], joints: dict[str, int]) -> dict[str, Landmark]:
+    """The toes, and the head of a body without a head joint: a joint, or failing that an end site."""
+    out: dict[str, Landmark] = {}
+    for side in ("left", "right"):
+        if (foot := joints.get(f"{side}_foot")) is None:
+            continue
+        below = list(_below(skeleton, foot))
+        named = [j for j in below if names[j].side == side and names[j].word in _TOE]
+        toe = named or [j for j in skeleton.children[foot] if np.any(skeleton.offsets[j])]
+        if named or len(toe) == 1:
+            out[f"{side}_toe"] = Landmark(toe[0])
+        elif (end := _end(skeleton, foot)) is not None:
+            out[f"{side}_toe"] = end
+    if "neck" in joints and "head" not in joints and (end := _end(skeleton, joints["neck"])) is not None:
+        out["head"] = end
+    return out
+
+
+def _end(skeleton: Skeleton, joint: int) -> Landmark | None:
+    ends = skeleton.end_offsets[skeleton.end_parents == joint]
+    return Landmark(joint, ends[0]) if len(ends) and np.any(ends[0]) else None
+
+
+# ---- the shape of the tree ----
+
+_ALIKE = 0.05  # relative difference of the lengths of two sides
+_UNEVEN = 2.5  # thigh over shank, upper arm over forearm, and their inverses, stay below this
+
+
+@dataclass(frozen=True)
+class _Limb:
+    """The three joints of a leg or an arm, and those of its main chain above and below them."""
+
+    before: tuple[int, ...]
+    upper: int
+    middle: int
+    lower: int
+    tip: FloatArray  # where the chain goes on from the lower joint, at rest
+    length: float
+
+
+def _limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
+    """Arms and legs of a body whose rest pose stands, whatever its joints are called."""
+    rest = _rest_positions(skeleton)
+    pairs = _limb_pairs(skeleton, rest)
+    tops = [top for top, _, _ in pairs]
+    inside = {j for _, a, b in pairs for limb in (a, b) for j in (limb.upper, *_below(skeleton, limb.upper))}
+    pairs = [pair for pair in pairs if pair[0] not in inside]
+    if len(pairs) != 2 or len(set(tops)) < 2:
+        return {}
+    (hips, *legs), (chest, *arms) = sorted(pairs, key=lambda pair: pair[0])
+    if hips not in _ancestors(skeleton, chest):
+        return {}
+    up = rest[chest] - np.mean([rest[leg.lower] for leg in legs], axis=0)
+    forward = np.mean([leg.tip - rest[leg.lower] for leg in legs], axis=0)
+    left = np.cross(up, forward)
+    if np.linalg.norm(left) < 0.3 * np.linalg.norm(up) * np.linalg.norm(forward) or not np.any(left):
+        return {}  # no feet, or feet along the legs: the body may face either way
+    out = _sided(skeleton, rest, legs, left, ("hip", "knee", "foot"))
+    return out | _sided(skeleton, rest, arms, left, ("shoulder", "elbow", "hand"))
+
+
+def _sided(
+    skeleton: Skeleton, rest: FloatArray, limbs: Sequence[_Limb], left: FloatArray, parts: Sequence[str]
+) -> dict[str, int]:
+    across = rest[limbs[0].upper] - rest[limbs[1].upper]
+    cosine = float(across @ left) / (float(np.linalg.norm(across) * np.linalg.norm(left)) or 1.0)
+    if abs(cosine) < 0.7:
+        return {}
+    out: dict[str, int] = {}
+    for side, limb in zip(("left", "right"), limbs if cosine > 0 else limbs[::-1], strict=True):
+        out |= {f"{side}_{part}": j for part, j in zip(parts, (limb.upper, limb.middle, limb.lower), strict=True)}
+        if "elbow" in parts and limb.before:
+            out[f"{side}_collar"] = limb.before[-1]
+    return out
+
+
+def _rest_positions(skeleton: Skeleton) -> FloatArray:
+    rest = np.zeros((len(skeleton), 3))
+    for joint, parent in enumerate(skeleton.parents[1:], start=1):
+        rest[joint] = rest[parent] + skeleton.offsets[joint]
+    return rest
+
+
+def _limb_pairs(skeleton: Skeleton, rest: FloatArray) -> list[tuple[int, _Limb, _Limb]]:
+    """Pairs of like limbs that branch off at one joint, with that joint."""
+    out: list[tuple[int, _Limb, _Limb]] = []
+    for top in range(len(skeleton)):
+        limbs = [limb for child in skeleton.children[top] if (limb := _limb(skeleton, rest, child)) is not None]
+        for i, a in enumerate(limbs):
+            for b in limbs[i + 1 :]:
+                if abs(a.length - b.length) <= _ALIKE * max(a.length, b.length) and len(a.before) == len(b.before):
+                    out.append((top, a, b))
+    return out
+
+
+def _limb(skeleton: Skeleton, rest: FloatArray, start: int) -> _Limb | None:
+    """The limb whose main chain, the longest one, begins at a joint: its two longest bones that follow each other."""
+    reach = np.zeros(len(skeleton))
+    for joint in range(len(skeleton) - 1, 0, -1):
+        parent = skeleton.parents[joint]
+        reach[parent] = max(reach[parent], reach[joint] + np.linalg.norm(skeleton.offsets[joint]))
+    chain = [start]
+    while below := skeleton.children[chain[-1]]:
+        chain.append(max(below, key=lambda j: reach[j] + np.linalg.norm(skeleton.offsets[j])))
+    if len(chain) < 3:
+        return None
+    bones = np.linalg.norm(skeleton.offsets[chain[1:]], axis=1)
+    k = int(np.argmax(bones[1:] + bones[:-1]))
+    thick, thin = max(bones[k], bones[k + 1]), min(bones[k], bones[k + 1])
+    if thick >= _UNEVEN * thin:
+        return None
+    lower = chain[k + 2]
+    end = _end(skeleton, lower)
+    tip = rest[chain[k + 3]] if len(chain) > k + 3 else rest[lower] + (np.zeros(3) if end is None else end.offset)
+    return _Limb(tuple(chain[:k]), chain[k], chain[k + 1], lower, tip, float(bones[k] + bones[k + 1]))
