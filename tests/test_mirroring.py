@@ -20,9 +20,10 @@ from kinetograph.skeleton import Landmark, Skeleton
 
 _REFLECT = np.array([-1.0, 1.0, 1.0])
 
-_TRUNK = [("hips", "", (0, 0, 0)), ("spine", "hips", (0, 0.2, 0.02)), ("chest", "spine", (0, 0.25, -0.03))]
-_HEAD = [("neck", "chest", (0, 0.2, 0)), ("head", "neck", (0, 0.1, 0.03))]
-_LIMBS = [  # of the left side, facing +z
+_Row = tuple[str, str, tuple[float, float, float]]
+_TRUNK: list[_Row] = [("hips", "", (0, 0, 0)), ("spine", "hips", (0, 0.2, 0.02)), ("chest", "spine", (0, 0.25, -0.03))]
+_HEAD: list[_Row] = [("neck", "chest", (0, 0.2, 0)), ("head", "neck", (0, 0.1, 0.03))]
+_LIMBS: list[_Row] = [  # of the left side, facing +z
     *(("hip", "hips", (0.09, -0.05, 0.01)), ("knee", "hip", (0.01, -0.4, 0.01))),
     *(("ankle", "knee", (-0.01, -0.4, -0.02)), ("toe", "ankle", (0.02, -0.06, 0.13))),
     *(("collar", "chest", (0.03, 0.15, 0.01)), ("shoulder", "collar", (0.15, 0.01, 0))),

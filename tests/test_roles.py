@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kinetograph.formats import deepmimic, load
 from kinetograph.roles import JointName, find_roles, read_names, with_found_roles
@@ -60,7 +62,10 @@ _add(
 _add(
     "mixamo",
     _skeleton(
-        *("M:Hips,M:Spine,M:Spine1,M:Spine2,M:Neck,M:Head,M:HeadTop_End".replace("M:", "mixamorig:"),),
+        *(
+            "mixamorig:Hips,mixamorig:Spine,mixamorig:Spine1,mixamorig:Spine2",
+            "mixamorig:Spine2,mixamorig:Neck,mixamorig:Head",
+        ),
         *_both(
             *("mixamorig:Left", "mixamorig:Right", "mixamorig:Spine2,<Shoulder,<Arm,<ForeArm,<Hand,<HandThumb1"),
             *("<Hand,<HandIndex1,<HandIndex2", "mixamorig:Hips,<UpLeg,<Leg,<Foot,<ToeBase,<Toe_End"),
@@ -255,6 +260,21 @@ def test_sides_are_left_out_where_the_body_may_face_either_way() -> None:
 
 def test_a_chain_of_nameless_joints_has_no_roles() -> None:
     assert not find_roles(_skeleton("joint_0,joint_1,joint_2,joint_3"))
+
+
+_SOME_NAMES = ["Hips", "LeftUpLeg", "l_leg", "LFoot", "rfoot", "Toe.L", "Arm_r", "hand_l", "neck", "Head", "x", "7", ""]
+
+
+@given(data=st.data(), joints=st.integers(1, 30))
+@settings(max_examples=100)
+def test_any_tree_has_roles_on_its_own_joints(data: st.DataObject, joints: int) -> None:
+    parents = [-1] + [data.draw(st.integers(0, i - 1)) for i in range(1, joints)]
+    names = [f"{data.draw(st.sampled_from(_SOME_NAMES))} {i}" for i in range(joints)]
+    offsets = np.random.default_rng(joints).integers(-1, 2, size=(joints, 3)).astype(float)
+    tree = Skeleton(tuple(names), np.array(parents), offsets, np.array([joints - 1]), np.ones((1, 3)))
+    found = with_found_roles(tree).roles
+    limbs = [mark.joint for role, mark in found.items() if role.startswith(("left", "right")) and "toe" not in role]
+    assert len(set(limbs)) == len(limbs)
 
 
 def test_roles_that_the_skeleton_had_give_way() -> None:

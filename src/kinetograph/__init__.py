@@ -26,7 +26,21 @@ _EXPORTS = {
     "save": "formats",
 }
 
-__all__ = ["__version__", *_EXPORTS]
+__all__ = [
+    "Annotation",
+    "Landmark",
+    "Library",
+    "Motion",
+    "PerformanceControl",
+    "Piece",
+    "Signal",
+    "Skeleton",
+    "Synthesis",
+    "Take",
+    "__version__",
+    "load",
+    "save",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -24,7 +24,7 @@ INK, GREY, PALE, FLOOR, SEAM = "#222222", "#777777", "#f3c969", "#dddddd", "#c21
 # of a character: the middle, the left and the right of its body
 CASTS = (("#444444", "#0072b2", "#d55e00"), ("#8a6d3b", "#009e73", "#aa4a9c"), ("#607080", "#56a0d3", "#c99700"))
 TILE = 0.5  # metres
-_SLIM = {"torso": 0.55, "pelvis": 0.5, "collar": 0.6, "neck": 0.7, "head": 1.1}  # drawn width over the body's
+_SLIM = {"torso": 0.7, "pelvis": 0.55, "collar": 0.6, "neck": 0.8, "head": 0.9}  # drawn width over the body's
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Stage:
 # What there is to draw
 
 
-def stage(what: Motion | Sequence[Motion] | Take, contacts: Sequence[Annotation]) -> Stage:
+def set_stage(what: Motion | Sequence[Motion] | Take, contacts: Sequence[Annotation]) -> Stage:
     if isinstance(what, Take):
         tracks = [name for name, track in what.tracks.items() if isinstance(track, Motion)]
         motions = tuple(what.motion(name) for name in tracks)
@@ -89,13 +89,13 @@ def frames_at(motion: Motion, seconds: FloatArray) -> IntArray:
     return np.clip((seconds * motion.fps).round().astype(np.int64), 0, len(motion) - 1)
 
 
-def cast(stage: Stage, seconds: FloatArray) -> Cast:
+def cast_at(stage: Stage, seconds: FloatArray) -> Cast:
     segments, widths, colours, centres = [], [], [], []
     planted: list[list[FloatArray]] = [[] for _ in seconds]
     for i, (motion, notes) in enumerate(zip(stage.motions, stage.contacts, strict=True)):
         chosen = pick(motion, frames_at(motion, seconds))
         bones = _capsules.bones(motion.skeleton)
-        palette = _rgb(CASTS[i % len(CASTS)])
+        palette = [_rgb(colour) for colour in CASTS[i % len(CASTS)]]
         segments.append(_segments(chosen, bones))
         widths += [_SLIM.get(bone.part, 0.85) * sum(bone.radii) for bone in bones]
         colours += [palette[bone.side] for bone in bones]
@@ -106,6 +106,11 @@ def cast(stage: Stage, seconds: FloatArray) -> Cast:
     ground[:, 1] = stage.floor
     points = tuple(np.array(found).reshape(-1, 3) for found in planted)
     return Cast(seconds, np.concatenate(segments, axis=1), np.array(widths), np.array(colours), ground, points)
+
+
+def _rgb(colour: str) -> FloatArray:
+    """``"#rrggbb"`` as three numbers from 0 to 1."""
+    return np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
 
 
 def _segments(motion: Motion, bones: tuple[_capsules.Bone, ...]) -> FloatArray:
@@ -123,7 +128,7 @@ def _segments(motion: Motion, bones: tuple[_capsules.Bone, ...]) -> FloatArray:
 
 
 def _mark_planted(planted: list[list[FloatArray]], motion: Motion, note: Annotation, seconds: FloatArray) -> None:
-    mark = landmark(motion, note.label)
+    mark = find_landmark(motion, note.label)
     if mark is None:
         return
     points = landmark_positions(motion, [mark])[:, 0]
@@ -132,7 +137,7 @@ def _mark_planted(planted: list[list[FloatArray]], motion: Motion, note: Annotat
         planted[k].append(points[k])
 
 
-def landmark(motion: Motion, label: str) -> Landmark | None:
+def find_landmark(motion: Motion, label: str) -> Landmark | None:
     """The point that a contact's label names: a role, or a joint."""
     if label in motion.skeleton.roles:
         return motion.skeleton.roles[label]
@@ -147,7 +152,7 @@ def facing(motion: Motion) -> FloatArray:
             ends = landmark_positions(motion, [roles[f"left_{part}"], roles[f"right_{part}"]])
             left = ends[:, 0] - ends[:, 1]
             length = np.maximum(np.linalg.norm(left, axis=-1), 1e-9)
-            return np.stack([-left[:, 2], left[:, 0]], axis=-1) / length[:, None]
+            return np.asarray(np.stack([-left[:, 2], left[:, 0]], axis=-1) / length[:, None])
     angle = twist(motion.rotations[:, 0], "y")
     return np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
@@ -168,8 +173,8 @@ class View:
         return np.stack([np.sum(points * a, axis=-1) for a in (self.right, self.up, self.near)], axis=-1)
 
 
-def view(across: FloatArray, elevation: float) -> View:
-    """A view with the horizontal angles ``across`` (radians from +z towards +x) to the right, from above by an angle."""
+def view_along(across: FloatArray, elevation: float) -> View:
+    """A view with the horizontal angles ``across`` (radians from +z to +x) to the right, raised by ``elevation``."""
     zero = np.zeros_like(across)
     right = np.stack([np.sin(across), zero, np.cos(across)], axis=-1)
     level = np.stack([-np.cos(across), zero, np.sin(across)], axis=-1)
@@ -198,7 +203,7 @@ def course(stage: Stage, seconds: FloatArray) -> FloatArray:
     if len(moving) == 0:
         return still
     angle = np.unwrap(np.arctan2(speed[moving, 0], speed[moving, 1]))
-    return np.interp(seconds * motion.fps, moving, angle)
+    return np.asarray(np.interp(seconds * motion.fps, moving, angle))
 
 
 # Figures and floors
@@ -212,24 +217,34 @@ def draw_figures(axes: Axes, ends: FloatArray, cast: Cast, points: float, ghost:
     order = np.argsort(nearness, kind="stable")
     spread = max(float(np.ptp(nearness)), 0.3)
     shade = np.clip(0.5 + (nearness - np.median(nearness)) / spread, 0, 1)
-    fade = (0.8 if ghost else 0.0) + (0.2 if ghost else 0.5) * (1 - shade)
+    fade = (0.75 if ghost else 0.0) + (0.15 if ghost else 0.5) * (1 - shade)
     colours = cast.colours + (1 - cast.colours) * fade[:, None]
     widths = np.maximum(cast.widths * (0.8 + 0.35 * shade) * points, 0.8)
-    lines, paints, strokes = [], [], []
+    lines: list[FloatArray] = []
+    paints: list[FloatArray] = []
+    strokes: list[float] = []
     for bone in order:
-        line, width = ends[bone, :, :2], widths[bone] + 2.0
+        line, width = _visible(ends[bone, :, :2], 0.5 / points), float(widths[bone]) + 2.0
         length = float(np.linalg.norm(line[1] - line[0]))
         trim = 0.5 * width / points / max(length, 1e-9)
         if trim < 0.45 and not ghost:  # a white rim sets a near limb off from what it crosses, and ends short of joints
             rim = line + np.array([[trim], [-trim]]) * (line[1] - line[0])
-            lines, paints, strokes = [*lines, rim], [*paints, np.ones(3)], [*strokes, width]
+            lines.append(rim)
+            paints.append(np.ones(3))
+            strokes.append(width)
         lines.append(line)
         paints.append(colours[bone])
-        strokes.append(widths[bone])
-    axes.add_collection(
-        LineCollection(lines, colors=paints, linewidths=strokes, capstyle="round", zorder=2 if ghost else 3),
-        autolim=False,
-    )
+        strokes.append(float(widths[bone]))
+    figure = LineCollection(lines, colors=paints, linewidths=strokes, capstyle="round", zorder=2 if ghost else 3)
+    figure.set_snap(False)  # whole pixels would move limbs, and shrink the shortest to nothing
+    axes.add_collection(figure, autolim=False)
+
+
+def _visible(line: FloatArray, least: float) -> FloatArray:
+    """A line at least so long: matplotlib leaves out the round ends of a line without a length."""
+    if np.linalg.norm(line[1] - line[0]) >= least:
+        return line
+    return np.asarray(line.mean(axis=0) + np.array([[-0.5 * least, 0.0], [0.5 * least, 0.0]]))
 
 
 def draw_lines(axes: Axes, lines: Sequence[FloatArray], colour: str, width: float, zorder: float = 1) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.motion import Motion
 from kinetograph.arrays import FloatArray
+from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark
 
 

@@ -48,6 +48,8 @@ class Motion:
             set_field(self, "bones", np.asarray(self.bones, dtype=np.float64))
             if self.bones.shape != (frames, joints, 3):
                 raise DataError(f"expected bones ({frames}, {joints}, 3), found {self.bones.shape}")
+            if not np.isfinite(self.bones).all():
+                raise DataError("a motion's bones must be finite; look for NaN or inf in its source")
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise DataError(f"fps must be a positive number, found {self.fps}")
         if not (np.isfinite(self.translation).all() and np.isfinite(self.rotations).all()):
@@ -154,19 +156,44 @@ def heading(motion: Motion) -> FloatArray:
     return np.unwrap(rot.twist(motion.rotations[:, 0], "y"))
 
 
+def close_loop(motion: Motion) -> Motion:
+    """A clip that loops, made to end exactly in the pose it began with, turned and moved on by one cycle.
+
+    What is missing at the end is spread evenly over the cycle, half of it taken from the beginning: every frame moves
+    by at most half of the gap. The root keeps its path on the ground and its heading.
+    """
+    ramp = np.linspace(-0.5, 0.5, len(motion))
+    turn, _ = loop_step(motion)
+    last = motion.rotations[-1].copy()
+    last[0] = rot.multiply(rot.about("y", -turn), last[0])
+    gap = rot.log(rot.multiply(motion.rotations[0], rot.conjugate(last)))
+    rise = motion.translation[0, 1] - motion.translation[-1, 1]
+    correction = rot.exp(ramp[:, None, None] * gap)
+    # the root's gap was measured after the cycle's turn was taken off; it is turned back on as far as a frame has got
+    on = rot.about("y", turn * (ramp + 0.5))
+    correction[:, 0] = rot.multiply(rot.multiply(on, correction[:, 0]), rot.conjugate(on))
+    translation = motion.translation + np.outer(ramp, [0.0, rise, 0.0])
+    return replace(motion, translation=translation, rotations=rot.multiply(correction, motion.rotations))
+
+
+def loop_step(motion: Motion) -> tuple[float, FloatArray]:
+    """Turn about the vertical in radians and shift ``(3,)`` in metres that take a looping clip's start to its end."""
+    turn = float(rot.twist(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0])), "y"))
+    shift = motion.translation[-1] - rot.rotate(rot.about("y", turn), motion.translation[0])
+    shift[1] = 0.0
+    return turn, shift
+
+
 def repeat(motion: Motion, times: int) -> Motion:
     """A clip that loops, played ``times`` times, each cycle going on where and in the direction the last one ended.
 
-    The clip's last frame is taken to be the pose of its first one, a cycle later.
+    The clip's last frame is taken to be the pose of its first one, a cycle later; see `close_loop` for the rest.
+    Raises RequestError unless ``times`` is at least 1.
     """
     if times < 1:
         raise RequestError(f"a clip can be repeated 1 time or more, found {times}")
-    start, end = motion.translation[0], motion.translation[-1]
-    turn = float(rot.twist(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0])), "y"))
-    step = end - rot.rotate(rot.about("y", turn), start)
-    step[1] = 0.0
-    cycles = [motion]
+    cycles = [close_loop(motion)]
+    turn, shift = loop_step(motion)
     for _ in range(times - 1):
-        last = place(cycles[-1], turn, step)
-        cycles.append(last)
-    return concatenate([c if i == 0 else cut(c, 1, len(c)) for i, c in enumerate(cycles)])
+        cycles.append(place(cycles[-1], turn, shift))
+    return concatenate([cycle if i == 0 else cut(cycle, 1, len(cycle)) for i, cycle in enumerate(cycles)])

@@ -31,7 +31,6 @@ from kinetograph._figures import (
     draw_lines,
     draw_planted,
     facing,
-    find_landmark,
     floor_disc,
     frames_at,
     pick,
@@ -41,7 +40,7 @@ from kinetograph._figures import (
 )
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.formats._atomic import replacing
+from kinetograph.formats._atomic import atomic_path
 from kinetograph.formats._capsules import stature
 from kinetograph.kinematics import joint_positions, landmark_positions
 from kinetograph.motion import Motion
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
 
 _DPI = 110
 _WIDTH = 16.0  # inches
+_GRID = _WIDTH - 0.2  # of the poses
 _MOST = 4000  # samples that a curve is drawn with
 _LABEL: dict[str, Any] = {"ha": "center", "va": "bottom", "size": 9, "color": INK}
 
@@ -88,7 +88,7 @@ def contact_sheet(
     head = 0.75
     figure = _figure(_WIDTH, head + sheet.height + below)
     _headline(figure, title, stage)
-    axes = _axes(figure, (0.1, below, _WIDTH - 0.2, sheet.height))
+    axes = _axes(figure, (0.5 * (_WIDTH - _GRID), below, _GRID, sheet.height))
     sheet.draw(axes)
     plan = _axes(figure, (0.75, 0.6, 5.6, below - 0.85))
     _draw_plan(plan, stage, path_signal, seams)
@@ -151,7 +151,7 @@ class _Grid:
     @property
     def points(self) -> float:
         """Points of the picture in a metre."""
-        return float((_WIDTH - 0.2) * 72 / (self.columns * self.cell[0]))
+        return float(_GRID * 72 / (self.columns * self.cell[0]))
 
     @property
     def height(self) -> float:
@@ -166,7 +166,8 @@ class _Grid:
             corner = np.array([k % self.columns, rows - 1 - k // self.columns]) * self.cell
             shift = np.append(corner - self.low, 0.0)
             self._draw_cell(axes, k, view, shift)
-            axes.text(*(corner + (0.5 * self.cell[0], 4 / self.points)), self.labels[k], **_LABEL)
+            middle = float(corner[0] + 0.5 * self.cell[0])
+            axes.text(middle, float(corner[1]) + 4 / self.points, self.labels[k], **_LABEL)
         spare = 0.5 * max(self.columns - len(self.views), 0) * self.cell[0]  # one short row stands in the middle
         axes.set_xlim(-spare, self.columns * self.cell[0] - spare)
         axes.set_ylim(0, rows * self.cell[1])
@@ -180,9 +181,6 @@ class _Grid:
         draw_planted(axes, view.project(self.cast.planted[k] - centre) + shift)
 
 
-_LABEL: dict[str, Any] = {"ha": "center", "va": "bottom", "size": 9, "color": INK}
-
-
 def _grid_of_poses(cast: Cast, stage: Stage) -> _Grid:
     across = course(stage, cast.seconds) + np.deg2rad(35)
     views = tuple(view_along(np.asarray(angle), np.deg2rad(12)) for angle in across)
@@ -193,8 +191,8 @@ def _grid_of_poses(cast: Cast, stage: Stage) -> _Grid:
     disc = radius * np.array([1.0, np.sin(np.deg2rad(12))])
     low = np.minimum(drawn[..., :2].min(axis=(0, 1, 2)) - pad, -disc - 0.02)
     high = np.maximum(drawn[..., :2].max(axis=(0, 1, 2)) + pad, disc + 0.02)
-    low[1] -= 0.13 * (high[1] - low[1])  # room for the label
     columns = _columns(len(cast.seconds), high - low)
+    low[1] -= 20 * columns * (high[0] - low[0]) / (72 * _GRID)  # 20 points for the label
     motion = stage.motions[0]
     frames = frames_at(motion, cast.seconds)
     labels = tuple(f"{s:.2f} s   f {f}" for s, f in zip(cast.seconds, frames.tolist(), strict=True))
@@ -204,7 +202,7 @@ def _grid_of_poses(cast: Cast, stage: Stage) -> _Grid:
 def _columns(count: int, cell: FloatArray) -> int:
     """As many columns as make the sheet about twice as wide as high, without a lonely last row."""
     shapes = [
-        (abs(np.log(n * cell[0] / (-(-count // n) * cell[1]) / 2.0)) + 0.03 * (-count % n), n)
+        (abs(np.log(n * cell[0] / (-(-count // n) * cell[1]) / 2.0)) + 0.15 * (-count % n), n)
         for n in range(1, count + 1)
     ]
     # one pose alone would be as wide as the sheet: a cell is at most a quarter of it
@@ -220,8 +218,7 @@ def _draw_plan(axes: Axes, stage: Stage, path_signal: Signal | None, seams: Sequ
         for line in _ground_lines(path_signal):
             axes.plot(line[:, 0], line[:, 1], color=PALE, linewidth=8, solid_capstyle="round", zorder=1)
             seen.append(line[np.isfinite(line[:, 0])])
-    for i, motion in enumerate(stage.motions):
-        seen.append(thin(motion, _MOST).translation[:, [0, 2]])
+    seen += [thin(motion, _MOST).translation[:, [0, 2]] for motion in stage.motions]
     everything = np.concatenate(seen)
     _fit(axes, everything.min(axis=0), everything.max(axis=0))
     reach = 0.035 * float(np.ptp(axes.get_xlim()))
@@ -242,8 +239,11 @@ def _draw_course(axes: Axes, motion: Motion, colour: str, seams: Sequence[float]
     draw_lines(axes, list(np.stack([dots, dots + reach * facing(chosen)], axis=1)), colour, 1.4, zorder=3)
     axes.plot(dots[:, 0], dots[:, 1], "o", color=colour, markersize=4, zorder=4)
     axes.plot(dots[:1, 0], dots[:1, 1], "o", color="white", markeredgecolor=colour, markersize=8, zorder=4)
+    from matplotlib.patheffects import withStroke
+
     for k in range(0, len(dots), _step(len(dots), 12)):
-        axes.annotate(f"{k} s", dots[k], (5, 5), textcoords="offset points", size=8, color=colour, zorder=6)
+        text = axes.annotate(f"{k} s", dots[k], (5, 5), textcoords="offset points", size=8, color=colour, zorder=6)
+        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
     if len(seams):
         joins = pick(motion, frames_at(motion, np.asarray(seams, dtype=np.float64))).translation
         axes.plot(joins[:, 0], joins[:, 2], "D", color=SEAM, markeredgecolor="white", markersize=7, zorder=5)
@@ -259,10 +259,8 @@ def _ground_lines(signal: Signal) -> Iterator[FloatArray]:
 
 def _fit(axes: Axes, low: FloatArray, high: FloatArray) -> None:
     """Limits about a box, with a margin, a metre at least, to one scale in both directions."""
-    figure = axes.get_figure()
-    assert figure is not None
-    box = axes.get_position()
-    size = np.array([box.width, box.height]) * figure.get_size_inches()
+    box = axes.get_window_extent()
+    size = np.array([box.width, box.height])
     scale = float((np.maximum(1.15 * (high - low), 1.0) / size).max())
     middle = 0.5 * (low + high)
     axes.set_xlim(*(middle[0] + 0.5 * scale * size[0] * np.array([-1, 1])))
@@ -271,7 +269,7 @@ def _fit(axes: Axes, low: FloatArray, high: FloatArray) -> None:
 
 def _step(count: int, most: int) -> int:
     """Every how many of ``count`` things to label so that at most so many are: 1, 2, 5, 10, ..."""
-    return next(s * 10**e for e in range(9) for s in (1, 2, 5) if count <= most * s * 10**e)
+    return next(int(s * 10**e) for e in range(9) for s in (1, 2, 5) if count <= most * s * 10**e)
 
 
 # Heights and contacts over time
@@ -285,11 +283,12 @@ def _draw_heights(
         seconds = np.linspace(0, motion.duration, len(thinned))
         for label, colour, height in _foot_heights(thinned, CASTS[i % len(CASTS)]):
             name = label if len(stage.motions) == 1 else f"{i + 1}: {label}"
-            axes_style: dict[str, Any] = {"marker": "o"} if len(thinned) == 1 else {"linewidth": 1.3}
-            heights.plot(seconds, 100 * (height - stage.floor), color=colour, label=name, **axes_style)
+            style: dict[str, Any] = {"marker": "o"} if len(thinned) == 1 else {"linewidth": 1.3}
+            heights.plot(seconds, 100 * (height - stage.floor), color=colour, label=name, **style)
     heights.axhline(0, color=GREY, linewidth=0.8)
     heights.legend(loc="upper right", fontsize=8, ncols=4, frameon=False)
     low, high = heights.get_ylim()
+    low, high = min(low, -1.0), max(high, 5.0)
     heights.set_ylim(low, high + 0.15 * (high - low))  # room for the legend
     _dress(heights, "height of the feet over the floor", "" if bars else "seconds", "cm")
     if bars is not None:
@@ -297,7 +296,7 @@ def _draw_heights(
         _draw_bars(bars, stage, rows)
     for axes in (heights, bars):
         if axes is not None:
-            axes.set_xlim(0, stage.duration or 1.0)
+            axes.set_xlim(*((0, stage.duration) if stage.duration else (-0.5, 0.5)))
             for seam in seams:
                 axes.axvline(seam, color=SEAM, linewidth=1, linestyle=(0, (4, 2)), zorder=1)
 
@@ -413,7 +412,8 @@ def _strip(stage: Stage, poses: int | None) -> _Strip:
     room = 12 if spread else round(min(length, 2.5 * travel) / (0.4 * tall)) + 1
     most = max(len(motion) for motion in stage.motions)
     count = min(poses or max(room, 3), most, 40)
-    between = 1 if count == 1 or spread else max(min(4, (most - 1) // (count - 1)), 1)
+    winding = length > 1.5 * travel  # figures between the figures would only muddle it
+    between = 1 if count == 1 or spread or winding else max(min(4, (most - 1) // (count - 1)), 1)
     seconds = np.linspace(0, stage.duration, (count - 1) * between + 1)
     still = course(stage, seconds[:1])[0] + np.deg2rad(35)
     view = view_along(np.asarray(still if spread else np.arctan2(along[0], along[1])), np.deg2rad(14))
@@ -421,7 +421,8 @@ def _strip(stage: Stage, poses: int | None) -> _Strip:
     shifts = np.zeros((len(seconds), 3))
     if spread:
         local = view.project(cast.segments - cast.centres[:, None, None])[..., 0]
-        shifts[:, 0] = 1.05 * float(np.median(np.ptp(local, axis=(1, 2)))) * np.arange(len(seconds))
+        shifts -= view.project(cast.centres)
+        shifts[:, 0] += 1.05 * float(np.median(np.ptp(local, axis=(1, 2)))) * np.arange(len(seconds))
     return _Strip(stage, cast, view, np.arange(count) * between, shifts, spread)
 
 
@@ -462,7 +463,7 @@ def _dress(axes: Axes, title: str, x: str, y: str) -> None:
 def _headline(figure: Figure, title: str | None, stage: Stage) -> None:
     height = figure.get_size_inches()[1]
     motion = stage.motions[0]
-    facts = f"{len(motion)} frames, {motion.fps:g} fps, {stage.duration:.2f} s"
+    facts = f"{len(motion)} frame{'s' * (len(motion) > 1)}, {motion.fps:.5g} fps, {stage.duration:.2f} s"
     facts += f", {len(stage.motions)} characters" if len(stage.motions) > 1 else ""
     facts += f", floor drawn at y = {stage.floor:.2f} m" if stage.floor else ""
     figure.text(0.015, 1 - 0.3 / height, title or "motion", size=14, weight="bold", color=INK, va="center")
@@ -470,5 +471,5 @@ def _headline(figure: Figure, title: str | None, stage: Stage) -> None:
 
 
 def _save(figure: Figure, path: str | Path) -> None:
-    with replacing(path) as temporary:
-        figure.savefig(temporary, format="png")
+    with atomic_path(path) as draft:
+        figure.savefig(draft, format="png")

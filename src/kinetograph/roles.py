@@ -36,7 +36,7 @@ _THIGH = {"hip", "thigh", "thighbend", "upleg", "upperleg", "legupper", "femur",
 _TOE = {"toe", "toes", "toebase", "ball", "foot", "forefoot"}
 _PELVIS = {"hips", "hip", "pelvis"}
 _NECK = {"neck", "lowerneck", "necklower", "necktwist"}
-_HEAD = {"head", "upperneck", "neckupper"}
+_HEAD, _UPPER_NECK = {"head"}, {"upperneck", "neckupper"}
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, l
     legs = {limbs[role] for role in ("left_hip", "right_hip") if role in limbs}
     legs |= {joint for leg in legs for joint in _below(skeleton, leg)}
     below = [j for j in _below(skeleton, chest) if not names[j].side and j not in legs]
-    heads = [j for j in below if names[j].word in _HEAD]
+    heads = [j for words in (_HEAD, _UPPER_NECK) for j in below if names[j].word in words]
     necks = [j for j in below if names[j].word in _NECK]
     if not heads and not necks:
         free = [j for j in skeleton.children[chest] if j not in arms | legs and not names[j].side]

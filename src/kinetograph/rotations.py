@@ -65,7 +65,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def about(axis: str, angle: npt.ArrayLike) -> FloatArray:
-    """Turn about one coordinate axis, ``"x"``, ``"y"`` or ``"z"``; angle in radians, shape ``(...)`` -> ``(..., 4)``."""
+    """Turn about a coordinate axis, ``"x"``, ``"y"`` or ``"z"``; angle in radians, shape ``(...)`` -> ``(..., 4)``."""
     half = 0.5 * np.asarray(angle, dtype=np.float64)
     out = np.zeros((*half.shape, 4))
     out[..., 0] = np.cos(half)
@@ -98,7 +98,7 @@ def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def slerp(a: FloatArray, b: FloatArray, u: npt.ArrayLike) -> FloatArray:
-    """Spherical interpolation, the short way: ``a`` at ``u = 0``, ``b`` at ``u = 1``; shapes ``(..., 4)`` and ``(...)``.
+    """Spherical interpolation, the short way, from ``a`` at ``u = 0`` to ``b`` at 1; shapes ``(..., 4)`` and ``(...)``.
 
     >>> slerp(about("y", 0.0), about("y", 1.0), 0.25).round(9).tolist() == about("y", 0.25).round(9).tolist()
     True

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kinetograph.errors import DataError
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.errors import DataError
 
 
 @dataclass(frozen=True, eq=False)

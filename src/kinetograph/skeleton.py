@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -70,16 +71,22 @@ class Skeleton:
             raise DataError("parents must come before their children and the one root first; sort the joints")
         if len(self.end_parents) != len(self.end_offsets):
             raise DataError(f"{len(self.end_parents)} end parents but {len(self.end_offsets)} end offsets")
-        if len(self.end_parents) and not (0 <= self.end_parents.min() and self.end_parents.max() < joints):
+        if len(self.end_parents) and not (self.end_parents.min() >= 0 and self.end_parents.max() < joints):
             raise DataError(f"end sites must hang on joints 0 to {joints - 1}, found {self.end_parents.tolist()}")
         if not (np.isfinite(self.offsets).all() and np.isfinite(self.end_offsets).all()):
             raise DataError("offsets must be finite numbers of metres")
         for role, landmark in self.roles.items():
             if role not in ROLES or not 0 <= landmark.joint < joints:
                 raise DataError(f"role {role!r} on joint {landmark.joint}: expected one of {', '.join(ROLES)}")
+            if landmark.offset.shape != (3,) or not np.isfinite(landmark.offset).all():
+                raise DataError(f"role {role!r}: an offset is three finite metres, found {landmark.offset}")
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = (self.names, self.parents, self.offsets, self.end_parents, self.end_offsets, dict(self.roles))
+        return Skeleton, parts  # a read-only view of a dict does not pickle
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:

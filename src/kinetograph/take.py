@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class Annotation:
     stop: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "start", float(self.start))
+        object.__setattr__(self, "stop", float(self.stop))
         if not (np.isfinite(self.start) and np.isfinite(self.stop) and 0 <= self.start <= self.stop):
             raise DataError(
                 f"an annotation runs from 0 <= start to stop >= start seconds, found {self.start}, {self.stop}"
@@ -54,6 +57,9 @@ class Take:
                 raise DataError(
                     f"annotation on track {note.track!r}, but take {self.name!r} has {', '.join(self.tracks)}"
                 )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Take, (self.name, dict(self.tracks), self.annotations)  # a read-only view of a dict does not pickle
 
     @property
     def duration(self) -> float:

@@ -95,7 +95,7 @@ class _Parser:
         elif word == b"}" and self.open:
             self.close(token)
         elif word != b"hierarchy" or self.nodes:
-            raise self.error(token, f"expected {self.expected()}, found {_show(token.text)}")
+            raise self.error(token, f"expected {self.expected()}, found {show(token.text)}")
 
     def joint(self, token: Token, parent: int) -> None:
         words = self.words_of_line(token)
@@ -123,7 +123,7 @@ class _Parser:
             found.append((match[1].lower(), match[2].lower()))
             self.next("a channel")
         if count != len(found):
-            after = "" if following is None else f", then {_show(following.text)}"
+            after = "" if following is None else f", then {show(following.text)}"
             raise self.error(
                 token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(found)}{after}"
             )
@@ -157,7 +157,7 @@ class _Parser:
     def brace(self, token: Token) -> None:
         found = self.next("{")
         if found.text != b"{":
-            raise self.error(found, f"expected {{ after {_show(token.text)}, found {_show(found.text)}")
+            raise self.error(found, f"expected {{ after {show(token.text)}, found {show(found.text)}")
 
     def number(self, what: str) -> float:
         token = self.next(what)
@@ -166,7 +166,7 @@ class _Parser:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise self.error(token, f"expected {what}, a finite number, found {_show(token.text)}")
+            raise self.error(token, f"expected {what}, a finite number, found {show(token.text)}")
         return value
 
     def peek(self) -> Token | None:
@@ -209,7 +209,7 @@ def _decode(text: bytes) -> str:
         return text.decode("latin-1")
 
 
-def _show(text: bytes) -> str:
+def show(text: bytes) -> str:
     """A word for a message: on one line, and short."""
     word = _decode(text)
     return repr(word if len(word) <= 40 else word[:37] + "...")

@@ -44,7 +44,8 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {1.0 / motions[0].fps:.10g}\n")
         columns = [_columns(motion, options.order) for motion in motions]
         formats = [f"%.{decimals}f" if placed else f"%.{_ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
-        np.savetxt(file, np.concatenate([values for values, _ in columns], axis=1), fmt=" ".join(formats))
+        values = np.concatenate([values for values, _ in columns], axis=1)
+        np.savetxt(file, np.where(np.abs(values) < 0.5 * 10.0**-_ANGLE_DECIMALS, 0.0, values), fmt=" ".join(formats))
 
 
 def _motions(what: Take | Motion | Signal) -> list[Motion]:
@@ -118,4 +119,4 @@ def _name(name: str) -> str:
 
 
 def _numbers(values: FloatArray, decimals: int) -> str:
-    return " ".join(f"{value:.{decimals}f}" for value in values)
+    return " ".join(f"{value:.{decimals}f}" for value in np.round(values, decimals) + 0.0)  # + 0.0: no -0.000

@@ -163,8 +163,7 @@ def bones(skeleton: Skeleton) -> tuple[Bone, ...]:
         ends = _ends(skeleton, joint, scale, axes, names[joint])
         for child, tip in ends:
             part = _part(skeleton, joint, child, names)
-            side = sides[child] if child >= 0 and part == "collar" else sides[joint]
-            found.append(_bone(joint, child, tip, part, side, scale, axes[0]))
+            found.append(_bone(joint, child, tip, part, sides[joint], scale, axes[0]))
     if not found:
         found.append(_bone(0, -1, np.zeros(3), "", MIDDLE, scale, axes[0]))
     return tuple(found)

@@ -35,6 +35,7 @@ _TYPICAL = 1.65
 _RARITY = {"metre": 0.0, "centimetre": 0.0, "millimetre": 0.0, "inch": 0.3, "foot": 0.6, "cmu": 0.3}
 _STEADY = 0.02  # of the body's size: how much the lowest point strays on a floor
 _FLOOR_WEIGHT = 0.6  # chosen so that clips of getting up and of walking along an axis are both told safely
+_MOST_BONES = 500  # no body has more; to look for roles in thousands takes minutes
 _SAMPLES = 64  # frames looked at for a guess
 _QUARTER_TURNS: dict[str, FloatArray] = {
     "x": rot.about("z", np.pi / 2),
@@ -173,6 +174,8 @@ def _sampled(motion: Motion) -> Motion:
 def _with_roles(motion: Motion) -> Motion:
     from kinetograph.roles import with_found_roles
 
+    if len(motion.skeleton) > _MOST_BONES:
+        return motion
     return replace(motion, skeleton=with_found_roles(motion.skeleton))
 
 

@@ -31,7 +31,7 @@ _STRETCHED = 100  # rows made of each row read, at most
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Numbers below a header: times ``(F,)``, values and validity ``(F, C)``, and the digits that times are written to."""
+    """Numbers below a header: times ``(F,)``, values and validity ``(F, C)``, and how many decimals the times have."""
 
     names: tuple[str, ...]
     times: FloatArray
@@ -105,7 +105,7 @@ def _parse(path: Path, lenient: bool) -> _Table:
         raise FormatError(path, f"every column needs a name of its own, found {lines[0][1][:60]!r}", line=lines[0][0])
     if len(lines) == 1:
         raise FormatError(path, "expected rows of numbers below the header, found none")
-    rows = []
+    rows: list[list[float]] = []
     decimals = 0
     for number, line in lines[1:]:
         cells = _cells(path, number, line, separator)
@@ -235,8 +235,8 @@ def _points(signal: Signal, names: tuple[str, ...], is_path: bool, factor: float
     if is_path:
         for column, axis in enumerate(signal.names):
             values[:, 0, "xyz".index(axis)] = signal.values[:, column]
-        valid = np.ones((len(signal), 1), dtype=np.bool_)
+        valid: BoolArray = np.ones((len(signal), 1), dtype=np.bool_)
     else:
         values[:] = signal.values.reshape(values.shape)
-        valid = signal.valid.reshape(values.shape).all(axis=2)
+        valid = np.asarray(signal.valid.reshape(values.shape).all(axis=2), dtype=np.bool_)
     return Signal(turn_points(values * factor, up), names, "m", signal.fps, valid)

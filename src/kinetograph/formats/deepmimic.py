@@ -177,7 +177,9 @@ def _rate(path: Path, steps: FloatArray) -> float:
     """Frames a second of the median step; 60 for the many files that write 0.016666, so that their rates agree."""
     step = float(np.median(steps))
     if step <= 0:
-        raise FormatError(path, f"expected positive seconds a frame, found {step:g} in frame 0; give the rate with --fps")
+        raise FormatError(
+            path, f"expected positive seconds a frame, found {step:g} in frame 0; give the rate with --fps"
+        )
     whole = round(1.0 / step)
     return float(whole) if whole and abs(1.0 / step - whole) < _RATE_TOLERANCE * whole else 1.0 / step
 

@@ -6,6 +6,7 @@ is a chain: a piece's state is the pair of its borders, and neighbours share one
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +35,7 @@ def retime(spans: list[Span], continuity: float) -> tuple[IntArray, float]:
     """
     scores = spans[0].costs
     links: list[IntArray] = []
-    for before, span in zip(spans[:-1], spans[1:], strict=True):
+    for before, span in itertools.pairwise(spans):
         gaps = before.tails[:, :, None] - span.heads[None]
         totals = scores[:, :, None] + continuity * np.einsum("abck,abck->abc", gaps, gaps)
         link = np.argmin(totals, axis=0)

@@ -54,18 +54,6 @@ class SegmentalSearch:
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
-    """What later steps need of one step: scores ``(S,)``, and the live states packed in order of score."""
-
-    scores: FloatArray
-    order: npt.NDArray[np.int64]
-    ranks: npt.NDArray[np.int64]
-    tails: SingleArray
-    packed_scores: SingleArray
-    packed_tails: SingleArray
-
-
-@dataclass(frozen=True, eq=False)
 class Arrivals:
     """One step's input: for each state, if its segment ends here, the cost ``(S,)`` and the placed ends ``(S, K)``.
 
@@ -77,12 +65,56 @@ class Arrivals:
     tails: SingleArray
 
 
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """What later steps need of the latest R steps, at index step % R.
+
+    live ``(R,)``: states that may be continued; orders ``(R, S)``: those by score; seeds ``(R, S + 1)``: each live
+    state itself, and the best one in place of the others and, last, of none; scores ``(R, S)``: Q; tails
+    ``(R, S, K)``; packed_scores ``(R, B, LANES)``, packed_tails ``(R, B, K, LANES)``: laid out for the kernel.
+    """
+
+    live: IntArray
+    orders: IntArray
+    seeds: IntArray
+    scores: FloatArray
+    tails: SingleArray
+    packed_scores: SingleArray
+    packed_tails: SingleArray
+
+    @classmethod
+    def empty(cls, reach: int, states: int, width: int) -> Ring:
+        """Room for ``reach`` steps."""
+        blocks = -(-states // _kernels.LANES)
+        return cls(
+            np.zeros(reach, dtype=np.int64),
+            np.zeros((reach, states), dtype=np.int64),
+            np.zeros((reach, states + 1), dtype=np.int64),
+            np.full((reach, states), np.inf),
+            np.zeros((reach, states, width), dtype=np.float32),
+            np.zeros((reach, blocks, _kernels.LANES), dtype=np.float32),
+            np.zeros((reach, blocks, width, _kernels.LANES), dtype=np.float32),
+        )
+
+    def arrays(self) -> tuple[npt.NDArray[np.generic], ...]:
+        """The arrays in the order that the kernel takes them."""
+        return (
+            self.live,
+            self.orders,
+            self.seeds,
+            self.scores,
+            self.tails,
+            self.packed_scores,
+            self.packed_tails,
+        )
+
+
 @dataclass(eq=False)
 class SearchState:
-    """A search under way: the step reached, the fronts still in reach, and the back-pointers of every step."""
+    """A search under way: the step reached, the steps still in reach, and the back-pointers of every step."""
 
     time: int = 0
-    fronts: dict[int, Front] = field(default_factory=dict)
+    ring: Ring | None = None
     back: list[npt.NDArray[np.int32]] = field(default_factory=list)
     pairs: int = 0
 
@@ -114,13 +146,11 @@ def init(search: SegmentalSearch) -> SearchState:
 def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> SearchState:
     """Advance by one step: equation 4.6 for every state that ends here. The given state is used up."""
     time = state.time + 1
-    scores, back, pairs = _extend(search, state, arrivals, time, search.durations)
+    ring = state.ring or Ring.empty(int(search.durations[-1]) + 1, *arrivals.heads.shape)
+    scores, back, pairs = _extend(search, ring, state.back, arrivals, time, search.durations)
+    _record(search, ring, time, scores, arrivals.tails)
     state.back.append(back)
-    state.fronts[time] = _front(search, scores, arrivals.tails)
-    state.fronts.pop(time - int(search.durations[-1]) - 1, None)
-    state.time = time
-    state.pairs += pairs
-    return state
+    return SearchState(time, ring, state.back, state.pairs + pairs)
 
 
 def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arrivals] | None = None) -> SegmentalPath:
@@ -128,24 +158,24 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
 
     partial: by number of steps used e, the arrivals of the states with d > e whose first e steps end here.
     """
-    if state.time == 0:
+    if state.ring is None:
         raise DataError("a search needs at least one step of control, found none")
-    scores = state.fronts[state.time].scores
+    scores = state.ring.scores[state.time % len(state.ring.live)]
     winner = int(np.argmin(scores))
     best, length, back = float(scores[winner]), int(search.durations[winner]), int(state.back[-1][winner])
+    pairs = state.pairs
     for used, arrivals in (partial or {}).items():
-        spans = np.full(len(scores), used)
         costs = np.where(search.durations > used, arrivals.costs, np.inf)
-        values, links, pairs = _extend(
-            search, state, Arrivals(costs, arrivals.heads, arrivals.tails), state.time, spans
-        )
-        state.pairs += pairs
+        early = Arrivals(costs, arrivals.heads, arrivals.tails)
+        spans = np.full(len(scores), used)
+        values, links, visited = _extend(search, state.ring, state.back, early, state.time, spans)
+        pairs += visited
         candidate = int(np.argmin(values))
         if values[candidate] < best:
             winner, best, length, back = candidate, float(values[candidate]), used, int(links[candidate])
     if not np.isfinite(best):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
-    return _trace(search, state, winner, length, back, best)
+    return _trace(search, state, winner, length, back, best, pairs)
 
 
 def solve(
@@ -159,69 +189,42 @@ def solve(
 
 
 def _extend(
-    search: SegmentalSearch, state: SearchState, arrivals: Arrivals, time: int, spans: IntArray
+    search: SegmentalSearch,
+    ring: Ring,
+    back: list[npt.NDArray[np.int32]],
+    arrivals: Arrivals,
+    time: int,
+    spans: IntArray,
 ) -> tuple[FloatArray, npt.NDArray[np.int32], int]:
-    """Scores and back-pointers of segments that end at ``time`` and span ``spans`` steps (ascending)."""
-    count = len(spans)
-    scores = np.full(count, np.inf)
-    back = np.full(count, -1, dtype=np.int32)
-    pairs = 0
-    borders = np.flatnonzero(np.diff(spans)) + 1
-    for low, high in zip([0, *borders], [*borders, count], strict=True):
-        origin = time - int(spans[low])
-        if origin <= 0:
-            scores[low:high] = arrivals.costs[low:high]
-            continue
-        front = state.fronts.get(origin)
-        if front is None or len(front.order) == 0:
-            continue
-        values, links, visited = _relax(search, front, arrivals.heads[low:high], _seeds(state, front, low, high))
-        scores[low:high] = values + arrivals.costs[low:high]
-        back[low:high] = links
-        pairs += visited
-    return scores, back, pairs
+    """Scores and back-pointers of segments that end at ``time`` and span ``spans`` steps."""
+    scores = np.empty(len(spans))
+    links = np.empty(len(spans), dtype=np.int32)
+    last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
+    root = np.sqrt(search.continuity)
+    pairs = _kernels.extend(time, spans, arrivals.costs, arrivals.heads, root, last, ring.arrays(), scores, links)
+    return scores, links, int(pairs)
 
 
-def _seeds(state: SearchState, front: Front, low: int, high: int) -> npt.NDArray[np.int64]:
-    """Ranks of the predecessors that the same states had a step ago: motion is smooth, so they are good bounds."""
-    if not state.back:
-        return np.zeros(high - low, dtype=np.int64)
-    return np.asarray(front.ranks[state.back[-1][low:high]])
-
-
-def _relax(
-    search: SegmentalSearch, front: Front, heads: SingleArray, seeds: npt.NDArray[np.int64]
-) -> tuple[FloatArray, npt.NDArray[np.int64], int]:
-    """Equation 4.6 without D: the search in float32, the value of what it found in float64."""
-    root = np.float32(np.sqrt(search.continuity))
-    best = np.empty(len(heads), dtype=np.float32)
-    chosen = np.empty(len(heads), dtype=np.int64)
-    scaled = heads * root
-    pairs = _kernels.relax(front.packed_scores, front.packed_tails, scaled, seeds, best, chosen)
-    found = front.order[chosen]
-    gaps = front.tails[found].astype(np.float64) - heads
-    values = front.scores[found] + search.continuity * np.einsum("ij,ij->i", gaps, gaps)
-    return values, found, int(pairs)
-
-
-def _front(search: SegmentalSearch, scores: FloatArray, tails: SingleArray) -> Front:
-    order = np.argsort(scores, kind="stable")
+def _record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:
+    """Put a step into the ring, in place of the one that no segment reaches back to any more."""
+    slot = time % len(ring.live)
+    order = np.argsort(scores)
     limit = np.inf if search.beam is None else scores[order[0]] + search.beam
     live = int(np.count_nonzero(np.isfinite(scores) & (scores <= limit)))
     order = order[:live]
-    ranks = np.zeros(len(scores) + 1, dtype=np.int64)  # a state that is not live seeds with rank 0; so does index -1
-    ranks[order] = np.arange(live)
-    blocks = max(-(-live // _kernels.LANES), 1)
-    packed_scores = np.empty((blocks, _kernels.LANES), dtype=np.float32)
-    packed_tails = np.empty((blocks, tails.shape[1], _kernels.LANES), dtype=np.float32)
+    ring.live[slot] = live
+    ring.orders[slot, :live] = order
+    ring.scores[slot] = scores
+    ring.tails[slot] = tails
     if live:
-        root = np.float32(np.sqrt(search.continuity))
-        _kernels.pack(scores, tails * root, order, packed_scores, packed_tails)
-    return Front(scores, order, ranks, tails, packed_scores, packed_tails)
+        ring.seeds[slot] = order[0]
+        ring.seeds[slot, order] = order
+        root = np.sqrt(search.continuity)
+        _kernels.pack(scores, tails, root, order, ring.packed_scores[slot], ring.packed_tails[slot])
 
 
 def _trace(
-    search: SegmentalSearch, state: SearchState, winner: int, length: int, back: int, score: float
+    search: SegmentalSearch, state: SearchState, winner: int, length: int, back: int, score: float, pairs: int
 ) -> SegmentalPath:
     states, starts, stops = [winner], [state.time - length], [state.time]
     if length < search.durations[winner]:
@@ -232,4 +235,4 @@ def _trace(
         starts.append(stop - int(search.durations[back]))
         stops.append(stop)
         back = int(state.back[stop - 1][states[-1]])
-    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), score, state.pairs)
+    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), score, pairs)

@@ -19,6 +19,7 @@ from kinetograph.errors import DataError, LibraryError
 FILE_NAME = "catalogue.sqlite"
 APPLICATION_ID = 0x4B4E544F  # "KNTO"; tells a library's catalogue from any other SQLite file
 VERSION = 1
+READ_ONLY = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
 PATIENCE = 60.0
 """Seconds that a writer waits for another one to finish."""
 
@@ -68,13 +69,13 @@ def _explain(folder: Path, error: sqlite3.Error) -> LibraryError:
     if "locked" in text or "busy" in text:
         why = f"another process has been writing to it for {PATIENCE:.0f} s; try again when it is done"
     elif "readonly" in text:
-        why = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
+        why = READ_ONLY
     elif "full" in text:
         why = "no room left to write; free some space and try again; the library is unchanged"
     elif "not a database" in text or "malformed" in text:
         why = f"{FILE_NAME} is damaged ({text}); restore it from a copy"
     else:
-        why = f"{FILE_NAME} could not be read or written: {text}"
+        why = f"{FILE_NAME} could not be read or written: {text}; is the disk full or failing? the library is unchanged"
     return LibraryError(f"{folder}: {why}")
 
 

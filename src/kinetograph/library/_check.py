@@ -39,7 +39,9 @@ class _Used:
 def examine(folder: Path, repair: bool) -> Report:
     """Check a library; ``repair`` removes what no take uses. Without it, a take being written counts as orphaned.
 
-    Where a track is damaged, only bytes after the last take and stray files are removed. Raises LibraryError.
+    Giving back the bytes of removed takes copies the others to a new file, so that readers are not disturbed: there
+    must be room for both. Where a track is damaged, only bytes after the last take and stray files are removed. Raises
+    LibraryError.
     """
     try:
         return _repair(folder) if repair else _look(folder)

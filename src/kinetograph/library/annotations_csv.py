@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -58,25 +59,30 @@ def _write_whole(path: Path, rows: Iterable[tuple[str, ...]]) -> None:
 
 
 def _read(path: Path) -> Iterator[Row]:
+    reader = csv.reader(io.StringIO(_text(path), newline=""))
     line = 1
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets write a byte-order mark
-            reader = csv.reader(file)
-            header = tuple(cell.strip() for cell in next(reader, []))
-            if header != HEADER:
-                found = ",".join(header) or "nothing"
-                raise FormatError(path, f"expected the header {','.join(HEADER)}, found {found}", line=1)
+        header = tuple(cell.strip() for cell in next(reader, []))
+        if header != HEADER:
+            found = ",".join(header) or "nothing"
+            raise FormatError(path, f"expected the header {','.join(HEADER)}, found {found}", line=1)
+        line = reader.line_num + 1  # of the row to come, which may run over several lines
+        for cells in reader:
+            if any(cells):
+                yield _row(path, line, cells)
             line = reader.line_num + 1
-            for cells in reader:
-                if any(cells):
-                    yield _row(path, line, cells)
-                line = reader.line_num + 1
+    except csv.Error as error:
+        raise FormatError(path, f"not a table of comma-separated values: {error}", line=line) from error
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")  # spreadsheets write a byte-order mark
     except OSError as error:
         raise FormatError(path, f"could not be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
         raise FormatError(path, f"expected UTF-8 text: {error.reason}; save it as UTF-8", line=line) from error
-    except csv.Error as error:
-        raise FormatError(path, f"not a table of comma-separated values: {error}", line=line) from error
 
 
 def _row(path: Path, line: int, cells: list[str]) -> Row:

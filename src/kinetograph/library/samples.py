@@ -24,6 +24,8 @@ import platformdirs
 from kinetograph.errors import FetchError, RequestError
 from kinetograph.library._registry import SAMPLES, Sample
 
+__all__ = ["DATA_VARIABLE", "Progress", "Sample", "catalogue", "fetch", "where"]
+
 Progress = Callable[[int, int], None]
 DATA_VARIABLE = "KINETOGRAPH_DATA"
 _POLL = 0.2

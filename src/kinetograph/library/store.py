@@ -24,6 +24,7 @@ from kinetograph.take import Annotation, Take
 
 _FIRST_FRAMES = "frames-1.bin"
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 @dataclass(frozen=True)
@@ -210,6 +211,9 @@ class Library:
         """Forget the skeletons that were read; files are not kept open between calls."""
         self._skeletons.clear()
 
+    def __reduce__(self) -> tuple[type[Library], tuple[Path]]:
+        return Library, (self.path,)  # what was read stays here
+
     def __enter__(self) -> Library:
         return self
 
@@ -250,6 +254,8 @@ def _append(path: Path, start: int, take: Take) -> dict[str, list[_frames.Span]]
     try:
         spans = iter(_frames.append(path, start, [pair for pairs in arrays.values() for pair in pairs]))
     except OSError as error:
+        if error.errno in _READ_ONLY:
+            raise LibraryError(f"{path}: {_catalogue.READ_ONLY}") from error
         size = sum(array.nbytes for pairs in arrays.values() for _, array in pairs)
         what = f"cannot write the {size / 1e6:.1f} MB of take {take.name!r}: {error.strerror}"
         remedy = "; free some space and try again" if error.errno in _FULL else ""

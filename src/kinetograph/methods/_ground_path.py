@@ -16,7 +16,7 @@ STANDING = 0.05
 
 
 def hips_on_ground(motion: Motion, distance: float) -> FloatArray:
-    """The two hip joints projected on the ground, ``distance`` metres apart about their midpoint, shape ``(F, 2, 3)``."""
+    """The two hip joints on the ground, set ``distance`` metres apart about their midpoint, shape ``(F, 2, 3)``."""
     hips = role_positions(motion, ("left_hip", "right_hip"))
     middle, across = hips.mean(axis=1), hips[:, 0] - hips[:, 1]
     return _pair(middle, np.arctan2(across[:, 2], across[:, 0]), distance)

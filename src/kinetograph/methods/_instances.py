@@ -138,3 +138,7 @@ def interpolate(values: FloatArray, position: object) -> FloatArray:
 
 def _control(source: Source) -> FloatArray:
     return source.control
+
+
+def _target(source: Source) -> FloatArray:
+    return source.target

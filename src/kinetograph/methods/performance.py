@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
-    {"left_hand": 1.0, "right_hand": 1.0, "left_toe": 1.0, "right_toe": 1.0}
+    {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
 )
 
 
@@ -96,7 +96,7 @@ class PerformanceModel:
     @property
     def scale(self) -> FloatArray:
         """Square roots of the target points' weights, shape ``(Q,)``."""
-        return np.sqrt(np.array(list(self.method.targets.values())))
+        return np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
@@ -129,12 +129,12 @@ class PerformanceModel:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         for t in range(1, min(longest, steps + 1)):
-            costs, placement = self._align(x[None, : t + 1], lambda a, t=t: a[:, -min(t, a.shape[1] - 1) - 1 :])
+            costs, placement = self._align(x[None, : t + 1], slice(-t - 1, None))
             yield self._arrival(costs, placement, 0)
         for low in range(longest, steps + 1, 256):
             high = min(low + 256, steps + 1)
             windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
-            costs, placement = self._align(np.moveaxis(windows, -1, 1), lambda a: a)
+            costs, placement = self._align(np.moveaxis(windows, -1, 1), slice(None))
             for i in range(high - low):
                 yield self._arrival(costs, placement, i)
             if progress:
@@ -142,14 +142,14 @@ class PerformanceModel:
 
     def _left_early(self, x: FloatArray, used: int) -> Arrivals:
         """The states of which only the first ``used`` steps fit before the control's end."""
-        costs, placement = self._align(x[None, -used - 1 :], lambda a: a[:, : used + 1])
+        costs, placement = self._align(x[None, -used - 1 :], slice(used + 1))
         return self._arrival(costs, placement, 0)
 
-    def _align(self, windows: FloatArray, part: Callable[[FloatArray], FloatArray]) -> tuple[FloatArray, Placement]:
-        """D and placements of all states, ``part`` of each, against windows ``(B, W, P, 3)``, by number of steps."""
+    def _align(self, windows: FloatArray, part: slice) -> tuple[FloatArray, Placement]:
+        """D and placements of all states, ``part`` of their samples, against windows ``(B, W, P, 3)``."""
         costs, placements = [], []
         for examples in self.instances.controls.values():
-            used = part(examples)
+            used = examples[:, part]
             samples = used.shape[1]
             d, placed = align(self.method.alignment, windows[:, -samples:], used, self.weights(samples))
             costs.append(d)

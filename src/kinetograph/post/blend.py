@@ -10,6 +10,7 @@ later one half of the way back, and the correction fades away from the seam. The
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,7 +65,7 @@ def join(clips: list[Clip], fps: float, frames: int, blend: str = "inertialised"
     """
     if blend not in BLENDS:
         raise RequestError(f"blend must be one of {', '.join(BLENDS)}, found {blend!r}")
-    gaps = [measure_gap(a, b) for a, b in zip(clips[:-1], clips[1:], strict=True)]
+    gaps = [measure_gap(a, b) for a, b in itertools.pairwise(clips)]
     times = np.arange(frames) / fps
     owner = np.clip(np.searchsorted([c.start for c in clips], times + 1e-9, side="right") - 1, 0, len(clips) - 1)
     parts = []

@@ -58,7 +58,7 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     slide = np.einsum("rf,rfi->fi", both.astype(np.float64), np.diff(points, axis=1)) / np.maximum(count, 1)[:, None]
     slide[:, 1] = 0.0
     offset = np.zeros((frames, 3))
-    plants = _runs(masks.any(axis=0))
+    plants = _runs(np.asarray(masks.any(axis=0)))
     for start, stop in plants:
         held = slide[start : stop - 1] * _grip(stop - 1 - start, motion.fps)[:, None]
         path = np.concatenate([np.zeros((1, 3)), -np.cumsum(held, axis=0)])

@@ -8,7 +8,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 
 STRAIGHT = 0.998
-"""Share of a limb's length up to which it is ever straightened; beyond it a knee's angle changes too fast with reach."""
+"""Share of its length up to which a limb is straightened; beyond it the knee's angle changes too fast with reach."""
 
 
 def reach(upper: FloatArray, middle: FloatArray, end: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:

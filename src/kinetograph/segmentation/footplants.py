@@ -17,7 +17,7 @@ CONTACT_ROLES = ("left_foot", "left_toe", "right_foot", "right_toe")
 
 @dataclass(frozen=True)
 class ContactThresholds:
-    """When a point of a foot counts as planted; the second of each pair is looser, which keeps contacts from flickering.
+    """When a point of a foot is planted; the second of each pair is looser, which keeps contacts from flickering.
 
     height: metres above the point's own lowest level, to begin and to stay. speed: metres a second, likewise.
     shortest: seconds; briefer contacts are dropped. gap: seconds; briefer breaks are closed. smooth: seconds over
