@@ -1,0 +1,132 @@
+"""The three syntheses, one frame of readings at a time (Xie 2009, chapter 6, and continuity).
+
+Each estimator has ``lag``, the frames by which its answers look back, and ``step``, which takes a frame of scaled
+readings ``(C,)`` with its validity and gives an `Estimate`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.learn import continuity
+from kinetograph.learn.continuity import PathSearch
+from kinetograph.learn.posterior import levenberg_marquardt
+from kinetograph.methods._sensor_examples import Examples
+from kinetograph.methods._sensor_local import Cluster, LocalModels
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A pose vector ``(D,)``, root features ``(A,)``, variance of the pose vector ``(D,)``, the example that it is
+    nearest to, and its cost."""
+
+    pose: FloatArray
+    root: FloatArray
+    variance: FloatArray
+    example: int
+    cost: float
+
+
+class Estimator(Protocol):
+    """What the three syntheses have in common."""
+
+    lag: int
+
+    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
+        """The estimate ``lag`` frames before these readings."""
+        ...
+
+
+class Interpolation:
+    """Section 6.1: the nearest cluster's radial basis functions."""
+
+    def __init__(self, models: LocalModels) -> None:
+        self.lag = 0
+        self._models = models
+
+    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
+        """The interpolated pose; readings that are missing are filled with what the cluster expects."""
+        cluster = self._models.clusters[self._models.nearest(readings, valid)]
+        full = cluster.sensors.fill(readings, valid)
+        phi = cluster.forward.basis(full[None])[0]
+        values = cluster.forward.mean + phi @ cluster.forward.weights
+        b = self._models.reduction.dimensions
+        pose = self._models.reduction.decode(values[None, :b])[0]
+        away = full - cluster.sensors.mean
+        example = int(cluster.centres[np.argmax(phi)])
+        return Estimate(pose, values[b:], _doubt(cluster, valid), example, float(away @ away))
+
+
+class Optimisation:
+    """Section 6.2: model, smoothness and control terms, minimised over the pose in reduced coordinates."""
+
+    def __init__(self, models: LocalModels, smoothness: float, control: float) -> None:
+        self.lag = 0
+        self._models = models
+        self._smooth = np.sqrt(smoothness) / models.step
+        self._control = np.sqrt(control) / models.misfit
+        self._last: FloatArray | None = None
+        self._before: FloatArray | None = None
+
+    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
+        """The pose of least objective; readings that are missing have no control term."""
+        models = self._models
+        cluster = models.clusters[models.nearest(readings, valid)]
+        full = cluster.sensors.fill(readings, valid)
+        phi = cluster.forward.basis(full[None])[0]
+        values = cluster.forward.mean + phi @ cluster.forward.weights
+        b = models.reduction.dimensions
+        if self._last is None or self._before is None:
+            self._last = self._before = values[:b]
+        expected = 2 * self._last - self._before
+        solution = levenberg_marquardt(
+            lambda r: self._residuals(r, cluster, readings, valid, expected), self._last, most=8, tolerance=1e-3
+        )
+        self._before, self._last = self._last, solution.value
+        pose = models.reduction.decode(solution.value[None])[0]
+        example = int(cluster.centres[np.argmax(phi)])
+        return Estimate(pose, values[b:], _doubt(cluster, valid), example, solution.cost)
+
+    def _residuals(
+        self, r: FloatArray, cluster: Cluster, readings: FloatArray, valid: BoolArray, expected: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Residuals of equations 6.2, 6.3 and 6.4 and their Jacobian."""
+        signal, slope = cluster.backward.with_jacobian(r)
+        residuals = [
+            cluster.whitening @ (r - cluster.prior.mean),
+            self._smooth * (r - expected),
+            self._control * (signal - readings)[valid],
+        ]
+        jacobians = [cluster.whitening, self._smooth * np.eye(len(r)), self._control * slope[valid]]
+        return np.concatenate(residuals), np.concatenate(jacobians)
+
+
+class Continuity:
+    """The examples that the readings have been passing through, averaged over the best paths."""
+
+    def __init__(self, examples: Examples, search: PathSearch, paths: int, temperature: float) -> None:
+        self.lag = search.lag
+        self._examples, self._search = examples, search
+        self._paths, self._temperature = paths, temperature
+        self._state = continuity.init(search)
+
+    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
+        """The pose that the best paths had ``lag`` frames ago."""
+        weights = valid / max(int(valid.sum()), 1)
+        self._state = continuity.step(self._search, self._state, readings, weights)
+        found, shares = continuity.best(self._search, self._state, self._paths, self._temperature)
+        poses = self._examples.poses[found]
+        pose = shares @ poses
+        variance = shares @ (poses - pose) ** 2
+        best = int(found[np.argmax(shares)])
+        cost = float(weights @ (self._examples.readings[best] - readings) ** 2)
+        return Estimate(pose, shares @ self._examples.root_features[found], variance, best, cost)
+
+
+def _doubt(cluster: Cluster, valid: BoolArray) -> FloatArray:
+    """Variance of the pose vector: the cluster's own, more where readings are missing."""
+    return cluster.spread * (1.0 + 2.0 * float(np.mean(~valid)))
