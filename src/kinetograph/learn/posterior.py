@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,15 @@ def fit_gaussian(data: FloatArray, ridge: float = 1e-3) -> Gaussian:
     covariance = np.atleast_2d(np.cov(data.T, bias=True)) if len(data) > 1 else np.zeros((data.shape[1],) * 2)
     floor = ridge * max(float(np.trace(covariance)) / data.shape[1], 1e-9)
     return Gaussian(data.mean(axis=0), covariance + floor * np.eye(data.shape[1]))
+
+
+def mixed(parts: Sequence[Gaussian], shares: FloatArray) -> Gaussian:
+    """The Gaussian with the mean and covariance of a mixture of Gaussians, by ``shares`` that sum to 1."""
+    means = np.array([part.mean for part in parts])
+    mean = shares @ means
+    away = means - mean
+    within = np.einsum("k,kij->ij", shares, np.array([part.covariance for part in parts]))
+    return Gaussian(mean, within + (shares[:, None] * away).T @ away)
 
 
 @dataclass(frozen=True, eq=False)

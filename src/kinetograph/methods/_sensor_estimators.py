@@ -14,9 +14,18 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.learn import continuity
 from kinetograph.learn.continuity import PathSearch
-from kinetograph.learn.posterior import levenberg_marquardt
+from kinetograph.learn.posterior import Gaussian, levenberg_marquardt, mixed
 from kinetograph.methods._sensor_examples import Examples
 from kinetograph.methods._sensor_local import Cluster, LocalModels
+
+
+NEIGHBOURS = 4
+"""Clusters that share in the optimisation's model and control terms."""
+GOING_ON = 0.8
+"""Share of the last step that the smoothness term expects again. At 1, as printed, the two last frames and the prior
+make an oscillator without damping, which rings after every change of cluster."""
+STEPS = 2.0
+"""Typical second differences that the smoothness term allows for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +71,18 @@ class Interpolation:
 
 
 class Optimisation:
-    """Section 6.2: model, smoothness and control terms, minimised over the pose in reduced coordinates."""
+    """Section 6.2: model, smoothness and control terms, minimised over the pose in reduced coordinates.
+
+    The printed objective is minimised over the readings, which are given: it is meant over the pose. Each term is
+    divided by its own typical size in the library, without which the weights would have units. The clusters near the
+    readings share in the model and the mapping back by how near they are, as Q_t of section 6.2 has it: with the
+    nearest one alone the pose leaps whenever that changes.
+    """
 
     def __init__(self, models: LocalModels, smoothness: float, control: float) -> None:
         self.lag = 0
         self._models = models
-        self._smooth = np.sqrt(smoothness) / models.step
+        self._smooth = np.sqrt(smoothness) / (STEPS * models.step)
         self._control = np.sqrt(control) / models.misfit
         self._last: FloatArray | None = None
         self._before: FloatArray | None = None
@@ -75,33 +90,61 @@ class Optimisation:
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
         """The pose of least objective; readings that are missing have no control term."""
         models = self._models
-        cluster = models.clusters[models.nearest(readings, valid)]
-        full = cluster.sensors.fill(readings, valid)
-        phi = cluster.forward.basis(full[None])[0]
-        values = cluster.forward.mean + phi @ cluster.forward.weights
+        near, shares = models.near(readings, valid, NEIGHBOURS)
+        cluster = models.clusters[near[0]]
         b = models.reduction.dimensions
+        local = []
+        for k in near:
+            own = models.clusters[k]
+            phi = own.forward.basis(own.sensors.fill(readings, valid)[None])[0]
+            local.append(own.forward.mean + phi @ own.forward.weights)
+            if k == near[0]:
+                example = int(own.centres[np.argmax(phi)])
+        values = shares @ np.array(local)
         if self._last is None or self._before is None:
             self._last = self._before = values[:b]
-        expected = 2 * self._last - self._before
-        solution = levenberg_marquardt(
-            lambda r: self._residuals(r, cluster, readings, valid, expected), self._last, most=8, tolerance=1e-3
-        )
+        expected = self._last + GOING_ON * (self._last - self._before)
+        # the pose's distribution given the readings; the cluster's own, as printed, knows nothing of them
+        prior = mixed([Gaussian(v[:b], models.clusters[k].prior.covariance) for k, v in zip(near, local, strict=True)], shares)
+        objective = _Objective(
+            [models.clusters[k] for k in near], shares, prior.mean, prior.whitening(), self._smooth, expected,
+            self._control, readings, valid,
+        )  # fmt: skip
+        # away from its cluster's poses the mapping back is flat and pulls nowhere: begin where the objective is less
+        starts = (self._last, values[:b])
+        costs = [float(np.sum(objective(start)[0] ** 2)) for start in starts]
+        solution = levenberg_marquardt(objective, starts[int(np.argmin(costs))], most=8, tolerance=1e-3)
         self._before, self._last = self._last, solution.value
         pose = models.reduction.decode(solution.value[None])[0]
-        example = int(cluster.centres[np.argmax(phi)])
         return Estimate(pose, values[b:], _doubt(cluster, valid), example, solution.cost)
 
-    def _residuals(
-        self, r: FloatArray, cluster: Cluster, readings: FloatArray, valid: BoolArray, expected: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Residuals of equations 6.2, 6.3 and 6.4 and their Jacobian."""
-        signal, slope = cluster.backward.with_jacobian(r)
+
+@dataclass(frozen=True, eq=False)
+class _Objective:
+    """Residuals of equations 6.2, 6.3 and 6.4 and their Jacobian."""
+
+    clusters: list[Cluster]
+    shares: FloatArray
+    mean: FloatArray
+    whitening: FloatArray
+    smooth: float
+    expected: FloatArray
+    control: float
+    readings: FloatArray
+    valid: BoolArray
+
+    def __call__(self, r: FloatArray) -> tuple[FloatArray, FloatArray]:
+        signal, slope = np.zeros(len(self.readings)), np.zeros((len(self.readings), len(r)))
+        for cluster, share in zip(self.clusters, self.shares, strict=True):
+            value, jacobian = cluster.backward.with_jacobian(r)
+            signal += share * value
+            slope += share * jacobian
         residuals = [
-            cluster.whitening @ (r - cluster.prior.mean),
-            self._smooth * (r - expected),
-            self._control * (signal - readings)[valid],
+            self.whitening @ (r - self.mean),
+            self.smooth * (r - self.expected),
+            self.control * (signal - self.readings)[self.valid],
         ]
-        jacobians = [cluster.whitening, self._smooth * np.eye(len(r)), self._control * slope[valid]]
+        jacobians = [self.whitening, self.smooth * np.eye(len(r)), self.control * slope[self.valid]]
         return np.concatenate(residuals), np.concatenate(jacobians)
 
 

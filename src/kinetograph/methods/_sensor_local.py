@@ -15,6 +15,8 @@ from kinetograph.learn.reduction import Lle, Pca, fit_lle, fit_pca
 from kinetograph.methods._sensor_examples import Examples
 
 REDUCTIONS = ("pca", "lle")
+CLUSTERED = 7
+"""Coordinates that the mixture sees, as in the thesis: description length pays for every number of a covariance."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +31,10 @@ class LocalSettings:
     reduction: str = "pca"
     keep: float | int = 0.95
     runs: int = 2
-    clusters: int = 24
-    frames: int = 2500
+    clusters: int = 60
+    frames: int = 4000
     centres: int = 150
-    ridge: float = 0.05
+    ridge: float = 1e-3
 
     def __post_init__(self) -> None:
         if self.reduction not in REDUCTIONS:
@@ -86,24 +88,30 @@ class LocalModels:
         away = self.means - readings
         return int(np.argmin(np.einsum("kc,kc,c->k", away, away, valid.astype(np.float64))))
 
+    def near(self, readings: FloatArray, valid: BoolArray, count: int) -> tuple[IntArray, FloatArray]:
+        """The ``count`` nearest clusters, nearest first, and shares that fall off with squared distance."""
+        away = self.means - readings
+        square = np.einsum("kc,kc,c->k", away, away, valid.astype(np.float64))
+        order = np.argsort(square, kind="stable")[:count]
+        shares = np.exp(-0.5 * (square[order] - square[order[0]]))
+        return order.astype(np.int64), shares / shares.sum()
+
 
 def fit_local(examples: Examples, settings: LocalSettings, rng: np.random.Generator) -> LocalModels:
     """Reduce, cluster, and fit a model to each cluster."""
     reduction = _reduce(examples.poses, settings)
     coordinates = reduction.encode(examples.poses)
     every = np.unique(np.linspace(0, len(coordinates) - 1, min(len(coordinates), settings.frames)).astype(np.int64))
-    mixture = fit_mixture(coordinates[every], settings.runs, settings.clusters, rng)
+    leading = coordinates[:, :CLUSTERED]
+    mixture = fit_mixture(leading[every], settings.runs, settings.clusters, rng)
     # a model needs members enough for its covariances; sensor frames follow their motion frames' clusters (5.2.4)
     smallest = min(2 * examples.readings.shape[1], len(coordinates))
-    labels = join_small(mixture.classify(coordinates), mixture.means, smallest)
+    labels = join_small(mixture.classify(leading), mixture.means, smallest)
     clusters = [
         _fit_cluster(examples, reduction, coordinates, np.flatnonzero(labels == k), settings)
         for k in range(int(labels.max()) + 1)
     ]
-    misfits = [
-        np.mean((c.backward(coordinates[labels == k]) - examples.readings[labels == k]) ** 2)
-        for k, c in enumerate(clusters)
-    ]
+    misfits = [_misfit(examples, coordinates, np.flatnonzero(labels == k), settings) for k in range(len(clusters))]
     note = f"{len(clusters)} clusters of {len(mixture)} components, {reduction.dimensions} coordinates"
     return LocalModels(
         reduction,
@@ -130,7 +138,9 @@ def _fit_cluster(
     forward = fit_rbf(readings, both, most=settings.centres, ridge=settings.ridge)
     backward = fit_rbf(own, readings, most=settings.centres, ridge=settings.ridge)
     fitted = reduction.decode(forward(readings)[:, : own.shape[1]])
-    prior = fit_gaussian(own, 1e-2)
+    missed = forward(readings)[:, : own.shape[1]] - own
+    whole = fit_gaussian(own, 1e-2)
+    prior = Gaussian(whole.mean, 4.0 * np.cov(missed.T, bias=True) + 0.1 * whole.covariance)
     picked = np.unique(np.linspace(0, len(members) - 1, min(len(members), settings.centres)).astype(np.int64))
     return Cluster(
         fit_gaussian(readings, 1e-2),
@@ -141,6 +151,17 @@ def _fit_cluster(
         np.mean((fitted - examples.poses[members]) ** 2, axis=0),
         members[picked],
     )
+
+
+def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalSettings) -> float:
+    """Mean square by which a backward model misses readings it has not seen: the last third of its cluster.
+
+    What it misses of those it was fitted to is many times less, and would make the control term trust it as much more.
+    """
+    cut = 2 * len(members) // 3
+    own, readings = coordinates[members], examples.readings[members]
+    model = fit_rbf(own[:cut], readings[:cut], most=settings.centres, ridge=settings.ridge)
+    return float(np.mean((model(own[cut:]) - readings[cut:]) ** 2))
 
 
 def _typical_step(examples: Examples, coordinates: FloatArray) -> float:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 SYNTHESES = ("continuity", "interpolation", "optimisation")
 SMOOTHINGS = ("window", "causal", "none")
-_USUAL = {"continuity": "window", "interpolation": "window", "optimisation": "none"}
+_USUAL = {"continuity": "window", "interpolation": "window", "optimisation": "window"}
 
 
 @dataclass(frozen=True)
