@@ -18,6 +18,8 @@ _EXPORTS = {
     "Motion": "motion",
     "PerformanceControl": "methods.performance",
     "Piece": "synthesis",
+    "Readings": "sensing.readings",
+    "SensorControl": "methods.sensor",
     "Signal": "signal",
     "Skeleton": "skeleton",
     "Synthesis": "synthesis",
@@ -33,6 +35,8 @@ __all__ = [
     "Motion",
     "PerformanceControl",
     "Piece",
+    "Readings",
+    "SensorControl",
     "Signal",
     "Skeleton",
     "Synthesis",
@@ -57,7 +61,9 @@ if TYPE_CHECKING:
     from kinetograph.formats import load, save
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
+    from kinetograph.methods.sensor import SensorControl
     from kinetograph.motion import Motion
+    from kinetograph.sensing.readings import Readings
     from kinetograph.signal import Signal
     from kinetograph.skeleton import Landmark, Skeleton
     from kinetograph.synthesis import Piece, Synthesis

@@ -21,7 +21,7 @@ from kinetograph.methods._sensor_local import Cluster, LocalModels
 
 NEIGHBOURS = 4
 """Clusters that share in the optimisation's model and control terms."""
-GOING_ON = 0.8
+GOING_ON = 0.5
 """Share of the last step that the smoothness term expects again. At 1, as printed, the two last frames and the prior
 make an oscillator without damping, which rings after every change of cluster."""
 STEPS = 2.0
@@ -113,7 +113,7 @@ class Optimisation:
         # away from its cluster's poses the mapping back is flat and pulls nowhere: begin where the objective is less
         starts = (self._last, values[:b])
         costs = [float(np.sum(objective(start)[0] ** 2)) for start in starts]
-        solution = levenberg_marquardt(objective, starts[int(np.argmin(costs))], most=8, tolerance=1e-3)
+        solution = levenberg_marquardt(objective, starts[int(np.argmin(costs))], most=6, tolerance=1e-2)
         self._before, self._last = self._last, solution.value
         pose = models.reduction.decode(solution.value[None])[0]
         return Estimate(pose, values[b:], _doubt(cluster, valid), example, solution.cost)

@@ -31,8 +31,8 @@ class LocalSettings:
     reduction: str = "pca"
     keep: float | int = 0.95
     runs: int = 2
-    clusters: int = 60
-    frames: int = 4000
+    clusters: int = 50
+    frames: int = 3000
     centres: int = 150
     ridge: float = 1e-3
 
@@ -94,6 +94,7 @@ class LocalModels:
         square = np.einsum("kc,kc,c->k", away, away, valid.astype(np.float64))
         order = np.argsort(square, kind="stable")[:count]
         shares = np.exp(-0.5 * (square[order] - square[order[0]]))
+        order, shares = order[shares > 0.01], shares[shares > 0.01]
         return order.astype(np.int64), shares / shares.sum()
 
 
@@ -154,14 +155,15 @@ def _fit_cluster(
 
 
 def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalSettings) -> float:
-    """Mean square by which a backward model misses readings it has not seen: the last third of its cluster.
+    """Mean square by which a backward model misses readings of takes that it has not seen, every third of its cluster's.
 
     What it misses of those it was fitted to is many times less, and would make the control term trust it as much more.
     """
-    cut = 2 * len(members) // 3
+    take = np.unique(np.searchsorted(examples.starts, members, side="right"), return_inverse=True)[1]
+    held = take % 3 == 2 if take.max() >= 2 else np.arange(len(members)) >= 2 * len(members) // 3
     own, readings = coordinates[members], examples.readings[members]
-    model = fit_rbf(own[:cut], readings[:cut], most=settings.centres, ridge=settings.ridge)
-    return float(np.mean((model(own[cut:]) - readings[cut:]) ** 2))
+    model = fit_rbf(own[~held], readings[~held], most=settings.centres, ridge=settings.ridge)
+    return float(np.mean((model(own[held]) - readings[held]) ** 2))
 
 
 def _typical_step(examples: Examples, coordinates: FloatArray) -> float:

@@ -105,9 +105,12 @@ class SensorControl:
         return fit_examples(self, examples, rng)
 
 
-def fit_examples(method: SensorControl, examples: Examples, rng: np.random.Generator) -> SensorModel:
-    """A model for examples that are there already; those of one layout serve several syntheses."""
-    local = fit_local(examples, method.local, rng) if method.synthesis != "continuity" else None
+def fit_examples(
+    method: SensorControl, examples: Examples, rng: np.random.Generator, local: LocalModels | None = None
+) -> SensorModel:
+    """A model for examples, and local models, that are there already; those of one layout serve several syntheses."""
+    if method.synthesis != "continuity" and local is None:
+        local = fit_local(examples, method.local, rng)
     overall = fit_gaussian(examples.readings, 1e-3)
     away = (examples.readings - overall.mean) @ overall.whitening().T
     reach = float(np.quantile((away**2).sum(axis=1), 0.995))
