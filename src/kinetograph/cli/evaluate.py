@@ -80,7 +80,10 @@ def sensor(
             table([asdict(row) for row in evaluate_recordings(recordings, takes, progress)], as_json)
             return
         if sweep:
-            table([asdict(row) for row in run_sweep(takes, method, sweep, track=track, only=held, progress=progress)], as_json)
+            table(
+                [asdict(row) for row in run_sweep(takes, method, sweep, track=track, only=held, progress=progress)],
+                as_json,
+            )
             return
         groups = grouped(takes.names(), tuple(group or ()))
         rows, by_joint = evaluate(
@@ -89,6 +92,8 @@ def sensor(
     if joints:
         first = next(name for name in takes.names())
         names = takes.take(first).motion(track).skeleton.names
-        table([{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)], as_json)
+        table(
+            [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)], as_json
+        )
         return
     table([asdict(row) for row in rows], as_json)

@@ -106,7 +106,9 @@ def timed(model: SensorModel, readings: Readings) -> tuple[FloatArray, list[floa
     """Rotations ``(F, J, 4)`` of a live run, fed a frame's readings at a time, and the seconds that each took."""
     live = model.start()
     times = []
-    bounds = np.searchsorted(readings.times, np.arange(1, int(readings.duration * model.method.rate) + 2) / model.method.rate)
+    bounds = np.searchsorted(
+        readings.times, np.arange(1, int(readings.duration * model.method.rate) + 2) / model.method.rate
+    )
     low = 0
     for high in bounds:
         rows = slice(low, int(high))

@@ -88,9 +88,7 @@ class RootWalker:
         """Translation ``(3,)`` and rotations ``(J, 4)`` in the world of a pose that faces straight ahead."""
         skeleton = self._model.skeleton
         feet = np.zeros((len(self._model.roles), 3))
-        landmarks_of_pose(
-            skeleton.parents, skeleton.offsets, rotations, self._model.joints, self._model.offsets, feet
-        )
+        landmarks_of_pose(skeleton.parents, skeleton.offsets, rotations, self._model.joints, self._model.offsets, feet)
         hold = np.clip((features[FIXED:] - 0.3) / 0.4, 0.0, 1.0)
         if self._feet is not None:
             self._heading += features[2] / self._fps

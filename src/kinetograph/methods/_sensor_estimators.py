@@ -21,10 +21,13 @@ from kinetograph.methods._sensor_local import Cluster, LocalModels
 
 NEIGHBOURS = 4
 """Clusters that share in the optimisation's model and control terms."""
-GOING_ON = 0.5
+GOING_ON = 0.6
 """Share of the last step that the smoothness term expects again. At 1, as printed, the two last frames and the prior
 make an oscillator without damping, which rings after every change of cluster."""
-STEPS = 2.0
+ALIKE = 16
+"""Neighbouring frames whose readings are missed alike, a quarter of a second of them. The smoothness term hands what one
+frame says on to the next, so that each would be heard as often."""
+STEPS = 1.5
 """Typical second differences that the smoothness term allows for."""
 
 
@@ -83,7 +86,7 @@ class Optimisation:
         self.lag = 0
         self._models = models
         self._smooth = np.sqrt(smoothness) / (STEPS * models.step)
-        self._control = np.sqrt(control) / models.misfit
+        self._control = np.sqrt(control) / (np.sqrt(ALIKE) * models.misfit)
         self._last: FloatArray | None = None
         self._before: FloatArray | None = None
 
@@ -105,7 +108,9 @@ class Optimisation:
             self._last = self._before = values[:b]
         expected = self._last + GOING_ON * (self._last - self._before)
         # the pose's distribution given the readings; the cluster's own, as printed, knows nothing of them
-        prior = mixed([Gaussian(v[:b], models.clusters[k].prior.covariance) for k, v in zip(near, local, strict=True)], shares)
+        prior = mixed(
+            [Gaussian(v[:b], models.clusters[k].prior.covariance) for k, v in zip(near, local, strict=True)], shares
+        )
         objective = _Objective(
             [models.clusters[k] for k in near], shares, prior.mean, prior.whitening(), self._smooth, expected,
             self._control, readings, valid,

@@ -219,4 +219,3 @@ def _mixed(estimates: list[Estimate], weights: FloatArray, own: int) -> Estimate
         root=weights @ np.array([e.root for e in estimates]),
         variance=weights @ np.array([e.variance for e in estimates]),
     )
-

@@ -118,3 +118,38 @@ def _fit(measured: FloatArray, reference: FloatArray) -> tuple[FloatArray, Float
 
 def _rms(difference: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.sum(difference**2, axis=-1))))
+
+
+def calibrate_freely(names: tuple[str, ...], measured: FloatArray, library: FloatArray) -> Calibration:
+    """Rotations from a few seconds of any movement, without a reference: of what a library's bodies would have read.
+
+    measured ``(F, S, 3)`` and library ``(N, S, 3)`` m/s^2, not frame by frame. Each sensor's mean, which is mostly
+    gravity, is turned onto the library's; of the turns about it, the one is taken whose covariance is most like the
+    library's. The residual is the root-mean-square distance between sorted values of the channels.
+    """
+    found = [_freely(measured[:, s], library[:, s]) for s in range(len(names))]
+    turns, residuals, before = (np.array(column) for column in zip(*found, strict=True))
+    accepted = residuals < before
+    turns[~accepted] = rot.IDENTITY
+    return Calibration(
+        names, turns, np.zeros((len(names), 3)), np.where(accepted, residuals, before), before, accepted
+    )  # fmt: skip
+
+
+def _freely(measured: FloatArray, library: FloatArray) -> tuple[FloatArray, float, float]:
+    middle = library.mean(axis=0)
+    upright = rot.between(measured.mean(axis=0), middle)
+    axis = middle / np.linalg.norm(middle)
+    quantiles = np.linspace(0.02, 0.98, 25)
+    wanted, shape = np.quantile(library, quantiles, axis=0), np.cov(library.T)
+    best, least = rot.IDENTITY, np.inf
+    for angle in np.linspace(0, 2 * np.pi, 72, endpoint=False):
+        turn = rot.multiply(rot.exp(axis * angle), upright)
+        turned = rot.rotate(turn, measured)
+        cost = _rms(np.quantile(turned, quantiles, axis=0) - wanted)
+        # covariance tells what single channels cannot: which way the plane of the swing lies
+        cost += 0.1 * float(np.sqrt(np.abs(np.cov(turned.T) - shape).mean()))
+        if cost < least:
+            best, least = turn, cost
+    after = _rms(np.quantile(rot.rotate(best, measured), quantiles, axis=0) - wanted)
+    return best, after, _rms(np.quantile(measured, quantiles, axis=0) - wanted)

@@ -34,7 +34,9 @@ def clock_offset(readings: FloatArray, motion: FloatArray, fps: float, furthest:
     reach = int(np.ceil(furthest * fps))
     frames = min(len(a), len(b))
     if frames < 3 * reach // 2 + 10:
-        raise RequestError(f"expected {(3 * reach // 2 + 10) / fps:.1f} s of both signals or more, found {frames / fps:.1f}")
+        raise RequestError(
+            f"expected {(3 * reach // 2 + 10) / fps:.1f} s of both signals or more, found {frames / fps:.1f}"
+        )
     lags = np.arange(-reach, reach + 1)
     scores = np.array([_correlation(a, b, int(lag)) for lag in lags])
     best = int(np.argmax(scores))

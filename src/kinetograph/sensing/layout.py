@@ -39,7 +39,9 @@ class Sensor:
         if offset.shape != (3,) or not np.isfinite(offset).all():
             raise RequestError(f"sensor {self.name!r}: an offset is three finite metres, found {offset.tolist()}")
         if rotation.shape != (4,) or not np.isfinite(rotation).all() or not np.linalg.norm(rotation) > 1e-6:
-            raise RequestError(f"sensor {self.name!r}: a rotation is a quaternion w, x, y, z, found {rotation.tolist()}")
+            raise RequestError(
+                f"sensor {self.name!r}: a rotation is a quaternion w, x, y, z, found {rotation.tolist()}"
+            )
         object.__setattr__(self, "rotation", rot.normalize(rotation))
         if self.width is not None and not (np.isfinite(self.width) and self.width > 0):
             raise RequestError(f"sensor {self.name!r}: width must be a positive number of seconds, found {self.width}")
