@@ -13,7 +13,14 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.sensor import blocks, pose_errors
 from kinetograph.formats import read
-from kinetograph.formats.sensor_recordings import read_kinect, read_qmt, read_utd, read_vicon_turns, read_xsens, together
+from kinetograph.formats.sensor_recordings import (
+    read_kinect,
+    read_qmt,
+    read_utd,
+    read_vicon_turns,
+    read_xsens,
+    together,
+)
 from kinetograph.kinematics import angular_velocities
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SensorControl, SensorModel
@@ -37,7 +44,12 @@ _VICON = {"qRTH": "right_thigh", "qLTH": "left_thigh", "qRSK": "right_shank", "q
 _QMT = {
     f"{there}_{side}": f"{side}_{here}"
     for side in ("left", "right")
-    for there, here in (("forearm", "forearm"), ("upper_arm", "upper_arm"), ("lower_leg", "shank"), ("upper_leg", "thigh"))
+    for there, here in (
+        ("forearm", "forearm"),
+        ("upper_arm", "upper_arm"),
+        ("lower_leg", "shank"),
+        ("upper_leg", "thigh"),
+    )
 }
 
 
@@ -46,8 +58,8 @@ class RealRow:
     """One recording, or the mean over several.
 
     angle, mean_pose: mean joint angle error in degrees of the synthesis and of the mean pose, NaN without a reference.
-    clock_ms: how far the sensors' clock was found ahead. residual, uncalibrated: root-mean-square m/s^2 between readings
-    and virtual ones, after and before calibration. accepted: sensors whose calibration was.
+    clock_ms: how far the sensors' clock was found ahead. residual, uncalibrated: root-mean-square m/s^2 between
+    readings and virtual ones, after and before calibration. accepted: sensors whose calibration was.
     """
 
     recording: str
@@ -89,9 +101,7 @@ def lower_body() -> Layout:
     """Seven sensors on pelvis, thighs, shanks and feet."""
     limbs = (("thigh", "hip", "knee"), ("shank", "knee", "foot"), ("foot", "foot", "toe"))
     sensors = [Sensor("pelvis", "hips")]
-    sensors += [
-        Sensor(f"{s}_{name}", f"{s}_{a}", f"{s}_{b}", 0.5) for s in ("left", "right") for name, a, b in limbs
-    ]
+    sensors += [Sensor(f"{s}_{name}", f"{s}_{a}", f"{s}_{b}", 0.5) for s in ("left", "right") for name, a, b in limbs]
     return Layout("lower body", tuple(sensors), Device(width=0.05))
 
 
@@ -172,12 +182,17 @@ def _vicon_clock(path: Path, rows: dict[str, Readings]) -> float:
 
 
 def utd(folder: Path, action: int) -> list[RealRow]:
-    """One wrist sensor and a Kinect, four people: leave each person out, the other three calibrate and are the library."""
+    """One wrist sensor and a Kinect, four people: leave each person out, the other three calibrate and are the
+    library.
+    """
     layout = Layout("wrist", (Sensor("wrist", "right_elbow", "right_wrist", 0.9),), Device(width=0.2, rate=50.0))
     trials: dict[tuple[str, str], tuple[Motion, Readings]] = {}
     clocks = []
     for path in sorted(folder.glob(f"a{action}_*_skeleton.mat")):
-        motion, rows = _on_one_skeleton(read_kinect(path), trials), read_utd(str(path).replace("skeleton", "inertial"), "wrist")
+        motion, rows = (
+            _on_one_skeleton(read_kinect(path), trials),
+            read_utd(str(path).replace("skeleton", "inertial"), "wrist"),
+        )
         shift = _kinect_clock(motion, rows, layout)
         clocks.append(shift)
         kept = select(rows, (rows.times >= shift) & (rows.times <= shift + motion.duration))

@@ -5,6 +5,7 @@ Frames of one take that are neighbours in time are nearly the same; a split at r
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,9 +36,10 @@ Motions = dict[tuple[str, str], Motion]
 class SensorRow:
     """One method on one held-out take, or the mean over several.
 
-    angle: mean geodesic error over joints and frames in degrees, the root's heading left out. rms: the thesis' normalised
-    RMS (7.1), over pose quaternions' components. position_cm: mean joint distance with the root at the origin. jitter:
-    mean joint acceleration over the source's, likewise. p50_ms, p99_ms: time of a frame, its readings taken in alone.
+    angle: mean geodesic error over joints and frames in degrees, the root's heading left out. rms: the thesis'
+    normalised RMS (7.1), over pose quaternions' components. position_cm: mean joint distance with the root at the
+    origin. jitter: mean joint acceleration over the source's, likewise. p50_ms, p99_ms: time of a frame, its readings
+    taken in alone.
     """
 
     method: str
@@ -160,7 +162,7 @@ def blocks(key: tuple[str, str], motion: Motion, count: int = 5, gap: float = 1.
     away = round(0.5 * gap * motion.fps)
     return {
         (f"{key[0]}[{i}]", key[1]): cut(motion, int(a) + away * (i > 0), int(b) - away * (i < count - 1))
-        for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
+        for i, (a, b) in enumerate(itertools.pairwise(edges))
     }
 
 
@@ -223,7 +225,7 @@ def grouped(names: Sequence[str], patterns: Sequence[str]) -> dict[str, str]:
     >>> grouped(["64_01", "86_14"], ["golf=64_*"])
     {'64_01': 'golf', '86_14': 'other'}
     """
-    groups = {}
+    groups: dict[str, str] = {}
     for item in patterns:
         group, separator, pattern = item.partition("=")
         if not separator or not pattern:
@@ -243,8 +245,8 @@ SWEEPS: Mapping[str, tuple[float, ...]] = {
 
 @dataclass(frozen=True)
 class SweepRow:
-    """Error of one synthesis where one thing about the sensors is worse; growth: over the sweep's first value, or over all
-    sensors."""
+    """Error of one synthesis where one thing about the sensors is worse; growth: over the sweep's first value, or
+    over all sensors."""
 
     sweep: str
     value: float
@@ -289,7 +291,8 @@ def _variant(layout: Layout, what: str, value: float) -> Layout:
         return keep(layout, tuple(order[: int(value)]))
     if what == "span":
         return replace(layout, device=replace(layout.device, span=value * 9.81))
-    return replace(layout, device=replace(layout.device, **{what: value}))
+    changed = {"loss": replace(layout.device, loss=value), "offset": replace(layout.device, offset=value)}
+    return replace(layout, device=changed[what])
 
 
 def spread_out(names: Sequence[str]) -> list[str]:

@@ -1,8 +1,8 @@
 """Readings as long comma-separated text, and layouts as TOML.
 
-A readings file has the header ``t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]``: seconds, the sensor's name, specific force
-in m/s^2 with gravity, angular velocity in rad/s, orientation. One row is one sample of one sensor, at any rate; rows may
-be missing, and lines that begin with ``#`` are comments.
+A readings file has the header ``t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]``: seconds, the sensor's name, specific
+force in m/s^2 with gravity, angular velocity in rad/s, orientation. One row is one sample of one sensor, at any rate;
+rows may be missing, and lines that begin with ``#`` are comments.
 """
 
 from __future__ import annotations

@@ -26,7 +26,9 @@ def read_xsens(path: str | Path, name: str, fps: float = 100.0) -> Readings:
     if missing:
         raise FormatError(path, f"expected columns {', '.join(XSENS_COLUMNS)}, found none called {missing[0]}")
     used = [header.index(column) for column in XSENS_COLUMNS]
-    rows = np.array([[float(line.replace("\t", ",").split(",")[i]) for i in used] for line in lines[1:] if line.strip()])
+    rows = np.array(
+        [[float(line.replace("\t", ",").split(",")[i]) for i in used] for line in lines[1:] if line.strip()]
+    )
     times = np.arange(len(rows)) / fps
     return Readings((name,), times, np.zeros(len(rows), dtype=np.int64), rows[:, :3], rows[:, 3:])
 

@@ -73,8 +73,8 @@ def levenberg_marquardt(
 ) -> Solution:
     """Minimise a sum of squares by Levenberg and Marquardt's method.
 
-    residuals: gives residuals ``(R,)`` and their Jacobian ``(R, D)`` at ``(D,)``. most: evaluations. tolerance: relative
-    decrease of the cost at which to stop.
+    residuals: gives residuals ``(R,)`` and their Jacobian ``(R, D)`` at ``(D,)``. most: evaluations. tolerance:
+    relative decrease of the cost at which to stop.
     """
     x, damping = start, 1e-3
     r, jacobian = residuals(x)

@@ -26,7 +26,7 @@ class Pca:
     @property
     def dimensions(self) -> int:
         """How many components are kept."""
-        return self.basis.shape[1]
+        return int(self.basis.shape[1])
 
     @property
     def share(self) -> float:
@@ -78,7 +78,7 @@ class Lle:
     @property
     def dimensions(self) -> int:
         """How many coordinates there are."""
-        return self.embedded.shape[1]
+        return int(self.embedded.shape[1])
 
     def encode(self, data: FloatArray) -> FloatArray:
         """Coordinates ``(N, b)`` of new data ``(N, D)``: its neighbours', weighted as they reconstruct it."""

@@ -18,15 +18,14 @@ from kinetograph.learn.posterior import Gaussian, levenberg_marquardt, mixed
 from kinetograph.methods._sensor_examples import Examples
 from kinetograph.methods._sensor_local import Cluster, LocalModels
 
-
 NEIGHBOURS = 4
 """Clusters that share in the optimisation's model and control terms."""
 GOING_ON = 0.6
 """Share of the last step that the smoothness term expects again. At 1, as printed, the two last frames and the prior
 make an oscillator without damping, which rings after every change of cluster."""
 ALIKE = 16
-"""Neighbouring frames whose readings are missed alike, a quarter of a second of them. The smoothness term hands what one
-frame says on to the next, so that each would be heard as often."""
+"""Neighbouring frames whose readings are missed alike, a quarter of a second of them. The smoothness term hands what
+one frame says on to the next, so that each would be heard as often."""
 STEPS = 1.5
 """Typical second differences that the smoothness term allows for."""
 

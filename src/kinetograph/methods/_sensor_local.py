@@ -155,7 +155,8 @@ def _fit_cluster(
 
 
 def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalSettings) -> float:
-    """Mean square by which a backward model misses readings of takes that it has not seen, every third of its cluster's.
+    """Mean square by which a backward model misses readings of takes that it has not seen, every third of its
+    cluster's.
 
     What it misses of those it was fitted to is many times less, and would make the control term trust it as much more.
     """

@@ -28,6 +28,17 @@ if TYPE_CHECKING:
     from kinetograph.methods._sensor_live import LiveSensor
     from kinetograph.motion import Motion
 
+__all__ = [
+    "SMOOTHINGS",
+    "SYNTHESES",
+    "LocalSettings",
+    "PathSettings",
+    "SensorControl",
+    "SensorModel",
+    "SensorSynthesis",
+    "fit_examples",
+]
+
 Progress = Callable[[int, int], None]
 SYNTHESES = ("continuity", "interpolation", "optimisation")
 SMOOTHINGS = ("window", "causal", "none")
@@ -38,9 +49,10 @@ _USUAL = {"continuity": "window", "interpolation": "window", "optimisation": "wi
 class PathSettings:
     """How continuity follows paths through the examples.
 
-    memory: seconds in which old readings lose two thirds of their say. warp: cost of a step that is not one frame. jump:
-    cost of going on at another place; both in squared standard deviations of a reading. lag: seconds that answers look
-    back. paths: how many are averaged. temperature: difference in cost at which a path counts a third as much.
+    memory: seconds in which old readings lose two thirds of their say. warp: cost of a step that is not one frame.
+    jump: cost of going on at another place; both in squared standard deviations of a reading. lag: seconds that
+    answers look back. paths: how many are averaged. temperature: difference in cost at which a path counts a third as
+    much.
     """
 
     memory: float = 0.3
@@ -62,11 +74,12 @@ class PathSettings:
 class SensorControl:
     """Configuration of sensor control.
 
-    layout: which sensors there are, and the device that they are simulated as. synthesis: ``"continuity"`` (the default,
-    beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate: frames a second. smoothing:
-    ``"window"`` (the thesis' eight frames, three of them later ones), ``"causal"`` (no wait) or ``"none"``; by default
-    what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. local, path, resampling: see
-    there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of the mixture's runs.
+    layout: which sensors there are, and the device that they are simulated as. synthesis: ``"continuity"`` (the
+    default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate: frames a second.
+    smoothing: ``"window"`` (the thesis' eight frames, three of them later ones), ``"causal"`` (no wait) or
+    ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. local,
+    path, resampling: see there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of
+    the mixture's runs.
     """
 
     layout: Layout = field(default_factory=lambda: preset("wii"))
@@ -122,8 +135,8 @@ def fit_examples(
 class SensorModel:
     """A library made ready for one configuration: examples, and the local models where the synthesis needs them.
 
-    search: the examples' readings, ``(C, N)``. overall: Gaussian of all readings; reach: the squared Mahalanobis distance
-    from it that few examples exceed.
+    search: the examples' readings, ``(C, N)``. overall: Gaussian of all readings; reach: the squared Mahalanobis
+    distance from it that few examples exceed.
     """
 
     method: SensorControl
@@ -171,8 +184,8 @@ class SensorModel:
     def synthesize(self, readings: Readings, progress: Progress | None = None) -> SensorSynthesis:
         """A motion that would have given these readings: the live run over all of them.
 
-        Sensors that the readings lack, or that fall silent, are left out of account. Raises RequestError for sensors that
-        the layout does not have, no rows, and values that cannot be specific force in m/s^2.
+        Sensors that the readings lack, or that fall silent, are left out of account. Raises RequestError for sensors
+        that the layout does not have, no rows, and values that cannot be specific force in m/s^2.
         """
         check_names(readings.names, self.examples.names)
         if len(readings) == 0:

@@ -69,7 +69,9 @@ def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def sample_sensor(times, values, rows, at, smooth, gap, limit, out):  # type: ignore[no-untyped-def]
-    """A sensor's value at one time from rows not later than ``limit``, into ``out``; whether it is valid, and spikes."""
+    """A sensor's value at one time from rows not later than ``limit``, into ``out``; whether it is valid, and
+    spikes.
+    """
     while rows > 0 and times[rows - 1] > limit:
         rows -= 1
     after = np.searchsorted(times[:rows], at)

@@ -22,8 +22,8 @@ class Calibration:
 
     names: the sensors. rotations: ``(S, 4)`` from the real sensor's frame to the virtual one's. offsets: ``(S, 3)``
     m/s^2, taken from the readings before they are turned. residuals, before: root-mean-square m/s^2, ``(S,)``, between
-    calibrated, or raw, and virtual readings. accepted: ``(S,)``, false where calibration was worse than none and is left
-    out (identity).
+    calibrated, or raw, and virtual readings. accepted: ``(S,)``, false where calibration was worse than none and is
+    left out (identity).
     """
 
     names: tuple[str, ...]

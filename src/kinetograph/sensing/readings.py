@@ -23,8 +23,8 @@ class Readings:
 
     times: shape ``(R,)`` seconds. sensors: ``(R,)``, which of ``names`` a row is from. force: ``(R, 3)`` specific
     force in m/s^2 in the sensor's own frame: acceleration less gravity, so that a sensor at rest reads 9.81 upwards.
-    angular: ``(R, 3)`` angular velocity in rad/s in the sensor's frame, or ``None``. orientation: ``(R, 4)`` quaternions
-    from the sensor's frame to the world's (Y up), or ``None``.
+    angular: ``(R, 3)`` angular velocity in rad/s in the sensor's frame, or ``None``. orientation: ``(R, 4)``
+    quaternions from the sensor's frame to the world's (Y up), or ``None``.
 
     Raises DataError for shapes that disagree, values that are not finite, a sensor whose times do not increase.
     """
