@@ -135,12 +135,9 @@ def extend(time, spans, costs, heads, continuity, last_back, ring, out_scores, o
             out_scores[low:high] = np.inf
             out_back[low:high] = -1
         else:
-            first_bounds(
-                scaled, costs, last_back, root, seeds[slot], scores[slot], tails[slot], low, high, bound, out_back
-            )
-            pairs += scan(
-                scaled, packed_scores[slot], packed_tails[slot], orders[slot], live[slot], low, high, bound, out_back
-            )
+            span = (low, high, bound, out_back)
+            first_bounds(scaled, costs, last_back, root, seeds[slot], scores[slot], tails[slot], span)
+            pairs += scan(scaled, packed_scores[slot], packed_tails[slot], orders[slot], live[slot], span)
             for j in range(low, high):
                 found = out_back[j]
                 gap = 0.0
