@@ -13,9 +13,13 @@ from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
 
 HIP_HEIGHT, THIGH, SHIN, ANKLE = 0.86, 0.44, 0.44, 0.08
-_LEG = (("hip", (0.1, 0.0, 0.0)), ("knee", (0.0, -THIGH, 0.0)), ("foot", (0.0, -SHIN, 0.0)), ("toe", (0.0, -0.05,
-0.14))) _ARM = (("shoulder",
-(0.2, 0.5, 0.0)), ("elbow", (0.0, -0.3, 0.0)), ("hand", (0.0, -0.25, 0.0)))
+_LEG = (
+    ("hip", (0.1, 0.0, 0.0)),
+    ("knee", (0.0, -THIGH, 0.0)),
+    ("foot", (0.0, -SHIN, 0.0)),
+    ("toe", (0.0, -0.05, 0.14)),
+)
+_ARM = (("shoulder", (0.2, 0.5, 0.0)), ("elbow", (0.0, -0.3, 0.0)), ("hand", (0.0, -0.25, 0.0)))
 
 
 def stick_figure(scale: float = 1.0) -> Skeleton:
@@ -51,7 +55,7 @@ def walk(
     speed, turn_rate = np.broadcast_to(speed, times.shape), np.broadcast_to(turn_rate, times.shape)
     heading = _integrate(turn_rate, fps)
     forward = np.stack([np.sin(heading), np.zeros_like(heading), np.cos(heading)], axis=1)
-    translation = _integrate(speed[:, None] * forward, fps) + [0.0, HIP_HEIGHT, 0.0]
+    translation = _integrate(speed[:, None] * forward, fps) + np.array([0.0, HIP_HEIGHT, 0.0])
     skeleton = stick_figure()
     rotations = rot.identity(len(times), len(skeleton))
     rotations[:, 0] = rot.about("y", heading)
