@@ -89,7 +89,7 @@ def test_a_clock_offset_is_found_to_a_fraction_of_a_frame(shift):
 
 
 def test_clocks_need_signals_that_are_long_enough_and_vary():
-    with pytest.raises(RequestError, match="expected 1.6 s of both signals or more, found 0.5"):
+    with pytest.raises(RequestError, match=r"expected 1.6 s of both signals or more, found 0.5"):
         clock_offset(np.zeros(50), np.zeros(50), 100.0)
     with pytest.raises(RequestError, match="do not vary together at any offset"):
         clock_offset(np.ones(500), np.ones(500), 100.0)

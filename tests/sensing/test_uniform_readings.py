@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -23,7 +25,7 @@ def noisy(seed: int = 0, seconds: float = 3.0, sensors: int = 2, loss: float = 0
     for s in range(sensors):
         times = np.arange(0, seconds, 1 / (80 + 30 * s)) + rng.uniform(0, 0.002)
         times = times[rng.uniform(size=len(times)) > loss]
-        parts.append((times, np.full(len(times), s), rng.normal(size=(len(times), 3)) + [0, 9.8, 0]))
+        parts.append((times, np.full(len(times), s), rng.normal(size=(len(times), 3)) + np.array([0, 9.8, 0])))
     times, which, force = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Readings(tuple(f"s{s}" for s in range(sensors)), times, which, force)
 
@@ -76,7 +78,7 @@ def test_live_is_offline_however_rows_are_parcelled(seed, cuts):
     live = LiveUniform(2, 60.0)
     values, valid = [], []
     edges = [0.0, *sorted(cuts), 10.0]
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         live.add(select(readings, (readings.times >= low) & (readings.times < high)))
         found = live.ready()
         values.append(found[0])

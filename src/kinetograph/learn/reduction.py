@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity
-from scipy.sparse.linalg import eigsh
+from scipy.linalg import eigh
 from scipy.spatial import cKDTree
 
 from kinetograph.arrays import FloatArray, IntArray
@@ -112,10 +111,10 @@ def embed(data: FloatArray, dimensions: int, neighbours: int, regularisation: fl
     _, near = cKDTree(data).query(data, neighbours + 1)
     near = _without_self(near)
     weights = local_weights(data, data[near], regularisation)
-    rows = np.repeat(np.arange(count), neighbours)
-    residual = identity(count, format="csr") - csr_matrix((weights.ravel(), (rows, near.ravel())), (count, count))
-    start = np.random.default_rng(0).normal(size=count)
-    _, vectors = eigsh((residual.T @ residual).tocsc(), k=dimensions + 1, sigma=-1e-9, v0=start)
+    residual = np.eye(count)
+    residual[np.arange(count)[:, None], near] -= weights
+    # dense: neighbourhoods that hang together loosely have many eigenvalues near 0, on which sparse solvers stall
+    _, vectors = eigh(residual.T @ residual, subset_by_index=[0, dimensions])
     # the lowest eigenvector is constant: every row of weights sums to one
     return np.asarray(vectors[:, 1:] * np.sqrt(count))
 
@@ -125,7 +124,7 @@ def fit_lle(
     dimensions: int,
     neighbours: Sequence[int] = (8, 12, 20),
     regularisation: Sequence[float] = (1e-4, 1e-3, 1e-2),
-    most: int = 1500,
+    most: int = 1000,
 ) -> Lle:
     """The embedding that brings every fourth example, held out, back with the least error (section 5.1.4).
 
