@@ -49,6 +49,7 @@ def sensor(
     layout: Annotated[str, typer.Option(help="Layout: a .toml file, or wii, phone, imu, ideal.")] = "wii",
     synthesis: Annotated[list[str] | None, typer.Option(help="Syntheses; by default all. Repeatable.")] = None,
     reduction: Annotated[str, typer.Option(help="Reduction of the local models: pca or lle.")] = "pca",
+    smoothing: Annotated[str | None, typer.Option(help="Smoothing: window, causal or none.")] = None,
     group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None,
     only: Annotated[list[str] | None, typer.Option(help="Take to hold out; by default each. Repeatable.")] = None,
     sweep: Annotated[str | None, typer.Option(help="Instead: loss, offset, span or sensors, made worse.")] = None,
@@ -71,7 +72,12 @@ def sensor(
 
     takes = open_library(library)
     wanted = tuple(synthesis or SYNTHESES)
-    method = SensorControl(layout=read_layout(layout), synthesis=wanted[0], local=LocalSettings(reduction=reduction))
+    method = SensorControl(
+        layout=read_layout(layout),
+        synthesis=wanted[0],
+        smoothing=smoothing,
+        local=LocalSettings(reduction=reduction),
+    )
     held = tuple(only or ())
     with progress_bar("evaluating") as progress:
         if recordings:
