@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn import continuity
 from kinetograph.learn.continuity import PathSearch
 from kinetograph.learn.posterior import Gaussian, levenberg_marquardt, mixed
@@ -95,13 +95,7 @@ class Optimisation:
         near, shares = models.near(readings, valid, NEIGHBOURS)
         cluster = models.clusters[near[0]]
         b = models.reduction.dimensions
-        local = []
-        for k in near:
-            own = models.clusters[k]
-            phi = own.forward.basis(own.sensors.fill(readings, valid)[None])[0]
-            local.append(own.forward.mean + phi @ own.forward.weights)
-            if k == near[0]:
-                example = int(own.centres[np.argmax(phi)])
+        local, example = self._interpolated(near, readings, valid)
         values = shares @ np.array(local)
         if self._last is None or self._before is None:
             self._last = self._before = values[:b]
@@ -121,6 +115,17 @@ class Optimisation:
         self._before, self._last = self._last, solution.value
         pose = models.reduction.decode(solution.value[None])[0]
         return Estimate(pose, values[b:], _doubt(cluster, valid), example, solution.cost)
+
+    def _interpolated(self, near: IntArray, readings: FloatArray, valid: BoolArray) -> tuple[list[FloatArray], int]:
+        """Coordinates and root features by each cluster's forward model, and the example nearest in the first's."""
+        local, example = [], 0
+        for k in near:
+            own = self._models.clusters[k]
+            phi = own.forward.basis(own.sensors.fill(readings, valid)[None])[0]
+            local.append(own.forward.mean + phi @ own.forward.weights)
+            if k == near[0]:
+                example = int(own.centres[np.argmax(phi)])
+        return local, example
 
 
 @dataclass(frozen=True, eq=False)
