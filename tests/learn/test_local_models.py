@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 import naive_sensor
 from kinetograph.errors import RequestError
 from kinetograph.learn import continuity
+from kinetograph.learn.embedding import embed, fit_lle, fit_pca, local_weights
 from kinetograph.learn.interpolation import fit_rbf, local_widths
 from kinetograph.learn.mixture import fit_mixture, join_small
 from kinetograph.learn.posterior import Gaussian, fit_gaussian, levenberg_marquardt, mixed
-from kinetograph.learn.reduction import embed, fit_lle, fit_pca, local_weights
 
 
 def swiss_roll(count: int = 800) -> tuple[np.ndarray, np.ndarray]:
