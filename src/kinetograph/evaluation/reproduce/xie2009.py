@@ -30,7 +30,7 @@ optimisation about 5 minutes, and interpolation has a serious jitter problem."""
 _STYLE = "body{font:16px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .8em;text-align:left}"
 NOT_COMPARABLE = """The RMS of equation 7.1 is over quaternion components here; the thesis names neither its angles
 nor n, and gives the backhand by PCA as 0.40 in table 7.1 and 0.078 in figure 7.5. Its sensors are real and calibrated
-by wearing them for the library as well; ours are simulated. Its test takes are of the same session as its library.
+by wearing them for the library as well; ours are simulated. Its test takes were captured together with its library.
 Times are of other machines."""
 
 
