@@ -18,7 +18,14 @@ from kinetograph.take import Take
 
 __all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "save"]
 
-READERS: dict[str, str] = {".bvh": "bvh", ".csv": "csv", ".json": "deepmimic", ".txt": "deepmimic"}
+READERS: dict[str, str] = {
+    ".amc": "acclaim",
+    ".asf": "acclaim",
+    ".bvh": "bvh",
+    ".csv": "csv",
+    ".json": "deepmimic",
+    ".txt": "deepmimic",
+}
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 
 WRITERS: dict[str, str] = {".bvh": "bvh", ".csv": "csv", ".glb": "glb"}

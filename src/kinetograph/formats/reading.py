@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from kinetograph.take import Take
 
@@ -12,13 +13,15 @@ class ReadOptions:
     """What a person knows about a file. ``None``: as the file says, or a guess where it does not say.
 
     units: a name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``. fps: frames a second, in place of the
-    file's own rate. lenient: take what can be read of a damaged file.
+    file's own rate. lenient: take what can be read of a damaged file. skeleton: a file with the bones that the file's
+    rotations turn, for formats that keep them apart (``.asf`` of an ``.amc``, a body for AMASS poses).
     """
 
     units: str | None = None
     up: str | None = None
     fps: float | None = None
     lenient: bool = False
+    skeleton: str | Path | None = None
 
 
 @dataclass(frozen=True)
