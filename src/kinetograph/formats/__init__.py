@@ -23,6 +23,8 @@ READERS: dict[str, str] = {
     ".asf": "acclaim",
     ".bvh": "bvh",
     ".csv": "csv",
+    ".glb": "glb",
+    ".gltf": "glb",
     ".json": "deepmimic",
     ".txt": "deepmimic",
 }

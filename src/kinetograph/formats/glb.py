@@ -3,7 +3,7 @@
 Each character is a node named after its track, its joints beneath it, and a skinned mesh of capsules made from the
 skeleton: the left limbs blue, the right ones vermilion. Joint nodes hold the rest pose, placed where the motion
 starts; one animation moves every character. glTF's conventions are ours (metres, seconds, Y up, right-handed) but
-for the order of quaternions, which is x, y, z, w. There is no reader.
+for the order of quaternions, which is x, y, z, w.
 """
 
 from __future__ import annotations
@@ -21,10 +21,13 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.formats import _capsules
+from kinetograph.formats._gltf_read import read
 from kinetograph.formats.reading import WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
+
+__all__ = ["encode", "read", "write"]
 
 _MAGIC, _VERSION, _JSON, _BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 _COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint32): 5125}
