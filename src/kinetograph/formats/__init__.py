@@ -23,6 +23,7 @@ READERS: dict[str, str] = {
     ".asf": "acclaim",
     ".bvh": "bvh",
     ".csv": "csv",
+    ".fbx": "fbx",
     ".glb": "glb",
     ".gltf": "glb",
     ".json": "deepmimic",
