@@ -7,7 +7,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
+from kinetograph.take import Take
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -104,6 +105,11 @@ class PerformanceModel:
             return hips_on_ground(control, self.method.hip_distance)
         return path_on_ground(control, self.method.hip_distance)
 
+    def at_search_rate(self, points: FloatArray, fps: float) -> FloatArray:
+        """Control points ``(F, P, 3)`` at ``fps``, resampled to the rate of the search: ``(T + 1, P, 3)``."""
+        count = int(np.floor((len(points) - 1) / fps * self.method.rate + 1e-6)) + 1
+        return interpolate(points, np.arange(count) / self.method.rate * fps)
+
     def interpret(self, x: FloatArray, progress: Progress | None = None) -> SegmentalPath:
         """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate."""
         steps = len(x) - 1
@@ -112,18 +118,24 @@ class PerformanceModel:
         partial = {e: self._left_early(x, e) for e in range(1, min(self.instances.longest, steps + 1))}
         return solve(self.search, self._arrivals(x, progress), partial)
 
-    def synthesize(self, control: Signal | Motion, progress: Progress | None = None) -> Synthesis:
-        """A motion that performs the control (chapters 4 and 5).
+    def synthesize(self, control: Take | Signal | Motion, progress: Progress | None = None) -> Synthesis:
+        """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number.
+        progress is called with the steps done and their number. Raises RequestError for a control without direction,
+        or too short for the search's rate.
         """
         from kinetograph.methods._realize import realize
 
-        points = self.control_points(control)
-        count = int(np.floor((len(points) - 1) / control.fps * self.method.rate + 1e-6)) + 1
-        x = interpolate(points, np.arange(count) / self.method.rate * control.fps)
-        path = self.interpret(x, progress)
-        return realize(self, points, control.fps, path)
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        path = self.interpret(self.at_search_rate(points, track.fps), progress)
+        return realize(self, points, track.fps, path)
+
+    def beam_gap(self, control: Signal | Motion) -> float:
+        """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
+        x = self.at_search_rate(self.control_points(control), control.fps)
+        exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
+        return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
     def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
@@ -178,6 +190,13 @@ class PerformanceModel:
             speeds.append(length * self.method.rate / steps)
         together = np.concatenate(speeds)
         return float(together.min()), float(together.max())
+
+
+def only_track(take: Take) -> Signal | Motion:
+    """The one track of a take. Raises RequestError where there are several."""
+    if len(take.tracks) != 1:
+        raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
+    return next(iter(take.tracks.values()))
 
 
 def too_fast(model: PerformanceModel, control: FloatArray, fps: float) -> str | None:
