@@ -34,12 +34,17 @@ def look(name: str, entry: dict) -> dict:
         bpy.ops.import_scene.gltf(filepath=name)
     elif suffix == "fbx":
         bpy.ops.import_scene.fbx(filepath=name)
+        # it sets a rate of 119.88 and then places keys as if it were 120; the times below are those of its keys
+        scene.render.fps_base = 1.0
     else:
+        # time codes become frames as they are, and the scene's rate is left alone
+        scene.render.fps = round(entry["fps"])
+        scene.render.fps_base = round(entry["fps"]) / entry["fps"]
         bpy.ops.wm.usd_import(filepath=name)
-    return measure(scene, entry["times"], suffix)
+    return measure(scene, entry["times"])
 
 
-def measure(scene, times: list, suffix: str) -> dict:
+def measure(scene, times: list) -> dict:
     armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
     ranges = [action.frame_range for action in bpy.data.actions]
     start = min((r[0] for r in ranges), default=scene.frame_start)

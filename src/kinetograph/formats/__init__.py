@@ -31,7 +31,15 @@ READERS: dict[str, str] = {
 }
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 
-WRITERS: dict[str, str] = {".bvh": "bvh", ".csv": "csv", ".glb": "glb"}
+WRITERS: dict[str, str] = {
+    ".bvh": "bvh",
+    ".csv": "csv",
+    ".fbx": "fbx",
+    ".glb": "glb",
+    ".usd": "usd",
+    ".usda": "usd",
+    ".usdc": "usd",
+}
 """Suffix -> module with ``write(what, path, options)``, which writes to exactly that path."""
 
 

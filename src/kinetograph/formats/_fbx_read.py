@@ -23,7 +23,7 @@ TICKS = 46_186_158_000
 
 # frames a second by the number of GlobalSettings' TimeMode
 TIME_MODES = {1: 120.0, 2: 100.0, 3: 60.0, 4: 50.0, 5: 48.0, 6: 30.0, 7: 30.0, 8: 30 / 1.001, 9: 30 / 1.001, 10: 25.0}
-TIME_MODES |= {11: 24.0, 12: 1000.0, 13: 24 / 1.001, 15: 96.0, 16: 72.0, 17: 60 / 1.001}
+TIME_MODES |= {11: 24.0, 12: 1000.0, 13: 24 / 1.001, 15: 96.0, 16: 72.0, 17: 60 / 1.001, 18: 120 / 1.001}
 ORDERS = ("zyx", "yzx", "xzy", "zxy", "yxz", "xyz")  # of RotationOrder 0 to 5, the outermost turn first
 _LIMBS = ("LimbNode", "Limb", "Root", "Effector")
 _LARGEST = 1e12

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kinetograph.character import Character
 from kinetograph.take import Take
 
 
@@ -29,12 +30,16 @@ class WriteOptions:
     """How numbers are written where a format leaves a choice.
 
     order: of the Euler angles, outermost first, ``"zxy"`` being BVH's ``Zrotation Xrotation Yrotation``. units: a
-    name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``.
+    name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``. character: whose skin the motions wear, where the
+    format has skins; a body of capsules without one. table: what a CSV of a motion holds, ``"positions"`` of its
+    joints or their ``"angles"``.
     """
 
     order: str = "zxy"
     units: str = "metre"
     up: str = "y"
+    character: Character | None = None
+    table: str = "positions"
 
 
 @dataclass(frozen=True, eq=False)
