@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import FetchError
 from kinetograph.library import samples
@@ -24,6 +25,7 @@ SAMPLE = "character"
 _DECIMETRE = 0.1
 _DRAWN = {"body": 0, "helper-tights": 1, "helper-l-eye": 2, "helper-r-eye": 2}  # groups of the mesh, and their tints
 _PALETTE = (("skin", (0.52, 0.33, 0.24)), ("suit", (0.05, 0.10, 0.20)), ("eyes", (0.6, 0.6, 0.6)))
+_UNDER, _HEM = 0.03, 0.04  # metres: within this of the suit, and further than this from its edges, is covered
 _MOST_JOINTS = 4  # that may move one point
 
 
@@ -36,6 +38,8 @@ def human(*, progress: Callable[[int, int], None] | None = None) -> Character:
     rig: dict[str, Any] = json.loads((folder / "rig.cmu_mb.json").read_text())
     names = _parents_first({name: str(bone["parent"]) for name, bone in rig.items()})
     vertices, faces, tints = _mesh(folder / "base.obj")
+    kept = ~_covered(vertices, faces, tints)
+    faces, tints = faces[kept], tints[kept]
     triangles = faces[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
     used, corners = np.unique(triangles, return_inverse=True)
     heads = np.array([_place(rig[name], "head") for name in names])
@@ -88,6 +92,17 @@ def _mesh(path: Path) -> tuple[FloatArray, IntArray, IntArray]:
     if not faces or any(len(face) != 4 for face in faces):
         raise FetchError(f"{path}: expected a mesh of four-cornered faces; fetch the sample {SAMPLE!r} again")
     return np.array(points) * _DECIMETRE, np.array(faces), np.array(tints)
+
+
+def _covered(vertices: FloatArray, faces: IntArray, tints: IntArray) -> BoolArray:
+    """The faces of the body, ``(T,)``, that lie well under the suit: in bent joints they would come through it."""
+    suit = faces[tints == 1]
+    edges = np.sort(np.stack([suit, np.roll(suit, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    borders, counts = np.unique(edges, axis=0, return_counts=True)
+    hem = cKDTree(vertices[np.unique(borders[counts == 1])])
+    cloth = cKDTree(vertices[np.unique(suit)])
+    under = (cloth.query(vertices)[0] < _UNDER) & (hem.query(vertices)[0] > _HEM)
+    return np.asarray((tints == 0) & under[faces].all(axis=1), dtype=np.bool_)
 
 
 def _weights(path: Path, names: list[str], count: int) -> tuple[IntArray, FloatArray]:
