@@ -13,7 +13,12 @@ from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
 
 HIP_HEIGHT, THIGH, SHIN, ANKLE = 0.86, 0.44, 0.44, 0.08
-_LEG = (("hip", (0.1, 0.0, 0.0)), ("knee", (0.0, -THIGH, 0.0)), ("foot", (0.0, -SHIN, 0.0)), ("toe", (0.0, -0.05, 0.14)))
+_LEG = (
+    ("hip", (0.1, 0.0, 0.0)),
+    ("knee", (0.0, -THIGH, 0.0)),
+    ("foot", (0.0, -SHIN, 0.0)),
+    ("toe", (0.0, -0.05, 0.14)),
+)
 _ARM = (("shoulder", (0.2, 0.5, 0.0)), ("elbow", (0.0, -0.3, 0.0)), ("hand", (0.0, -0.25, 0.0)))
 
 

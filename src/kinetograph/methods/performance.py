@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -94,10 +95,24 @@ class PerformanceModel:
         """The segmental search of section 4.3 over this model's states."""
         return SegmentalSearch(self.instances.states[:, 1], self.method.continuity, self.method.beam)
 
-    @property
-    def scale(self) -> FloatArray:
-        """Square roots of the target points' weights, shape ``(Q,)``."""
-        return np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Mixtures of the target points, shape ``(Q, Q)``, whose squared distances add up to the weighted ones.
+
+        They are the principal ones of how ends of segments differ on the ground: most of any distance lies in the
+        first two, by which the search rules most predecessors out.
+        """
+        scale = np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
+        ends = np.concatenate([self.instances.heads, self.instances.tails]) * scale[:, None]
+        ground = ends[..., [0, 2]] - ends[..., [0, 2]].mean(axis=1, keepdims=True)
+        _, vectors = np.linalg.eigh(np.einsum("npi,nqi->pq", ground, ground))
+        return np.asarray(vectors.T[::-1] * scale)
+
+    @cached_property
+    def state_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Target points ``(S, Q, 3)`` at the head and the tail of every state's segment."""
+        segments = self.instances.states[:, 0]
+        return self.instances.heads[segments], self.instances.tails[segments]
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
@@ -175,10 +190,8 @@ class PerformanceModel:
         return np.repeat(w[:, None], self.sources[0].control.shape[1], axis=1)
 
     def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
-        segments = self.instances.states[:, 0]
-        width = padded_width(3 * len(self.scale))
-        heads = placement.ends(window, self.instances.heads[segments], self.scale, width)
-        tails = placement.ends(window, self.instances.tails[segments], self.scale, width)
+        width = padded_width(3 * len(self.basis))
+        heads, tails = (placement.ends(window, ends, self.basis, width) for ends in self.state_ends)
         return Arrivals(costs[window], heads, tails)
 
     def speed_range(self) -> tuple[float, float]:
