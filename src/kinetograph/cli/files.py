@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli._characters import Onto, Scale, Table, Wear, body, dressed
 from kinetograph.cli._shell import (
     AsJson,
     Force,
@@ -103,23 +104,31 @@ def convert(
     to_units: Annotated[str, typer.Option(help="Units to write where the format leaves a choice.")] = "metre",
     to_up: Annotated[str, typer.Option(help="Upward axis to write where the format leaves a choice.")] = "y",
     order: Annotated[str, typer.Option(help="Euler order to write, outermost first.")] = "zxy",
+    values: Annotated[str, typer.Option(help="What a CSV of a motion holds: positions or angles.")] = "positions",
     mirrored: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False,
+    skeleton: Annotated[Path | None, typer.Option(help="The bones of an .amc or of AMASS poses.")] = None,
+    onto: Onto = None,
+    character: Wear = None,
+    joint_table: Table = None,
+    scale: Scale = None,
     lenient: Lenient = False,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Convert a motion or signal to another format, rate, span, unit or axis.
+    """Convert a motion or signal to another format, rate, span, unit, axis or body.
 
-    Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8
+    Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8 --character human
     """
     from kinetograph.formats import ReadOptions, WriteOptions, read, save
 
     refuse_existing([target], force)
-    loaded = read(source, ReadOptions(units, up, file_fps, lenient))
+    loaded = read(source, ReadOptions(units, up, file_fps, lenient, skeleton))
     for text in loaded.notes:
         note(f"{source}: {text}")
     take = _edited(loaded.take, fps, start, end, mirrored)
-    save(take, target, force=force, options=WriteOptions(order, to_units, to_up))
+    worn = body(character, onto)
+    take = dressed(take, worn.skeleton, joint_table, scale)
+    save(take, target, force=force, options=WriteOptions(order, to_units, to_up, worn.character, values))
     first = next(iter(take.tracks.values()))
     result({"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}, as_json)
 

@@ -9,6 +9,7 @@ import importlib
 from pathlib import Path
 from types import ModuleType
 
+from kinetograph.character import Character
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats._atomic import atomic_path
 from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
@@ -16,7 +17,7 @@ from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
 
-__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "save"]
+__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "read_character", "save"]
 
 READERS: dict[str, str] = {
     ".amc": "acclaim",
@@ -75,6 +76,19 @@ def load(
     Raises FormatError for a file that cannot be read, RequestError for a suffix or an option that is not known.
     """
     return read(path, ReadOptions(units, up, fps, lenient)).take
+
+
+def read_character(path: str | Path) -> Character:
+    """The body in a ``.glb`` or ``.gltf`` file with one skin, for `WriteOptions.character`.
+
+    Raises FormatError for a file that cannot be read or has no skinned character.
+    """
+    from kinetograph.formats import _gltf_character
+
+    try:
+        return _gltf_character.read_character(Path(path))
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
 
 
 def save(
