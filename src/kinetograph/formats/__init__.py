@@ -23,11 +23,13 @@ READERS: dict[str, str] = {
     ".amc": "acclaim",
     ".asf": "acclaim",
     ".bvh": "bvh",
+    ".c3d": "c3d",
     ".csv": "csv",
     ".fbx": "fbx",
     ".glb": "glb",
     ".gltf": "glb",
     ".json": "deepmimic",
+    ".npz": "npz",
     ".txt": "deepmimic",
 }
 """Suffix -> module with ``read(path, options) -> Loaded``."""
@@ -37,6 +39,7 @@ WRITERS: dict[str, str] = {
     ".csv": "csv",
     ".fbx": "fbx",
     ".glb": "glb",
+    ".npz": "npz",
     ".usd": "usd",
     ".usda": "usd",
     ".usdc": "usd",
