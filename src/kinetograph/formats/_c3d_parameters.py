@@ -130,13 +130,12 @@ def _parameter(data: bytes, position: int, stop: int) -> Parameter | None:
 def reals(raw: npt.NDArray[np.uint8], processor: int) -> FloatArray:
     """Single-precision numbers of a processor, of bytes in rows; DEC's are those of a VAX."""
     raw = np.ascontiguousarray(raw)
-    if processor == _MIPS:
-        return raw.view(">f4").astype(np.float64)
-    if processor == _INTEL:
-        return raw.view("<f4").astype(np.float64)
-    words = raw.view("<u2").astype(np.uint32)
-    bits = (words[..., 0::2] << 16) | words[..., 1::2]
-    zero = (bits >> 23) & 0xFF == 0
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # bytes that are no number become NaN
+        if processor == _MIPS:
+            return raw.view(">f4").astype(np.float64)
+        if processor == _INTEL:
+            return raw.view("<f4").astype(np.float64)
+        words = raw.view("<u2").astype(np.uint32)
+        bits = (words[..., 0::2] << 16) | words[..., 1::2]
         values = bits.astype("<u4").view("<f4").astype(np.float64) / 4.0
-    return np.where(zero, 0.0, values)
+        return np.where((bits >> 23) & 0xFF == 0, 0.0, values)

@@ -32,6 +32,7 @@ _POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 _ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
 _MAGIC = b"\x93NUMPY"
+_LARGEST = 1e12
 _LONGEST_HEADER = 10_000
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -84,6 +85,8 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
         missing = [field for field in _FIELDS[:-1] if field not in parts]
         if missing:
             raise FormatError(path, f"track {track!r} has no {', '.join(missing)}")
+        if any(not np.all(np.abs(parts[f].astype(np.float64)) < _LARGEST) for f in parts if f != "names"):
+            raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
         skeleton = Skeleton(tuple(str(n) for n in parts["names"].ravel()), *(parts[field] for field in _FIELDS[1:5]))
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
@@ -100,7 +103,9 @@ def _arrays(path: Path) -> Arrays:
             if sum(member.file_size for member in members) > limit:
                 raise FormatError(path, f"its arrays unpack to over {limit} bytes; is it made to do harm?")
             return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, struct.error) as error:
+    except FormatError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
         raise FormatError(path, f"expected a NumPy archive: {str(error)[:80]}") from None
 
 
