@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from kinetograph.character import Character
 from kinetograph.errors import FormatError, RequestError
@@ -17,7 +18,10 @@ from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
 
-__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "read_character", "save"]
+if TYPE_CHECKING:
+    from kinetograph.formats._bvh_stream import MotionStream
+
+__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "read_character", "save", "stream"]
 
 READERS: dict[str, str] = {
     ".amc": "acclaim",
@@ -79,6 +83,21 @@ def load(
     Raises FormatError for a file that cannot be read, RequestError for a suffix or an option that is not known.
     """
     return read(path, ReadOptions(units, up, fps, lenient)).take
+
+
+def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
+    """A long BVH file of one character, to be read a block at a time; see `library.add_stream`.
+
+    Raises FormatError for a file that cannot be read so, RequestError for other kinds of files.
+    """
+    if Path(path).suffix.lower() != ".bvh":
+        raise RequestError(f"{path}: only .bvh files are read in blocks; load it whole")
+    from kinetograph.formats._bvh_stream import open_stream
+
+    try:
+        return open_stream(path, options)
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
 
 
 def read_character(path: str | Path) -> Character:

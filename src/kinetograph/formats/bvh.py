@@ -53,7 +53,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         found = f"{len(hierarchy.nodes)} joints but {hierarchy.width} channels"
         raise FormatError(path, f"expected channels on most joints, found {found}; is the file damaged?")
     characters = _characters(hierarchy.nodes)
-    motions = [_motion(nodes, values, rows.fps, notes) for nodes in characters]
+    motions = [motion_of_rows(nodes, values, rows.fps, notes) for nodes in characters]
     converted = to_metres_y_up(motions, options.units, options.up)
     names = ["motion"] if len(motions) == 1 else unique([nodes[0].name for nodes in characters], "track", notes)
     take = Take(path.stem, dict(zip(names, converted.motions, strict=True)))
@@ -86,7 +86,7 @@ def _rest_row(hierarchy: Hierarchy) -> FloatArray:
     return row
 
 
-def _motion(nodes: list[Node], values: FloatArray, fps: float, notes: list[str]) -> Motion:
+def motion_of_rows(nodes: list[Node], values: FloatArray, fps: float, notes: list[str]) -> Motion:
     """One character in the file's own units and axes."""
     translation, offsets, bones = _placements(nodes, values, notes)
     ends = [(joint, end) for joint, node in enumerate(nodes) for end in node.ends]
