@@ -11,9 +11,9 @@ import tempfile
 import time
 from pathlib import Path
 
+import bench_bvh
 import numpy as np
 
-import bench_bvh
 from kinetograph.formats import ReadOptions, load, stream
 from kinetograph.library import Library, add_stream
 

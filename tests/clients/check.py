@@ -124,7 +124,10 @@ def validator(files: list[str]) -> bool:
         return False
     for line in ran.stdout.splitlines():
         report = json.loads(line)
-        print(f"gltf-validator {Path(report['file']).name}: {report['numErrors']} errors, {report['numWarnings']} warnings")
+        print(
+            f"gltf-validator {Path(report['file']).name}:",
+            f"{report['numErrors']} errors, {report['numWarnings']} warnings",
+        )
     return ran.returncode != 0
 
 
@@ -192,7 +195,12 @@ def candidates(key: str, tracks: list[str]) -> list[str]:
     number = tracks.index(track)
     again = [f"{joint}_{number + 1}", f"{joint}.{number:03d}"] if number else [joint]
     plain = [joint.replace(" ", "_").replace(":", ""), joint]
-    return [key, *(f"{track}/{name}" for name in (*again, *plain)), *again, *(f"/{name}" for name in plain if not number)]
+    return [
+        key,
+        *(f"{track}/{name}" for name in (*again, *plain)),
+        *again,
+        *(f"/{name}" for name in plain if not number),
+    ]
 
 
 if __name__ == "__main__":

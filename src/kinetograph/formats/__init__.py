@@ -21,7 +21,18 @@ from kinetograph.take import Take
 if TYPE_CHECKING:
     from kinetograph.formats._bvh_stream import MotionStream
 
-__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "read_character", "save", "stream"]
+__all__ = [
+    "READERS",
+    "WRITERS",
+    "Loaded",
+    "ReadOptions",
+    "WriteOptions",
+    "load",
+    "read",
+    "read_character",
+    "save",
+    "stream",
+]
 
 READERS: dict[str, str] = {
     ".amc": "acclaim",

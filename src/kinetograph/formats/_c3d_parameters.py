@@ -56,7 +56,7 @@ class Parameters:
         words = [struct.unpack(f"{order}2H", end.data[:4]) for end in ends if end is not None and len(end.data) >= 4]
         if len(words) == 2:
             start, stop = (low + 65536 * high for low, high in words)
-            return stop - start + 1
+            return float(stop - start + 1)
         return self.number("POINT", "LONG_FRAMES", 0)
 
     def texts(self, group: str, name: str) -> list[str]:

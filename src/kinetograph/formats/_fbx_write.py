@@ -60,7 +60,10 @@ class _Scene:
         self.objects: list[Node] = []
         self.links: list[Node] = []
         self.names: list[str] = []  # joints' names so far: importers mix up two joints of one name
-        span = [_property("LocalStop", "KTime", "Time", self.stop), _property("ReferenceStop", "KTime", "Time", self.stop)]
+        span = [
+            _property("LocalStop", "KTime", "Time", self.stop),
+            _property("ReferenceStop", "KTime", "Time", self.stop),
+        ]
         stack = self.object("AnimationStack", name, "AnimStack", "", _properties(*span))
         self.layer = self.object("AnimationLayer", "BaseLayer", "AnimLayer", "")
         self.link(self.layer, stack)
@@ -130,9 +133,7 @@ class _Scene:
             ]
             self.link(self.object("AnimationCurve", "", "AnimCurve", "", *parts), group, f"d|{axis}")
 
-    def mesh(
-        self, track: str, skin: Skin, origin: FloatArray, limbs: list[np.int64], rest: FloatArray
-    ) -> np.int64:
+    def mesh(self, track: str, skin: Skin, origin: FloatArray, limbs: list[np.int64], rest: FloatArray) -> np.int64:
         """The skinned body; vertices where they are in the bind pose."""
         model = self.object("Model", f"{track} body", "Model", "Mesh", *_model_parts())
         geometry = self.object("Geometry", f"{track} body", "Geometry", "Mesh", *_mesh_parts(skin, origin))
@@ -161,7 +162,9 @@ class _Scene:
     def nodes(self) -> list[Node]:
         """The document's top nodes, in the order that readers expect."""
         kinds = [node.name for node in self.objects]
-        counts = [make("ObjectType", kind, children=[make("Count", kinds.count(kind))]) for kind in dict.fromkeys(kinds)]
+        counts = [
+            make("ObjectType", kind, children=[make("Count", kinds.count(kind))]) for kind in dict.fromkeys(kinds)
+        ]
         version = [make("FBXHeaderVersion", 1003), make("FBXVersion", 7400), make("Creator", "Kinetograph")]
         document = make("Document", np.int64(1), "", "Scene", children=[make("RootNode", np.int64(0))])
         return [
@@ -192,7 +195,7 @@ class _Scene:
 
 
 def _ticks(frames: int, fps: float) -> FloatArray:
-    return np.round(np.arange(frames) * (TICKS / fps)).astype(np.int64)  # type: ignore[return-value]
+    return np.round(np.arange(frames) * (TICKS / fps)).astype(np.int64)
 
 
 def _property(name: str, kind: str, label: str, value: Value) -> Node:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -28,20 +29,24 @@ def read_character(path: Path) -> Character:
     if len(take.tracks) != 1 or not isinstance(motion, Motion) or not gltf.objects("skins"):
         raise FormatError(path, f"expected one skinned character, found {len(take.tracks)} skeletons")
     skeleton = motion.skeleton
-    parts = [part for node in gltf.objects("nodes") if "skin" in node and "mesh" in node for part in _parts(gltf, node, skeleton)]
+    parts = [
+        part
+        for node in gltf.objects("nodes")
+        if "skin" in node and "mesh" in node
+        for part in _parts(gltf, node, skeleton)
+    ]
     if not parts:
         raise FormatError(path, "expected a skinned mesh of triangles, found none")
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
-    names = [f"{part.palette[0][0]}" for part in parts]
-    palette = tuple((name, part.palette[0][1]) for name, part in zip(names, parts, strict=True))
+    tints = np.cumsum([0, *(len(part.palette) for part in parts)])
     skin = Skin(
         np.concatenate([part.points for part in parts]),
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]),
         np.concatenate([part.joints for part in parts]),
         np.concatenate([part.weights for part in parts]),
-        np.concatenate([np.full(len(part.triangles), i) for i, part in enumerate(parts)]),
-        palette,
+        np.concatenate([part.tints + tint for part, tint in zip(parts, tints[:-1], strict=True)]),
+        tuple(entry for part in parts for entry in part.palette),
     )
     return Character(path.stem, skeleton, skin)
 
@@ -52,7 +57,8 @@ def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
     skin = skins[gltf.index(node, "skin", len(skins))]
     mesh = meshes[gltf.index(node, "mesh", len(meshes))]
     inverse = gltf.accessor(gltf.index(skin, "inverseBindMatrices", len(gltf.objects("accessors"))))
-    bind = np.linalg.inv(inverse.reshape(-1, 4, 4).transpose(0, 2, 1))[:, :3, 3]
+    matrices = np.linalg.inv(inverse.reshape(-1, 4, 4).transpose(0, 2, 1))
+    bind = np.asarray(matrices[:, :3, 3], dtype=np.float64)
     nodes = gltf.objects("nodes")
     names = [str(nodes[joint].get("name", f"node_{joint}"))[:200] for joint in skin["joints"]]
     if not set(names) <= set(skeleton.names) or len(set(names)) < len(names):
@@ -60,11 +66,11 @@ def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
     joints = np.array([skeleton.names.index(name) for name in names])
     scale = _scale(skeleton, joints, bind)
     root = bind[int(np.argmin(joints))]
-    return [
-        _part(gltf, primitive, joints, root, scale)
-        for primitive in gltf.list_of(mesh, "primitives")
-        if primitive.get("mode", 4) == 4
-    ]
+    groups: dict[str, list[Json]] = {}  # primitives of several materials often share their points
+    for primitive in gltf.list_of(mesh, "primitives"):
+        if primitive.get("mode", 4) == 4:
+            groups.setdefault(json.dumps(primitive.get("attributes"), sort_keys=True), []).append(primitive)
+    return [_part(gltf, group, joints, root, scale) for group in groups.values()]
 
 
 def _scale(skeleton: Skeleton, joints: IntArray, bind: FloatArray) -> float:
@@ -76,21 +82,20 @@ def _scale(skeleton: Skeleton, joints: IntArray, bind: FloatArray) -> float:
     return here / there if there > 0 and here > 0 else 1.0
 
 
-def _part(gltf: Gltf, primitive: Json, joints: IntArray, root: FloatArray, scale: float) -> Skin:
-    found = primitive.get("attributes")
+def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, scale: float) -> Skin:
+    found = group[0].get("attributes")
     attributes: Json = found if isinstance(found, dict) else {}
     count = len(gltf.objects("accessors"))
     points, slots, weights = (
         gltf.accessor(gltf.index(attributes, key, count)) for key in ("POSITION", "JOINTS_0", "WEIGHTS_0")
     )
-    indices = gltf.accessor(gltf.index(primitive, "indices", count))[:, 0] if "indices" in primitive else None
-    corners = np.arange(len(points)) if indices is None else indices.astype(np.int64)
-    good = points.shape[1] == 3 and slots.shape == weights.shape == (len(points), 4) and len(corners) % 3 == 0
-    if not good or np.any(corners >= len(points)) or np.any(slots >= len(joints)):
-        raise FormatError(gltf.path, "a skinned mesh's points, joints and triangles do not agree")
+    corners = [_corners(gltf, primitive, len(points)) for primitive in group]
+    if points.shape[1] != 3 or slots.shape != weights.shape or slots.shape != (len(points), 4):
+        raise FormatError(gltf.path, "a skinned mesh's points and joints do not agree")
+    if np.any(slots >= len(joints)) or np.any(slots < 0):
+        raise FormatError(gltf.path, f"a skinned mesh is moved by joints that its skin has not: {int(slots.max())}")
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1.0), [1.0, 0.0, 0.0, 0.0])
-    triangles = corners.reshape(-1, 3)
     if "NORMAL" in attributes:
         normals = gltf.accessor(gltf.index(attributes, "NORMAL", count))
     else:
@@ -98,12 +103,24 @@ def _part(gltf: Gltf, primitive: Json, joints: IntArray, root: FloatArray, scale
     return Skin(
         (points - root) * scale,
         normals,
-        triangles,
+        np.concatenate(corners),
         joints[slots.astype(np.int64)],
         weights,
-        np.zeros(len(triangles), dtype=np.int64),
-        (_material(gltf, primitive),),
+        np.repeat(np.arange(len(group)), [len(triangles) for triangles in corners]),
+        tuple(_material(gltf, primitive) for primitive in group),
     )
+
+
+def _corners(gltf: Gltf, primitive: Json, points: int) -> IntArray:
+    """The triangles of a primitive, ``(T, 3)``."""
+    if "indices" in primitive:
+        accessor = gltf.index(primitive, "indices", len(gltf.objects("accessors")))
+        corners = gltf.accessor(accessor)[:, 0].astype(np.int64)
+    else:
+        corners = np.arange(points)
+    if len(corners) % 3 or np.any(corners >= points) or np.any(corners < 0):
+        raise FormatError(gltf.path, f"expected triangles of {points} points")
+    return corners.reshape(-1, 3)
 
 
 def _material(gltf: Gltf, primitive: Json) -> tuple[str, Colour]:

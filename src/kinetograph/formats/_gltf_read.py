@@ -46,7 +46,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     names = ["motion"]
     if len(found) > 1:
         # named by the node above the root, which holds the character's name in files of this package
-        names = unique([_label(gltf, parents, order, motion.skeleton.names[0], nodes) for motion in found], "track", notes)
+        names = unique(
+            [_label(gltf, parents, order, motion.skeleton.names[0], nodes) for motion in found], "track", notes
+        )
     return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
 
 
@@ -181,7 +183,9 @@ def _joints(gltf: Gltf, animation: Json) -> list[int]:
     found: set[int] = set()
     for skin in gltf.objects("skins"):
         joints = skin.get("joints", [])
-        found |= {gltf.index({"joint": joint}, "joint", count) for joint in (joints if isinstance(joints, list) else [])}
+        found |= {
+            gltf.index({"joint": joint}, "joint", count) for joint in (joints if isinstance(joints, list) else [])
+        }
     found = found or {node for node, *_ in _channels(gltf, animation)}
     if not found:
         raise FormatError(gltf.path, "expected a skin or an animation, found neither: nothing in it moves")
@@ -205,8 +209,8 @@ def _bind(gltf: Gltf, nodes: _scene.Nodes, place: dict[int, int]) -> tuple[Float
         matrices = inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
         if np.any(np.abs(np.linalg.det(matrices)) < 1e-12):
             raise FormatError(gltf.path, "a bind matrix of a skin is flat")
-        matrices = np.linalg.inv(matrices)
-        at[joints] = matrices[:, :3, 3]
-        axes = matrices[:, :3, :3]
+        bind = np.asarray(np.linalg.inv(matrices), dtype=np.float64)
+        at[joints] = bind[:, :3, 3]
+        axes = bind[:, :3, :3]
         turn[joints] = rot.from_matrix(axes / np.linalg.norm(axes, axis=1, keepdims=True))
     return at, turn

@@ -40,7 +40,7 @@ class Nodes:
 def depth_first(parents: Sequence[int]) -> list[int] | None:
     """The indices with parents before children, or None where parents go round in a ring."""
     children: list[list[int]] = [[] for _ in parents]
-    todo = []
+    todo: list[int] = []
     for index, parent in enumerate(parents):
         (children[parent] if parent >= 0 else todo).append(index)
     todo.reverse()
@@ -102,7 +102,7 @@ def _motion(
     fps: float,
 ) -> Motion:
     index = {joint: i for i, joint in enumerate(tree)}
-    parents = np.array([index[above[joint]] if above[joint] in index else -1 for joint in tree])
+    parents = np.array([index.get(above[joint], -1) for joint in tree])
     up = np.maximum(parents, 0)
     at = positions[:, tree]
     turn = rot.multiply(turns[:, tree], rot.conjugate(bind[1][tree]))  # aligned with the world in the bind pose
@@ -119,7 +119,10 @@ def _motion(
 
 
 def interpolate(times: FloatArray, keys: FloatArray, values: FloatArray, kind: str) -> FloatArray:
-    """Values at ``times`` ``(F,)`` of keys ``(K,)``: ``kind`` is ``"STEP"``, ``"LINEAR"`` or, for turns, ``"SLERP"``."""
+    """Values at ``times`` ``(F,)`` of keys ``(K,)``.
+
+    kind: ``"STEP"``, ``"LINEAR"`` or, for turns, ``"SLERP"``.
+    """
     upper = np.clip(np.searchsorted(keys, times, side="right"), 1, max(len(keys) - 1, 1))
     if len(keys) == 1:
         return np.repeat(values, len(times), axis=0)

@@ -50,7 +50,9 @@ def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[M
     """The motion of the body's 22 joints in the file's own axes; fingers and face are left out."""
     notes: list[str] = []
     poses, translation = _poses(path, arrays, notes)
-    fps = options.fps or next((float(arrays[key]) for key in ("mocap_framerate", "mocap_frame_rate", "fps") if key in arrays), 0)
+    fps = options.fps or next(
+        (float(arrays[key]) for key in ("mocap_framerate", "mocap_frame_rate", "fps") if key in arrays), 0
+    )
     if not (np.isfinite(fps) and 0 < fps < 1e5):
         raise FormatError(path, "the file gives no rate (mocap_framerate); give it with --fps")
     skeleton = _skeleton(path, arrays, options, notes)
@@ -113,10 +115,25 @@ def _offsets_of(path: Path, names: tuple[str, ...]) -> FloatArray:
     roles = {role: mark.joint for role, mark in motion.skeleton.roles.items() if not mark.offset.any()}
     as_role = {"pelvis": "hips", "left_ankle": "left_foot", "right_ankle": "right_foot", "left_foot": "left_toe"}
     as_role |= {"right_foot": "right_toe", "left_wrist": "left_hand", "right_wrist": "right_hand", "spine3": "chest"}
+    trunk = _trunk(motion.skeleton)
+    roles |= {f"spine{i + 1}": joint for i, joint in enumerate(trunk)} if len(trunk) == 3 else {}
     out = np.zeros((len(names), 3))
     for joint, (name, words) in enumerate(zip(names, read_names(names), strict=True)):
-        found = theirs.get((words.side, words.word, words.number), roles.get(as_role.get(name, name)))
+        found = theirs.get((words.side, words.word, words.number))
+        found = roles.get(name, roles.get(as_role.get(name, ""))) if found is None else found
         if found is None:
             raise RequestError(f"{path}: no joint that could be {name!r}; a skeleton with SMPL's 22 joints is needed")
         out[joint] = motion.skeleton.offsets[found] if joint else 0.0
     return out
+
+
+def _trunk(skeleton: Skeleton) -> list[int]:
+    """The joints between the hips and the neck, from below."""
+    if "neck" not in skeleton.roles or "hips" not in skeleton.roles:
+        return []
+    chain = []
+    joint = int(skeleton.parents[skeleton.roles["neck"].joint])
+    while joint > skeleton.roles["hips"].joint:
+        chain.append(joint)
+        joint = int(skeleton.parents[joint])
+    return chain[::-1]

@@ -16,7 +16,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
-from kinetograph.formats._acclaim_skeleton import ROOT, AsfBone, Asf, parse_skeleton, text_lines
+from kinetograph.formats._acclaim_skeleton import ROOT, Asf, AsfBone, parse_skeleton, text_lines
 from kinetograph.formats.conventions import UNITS, to_metres_y_up
 from kinetograph.formats.reading import Loaded, ReadOptions
 from kinetograph.motion import Motion
@@ -90,14 +90,14 @@ def _parse_values(path: Path, asf: Asf, notes: list[str], lenient: bool) -> tupl
         if len(words) == 1 and words[0].isdigit():
             first = seen if frames == 1 else first
             if seen != first:
-                fault = FormatError(path, f"expected values of every bone in frame {frames}", line=number)
+                fault = FormatError(path, f"frame {frames} has other bones than the first one", line=number)
             frames, seen = frames + 1, set()
         else:
             fault = _add_row(path, number, words, asf, frames, seen, rows, widths)
         if fault is not None:
             break
     if fault is None and frames > 1 and seen != first:
-        fault = FormatError(path, f"expected values of every bone in frame {frames}; is the file cut short?")
+        fault = FormatError(path, f"frame {frames} has other bones than the first one; is the file cut short?")
     if fault is not None:
         if not lenient or frames < 2:
             raise fault

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import FormatError, RequestError
+from kinetograph.errors import FormatError
 from kinetograph.formats._csv_motion import write_motion
 from kinetograph.formats.conventions import check_up, turn_points, unit_factor
 from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions

@@ -1,9 +1,9 @@
 """glTF 2.0 in one binary file (``.glb``): motions with a body, for any viewer, engine or browser.
 
 Each character is a node named after its track, its joints beneath it, and a skinned mesh: that of the character it is
-written with, or capsules made from the skeleton, the left limbs blue, the right ones vermilion. Joint nodes hold the rest pose, placed where the motion
-starts; one animation moves every character. glTF's conventions are ours (metres, seconds, Y up, right-handed) but
-for the order of quaternions, which is x, y, z, w.
+written with, or capsules made from the skeleton, the left limbs blue, the right ones vermilion. Joint nodes hold the
+rest pose, placed where the motion starts; one animation moves every character. glTF's conventions are ours (metres,
+seconds, Y up, right-handed) but for the order of quaternions, which is x, y, z, w.
 """
 
 from __future__ import annotations
@@ -188,7 +188,12 @@ def _primitives(document: _Document, skin: Skin, origin: FloatArray) -> list[Jso
         corners = skin.triangles[skin.tints == tint].reshape(-1, 1).astype(width)
         indices = document.accessor(corners, target=_INDICES)
         primitives.append(
-            {"attributes": attributes, "indices": indices, "material": document.material(*skin.palette[tint]), "mode": 4}
+            {
+                "attributes": attributes,
+                "indices": indices,
+                "material": document.material(*skin.palette[tint]),
+                "mode": 4,
+            }
         )
     return primitives
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetograph.errors import DataError, FormatError
+from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats._body import characters
 from kinetograph.formats._smpl import motion_of_poses
 from kinetograph.formats.conventions import to_metres_y_up
@@ -54,7 +54,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
             take = Take(path.stem, _tracks(path, arrays, options))
             return Loaded(take)
         motion, notes = motion_of_poses(path, arrays, options)
-    except (DataError, TypeError, KeyError) as error:
+    except (FormatError, RequestError):
+        raise
+    except (ValueError, TypeError, KeyError) as error:
         raise FormatError(path, f"its arrays do not make a motion: {str(error)[:120]}") from None
     converted = to_metres_y_up([motion], options.units or "metre", options.up or "z")
     return Loaded(Take(path.stem, {"motion": converted.motions[0]}), (*notes, *converted.notes))
@@ -69,13 +71,13 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     arrays: Arrays = {}
     for track, motion in motions.items():
         skeleton = motion.skeleton
-        values = (skeleton.names, skeleton.parents, skeleton.offsets, skeleton.end_parents, skeleton.end_offsets)
-        values += (motion.translation, motion.rotations, motion.fps)
+        tree = (skeleton.names, skeleton.parents, skeleton.offsets, skeleton.end_parents, skeleton.end_offsets)
+        values: tuple[Any, ...] = (*tree, motion.translation, motion.rotations, motion.fps)
         arrays |= {f"{track}/{field}": np.asarray(value) for field, value in zip(_FIELDS, values, strict=False)}
         if motion.bones is not None:
             arrays[f"{track}/bones"] = motion.bones
     with Path(path).open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+        np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motion]:
@@ -87,7 +89,9 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
             raise FormatError(path, f"track {track!r} has no {', '.join(missing)}")
         if any(not np.all(np.abs(parts[f].astype(np.float64)) < _LARGEST) for f in parts if f != "names"):
             raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
-        skeleton = Skeleton(tuple(str(n) for n in parts["names"].ravel()), *(parts[field] for field in _FIELDS[1:5]))
+        names = tuple(str(name) for name in parts["names"].ravel())
+        parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
+        skeleton = Skeleton(names, parents, offsets, end_parents, end_offsets)
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
         tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y").motions[0]
@@ -126,7 +130,7 @@ def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
         count = 1
         for side in shape:
             count *= int(side)
-    except (ValueError, SyntaxError, TypeError, KeyError, MemoryError, RecursionError) as error:
+    except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
         raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
     body = data[start + length :]
     if dtype.hasobject or dtype.kind not in "fiuUS" or count * dtype.itemsize != len(body) or count < 0:

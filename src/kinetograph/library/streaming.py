@@ -88,9 +88,7 @@ class _Column:
         return _frames.Span(span.name, span.dtype, span.width, span.frames, span.start, self.checksum)
 
 
-def _append(
-    path: Any, start: int, stream: Stream, progress: Callable[[int, int], None] | None
-) -> list[_frames.Span]:
+def _append(path: Any, start: int, stream: Stream, progress: Callable[[int, int], None] | None) -> list[_frames.Span]:
     """Write the arrays side by side, as their sizes are known, and flush them."""
     shifts = _Column("translation", "<f8", 3, stream.frames, start)
     turns = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)

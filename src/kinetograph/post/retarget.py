@@ -19,7 +19,7 @@ from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.post.footskate import SIDES, move_foot
 from kinetograph.post.joint_table import JointTable, joint_table
-from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction, rest_motion
+from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction
 from kinetograph.skeleton import Skeleton
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
@@ -36,7 +36,12 @@ class Retargeted:
 
 
 def retarget(
-    motion: Motion, skeleton: Skeleton, *, table: JointTable | None = None, scale: float | None = None, feet: bool = True
+    motion: Motion,
+    skeleton: Skeleton,
+    *,
+    table: JointTable | None = None,
+    scale: float | None = None,
+    feet: bool = True,
 ) -> Retargeted:
     """The motion on another skeleton.
 
@@ -110,7 +115,7 @@ def _trunk_shares(skeleton: Skeleton, pairs: dict[int, int]) -> dict[int, tuple[
 def _corrections(source: Skeleton, target: Skeleton, table: JointTable) -> dict[int, FloatArray]:
     """The constant turn of each mapped target joint that makes the rest poses agree."""
     across = rot.from_matrix(body_axes(source).T @ body_axes(target))
-    roles = {mark.joint: role for role, mark in reversed(target.roles.items()) if not mark.offset.any()}
+    roles = {mark.joint: role for role, mark in reversed(list(target.roles.items())) if not mark.offset.any()}
     swings: dict[int, FloatArray] = {}
     out: dict[int, FloatArray] = {}
     for name in sorted(table.pairs, key=target.index):
@@ -163,8 +168,3 @@ def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: floa
             ankle = out.skeleton.landmark(roles[2]).joint
             out = move_foot(out, side, goal - forward(out)[0][:, ankle])
     return out
-
-
-def rest_positions(skeleton: Skeleton) -> FloatArray:
-    """Positions ``(J, 3)`` of the joints in the rest pose, the root at its offset."""
-    return forward(rest_motion(skeleton))[0][0]
