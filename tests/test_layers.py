@@ -17,7 +17,7 @@ _MODULES = sorted(path for path in _PACKAGE.rglob("*.py") if path != _PACKAGE / 
 _LAYERS = (
     {"__main__"},
     {"cli", "studio", "stream"},
-    {"evaluation", "pictures", "_figures"},
+    {"evaluation", "pictures", "_figures", "rendering"},
     {"pipeline"},
     {"methods", "post"},
     {"segmentation", "library", "formats"},

@@ -10,12 +10,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from kinetograph.character import Character
+from kinetograph.arrays import FloatArray
+from kinetograph.character import Character, Skin
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats._atomic import atomic_path
 from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
+from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ __all__ = [
     "Loaded",
     "ReadOptions",
     "WriteOptions",
+    "body_of",
     "load",
     "read",
     "read_character",
@@ -122,6 +125,16 @@ def read_character(path: str | Path) -> Character:
         return _gltf_character.read_character(Path(path))
     except OSError as error:
         raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+
+
+def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Skin, FloatArray]:
+    """The skin that a motion of a skeleton is written with, and where its joints are at rest, ``(J, 3)`` metres.
+
+    Raises RequestError where the skeleton is not the character's.
+    """
+    from kinetograph.formats import _body, _capsules
+
+    return _body.skin_of(skeleton, character), _capsules.rest_positions(skeleton)
 
 
 def save(

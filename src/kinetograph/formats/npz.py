@@ -129,7 +129,9 @@ def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
         dtype, shape, fortran = np.dtype(header["descr"]), header["shape"], header["fortran_order"]
         count = 1
         for side in shape:
-            count *= int(side)
+            if not isinstance(side, int) or side < 0:
+                raise TypeError(f"a side of {side!r}")
+            count *= side
     except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
         raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
     body = data[start + length :]
