@@ -19,14 +19,9 @@ def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: I
     by_corner = len(colours) == 3 * len(triangles)
     for t in range(len(triangles)):
         i, j, k = triangles[t]
-        ax, ay, bx, by, cx, cy = (
-            corners[i, 0],
-            corners[i, 1],
-            corners[j, 0],
-            corners[j, 1],
-            corners[k, 0],
-            corners[k, 1],
-        )
+        ax, ay = corners[i, 0], corners[i, 1]
+        bx, by = corners[j, 0], corners[j, 1]
+        cx, cy = corners[k, 0], corners[k, 1]
         area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
         if area == 0.0:
             continue
@@ -59,14 +54,9 @@ def cover(mask: BoolArray, corners: FloatArray, triangles: IntArray) -> None:
     height, width = mask.shape
     for t in range(len(triangles)):
         i, j, k = triangles[t]
-        ax, ay, bx, by, cx, cy = (
-            corners[i, 0],
-            corners[i, 1],
-            corners[j, 0],
-            corners[j, 1],
-            corners[k, 0],
-            corners[k, 1],
-        )
+        ax, ay = corners[i, 0], corners[i, 1]
+        bx, by = corners[j, 0], corners[j, 1]
+        cx, cy = corners[k, 0], corners[k, 1]
         area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
         if area == 0.0:
             continue

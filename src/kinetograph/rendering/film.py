@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.character import Character
 from kinetograph.errors import RequestError
 from kinetograph.formats import body_of
@@ -97,7 +97,7 @@ def _motions(what: Take | Motion) -> list[Motion]:
     return motions
 
 
-def _cast(motion: Motion, character: Character | None, frames: FloatArray) -> list[Figure]:
+def _cast(motion: Motion, character: Character | None, frames: IntArray) -> list[Figure]:
     """The figures of some frames of a motion; its last frame stands for those after it."""
     skin, rest = body_of(motion.skeleton, character)
     picked = [cut(motion, i, i + 1) for i in np.minimum(frames, len(motion) - 1).tolist()]

@@ -97,7 +97,7 @@ def _shaded(figure: Figure, camera: Camera) -> FloatArray:
     colours = np.array([colour for _, colour in figure.skin.palette]) ** (1 / 2.2)  # for screens
     corners = figure.skin.triangles.reshape(-1)
     tints = np.repeat(colours[figure.skin.tints], 3, axis=0)
-    return np.clip(tints * lit[corners, None] * 1.15 + rim[corners, None], 0.0, 1.0)
+    return np.asarray(np.clip(tints * lit[corners, None] * 1.15 + rim[corners, None], 0.0, 1.0))
 
 
 def _background(camera: Camera, height: int, width: int) -> tuple[FloatArray, BoolArray]:
