@@ -253,6 +253,32 @@ def test_usd_is_what_its_own_library_reads(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.array(ours), places[frame], atol=1e-5)
 
 
+def test_usd_there_and_back(tmp_path: Path) -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+    motion = mutations.small_motion()
+    moved = Motion(motion.skeleton, motion.translation + np.eye(3)[0], motion.rotations, motion.fps)
+    save(Take("pair", {"a b": motion, "b": moved}), tmp_path / "a.usdc")
+    take = load(tmp_path / "a.usdc")
+    assert list(take.tracks) == ["a_b", "b"]
+    for track, wanted in (("a_b", motion), ("b", moved)):
+        back = take.motion(track)
+        assert (back.fps, back.skeleton.names) == (30.0, motion.skeleton.names)
+        np.testing.assert_allclose(joint_positions(back), joint_positions(wanted), atol=1e-5)
+
+
+def test_usd_that_refers_to_other_files_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+    (tmp_path / "a.usda").write_text("#usda 1.0\n(\n    subLayers = [@/etc/hostname@]\n)\n")
+    with pytest.raises(FormatError, match="only files that stand alone are read"):
+        load(tmp_path / "a.usda")
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    with pytest.raises(FormatError, match=r"expected a skeleton \(UsdSkel\), found none"):
+        load(tmp_path / "a.usda")
+    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC" + bytes(100))
+    with pytest.raises(FormatError, match=r"a\.usdc: "):
+        load(tmp_path / "a.usdc")
+
+
 def test_a_karate_kata_in_fbx(data_folder: Path) -> None:
     loaded = read(data_folder / "fbx" / "135_01.fbx")
     motion = loaded.take.motion()

@@ -49,6 +49,9 @@ READERS: dict[str, str] = {
     ".json": "deepmimic",
     ".npz": "npz",
     ".txt": "deepmimic",
+    ".usd": "usd",
+    ".usda": "usd",
+    ".usdc": "usd",
 }
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 

@@ -18,10 +18,13 @@ from kinetograph.errors import RequestError
 from kinetograph.formats import _capsules
 from kinetograph.formats._body import characters, skin_of
 from kinetograph.formats._names import unique
+from kinetograph.formats._usd_read import read
 from kinetograph.formats.reading import WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
+
+__all__ = ["read", "write"]
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:

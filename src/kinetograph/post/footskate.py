@@ -69,15 +69,19 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     return offset
 
 
-def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
-    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
+def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = True) -> Motion:
+    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn.
+
+    gently: straighten legs as `within_reach` does, else as far as `reach` can.
+    """
     changed = np.linalg.norm(offset, axis=1) > 1e-7
     if not changed.any():
         return motion
     hip, knee, ankle = (motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot"))
     positions, turns = forward(motion)
     leg = (positions[:, hip], positions[:, knee], positions[:, ankle])
-    target = within_reach(*leg, positions[:, ankle] + offset)
+    target = positions[:, ankle] + offset
+    target = within_reach(*leg, target) if gently else target
     hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
     hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
     upper, lower = reach(*leg, target, hinge)

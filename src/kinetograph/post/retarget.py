@@ -166,5 +166,5 @@ def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: floa
             goal = positions[:, source.landmark(roles[2]).joint] * scale
             goal[:, 1] += ankle_height(out.skeleton) - scale * ankle_height(source)
             ankle = out.skeleton.landmark(roles[2]).joint
-            out = move_foot(out, side, goal - forward(out)[0][:, ankle])
+            out = move_foot(out, side, goal - forward(out)[0][:, ankle], gently=False)
     return out
