@@ -174,8 +174,6 @@ class _Scene:
     def nodes(self, times: FloatArray) -> _scene.Nodes:
         """Local transforms at ``times``."""
         frames, count = len(times), len(self.models)
-        if frames * count > _scene.MOST_VALUES:
-            raise FormatError(self.path, f"{frames} frames of {count} nodes are too many; give a lower --fps")
         shifts, turns, scales = np.empty((frames, count, 3)), np.empty((frames, count, 4)), np.empty((frames, count, 3))
         for i, model in enumerate(self.models):
             shifts[:, i], turns[:, i], scales[:, i] = _local(model, times)
@@ -247,7 +245,7 @@ def _times(path: Path, scene: _Scene, given: float | None) -> tuple[FloatArray, 
     start = min(start, scene.start if abs(scene.start) < 1e6 else start)
     start = np.floor(start * fps + 1e-3) / fps
     count = (stop - start) * fps
-    if not count * len(scene.models) <= _scene.MOST_VALUES:
+    if not count * len(scene.models) <= _scene.most_values(path.stat().st_size):
         raise FormatError(path, f"{stop - start:g} s at {fps:g} frames a second are too many; give --fps")
     return start + np.arange(round(count) + 1) / fps, fps
 

@@ -44,6 +44,7 @@ class Gltf:
             raise FormatError(path, "expected a JSON object with nodes and animations")
         self.document: Json = document
         self._buffers: dict[int, bytes] = {}
+        self.size = len(data)
 
     def objects(self, key: str) -> list[Json]:
         """One of the lists at the top of the document; empty where there is none."""
@@ -109,6 +110,7 @@ class Gltf:
             else:
                 raise FormatError(self.path, f"buffer {index} has no bytes")
             self._buffers[index] = found[: self.index(entry, "byteLength", len(found) + 1)]
+            self.size += len(found) if uri is not None else 0
         return self._buffers[index]
 
     def _resource(self, uri: str) -> bytes:

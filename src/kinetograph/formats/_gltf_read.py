@@ -119,7 +119,7 @@ def _times(gltf: Gltf, animation: Json, given: float | None, notes: list[str]) -
         fps = next((rate for rate in _RATES if abs(rate * step - 1) < 1e-3), 1.0 / step)
         notes.append(f"rate not given: {fps:g} frames a second, as far apart as the keys are")
     count = (stop - start) * fps
-    if not count * len(gltf.objects("nodes")) <= _scene.MOST_VALUES:
+    if not count * len(gltf.objects("nodes")) <= _scene.most_values(gltf.size):
         raise FormatError(gltf.path, f"{stop - start:g} s at {fps:g} frames a second are too many; give --fps")
     return start + np.arange(round(count) + 1) / fps, fps
 

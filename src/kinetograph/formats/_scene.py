@@ -17,8 +17,7 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
-MOST_VALUES = 40_000_000
-"""Most nodes times frames that a scene may ask for: half an hour at 120 Hz of a character with 180 joints."""
+_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, as single precision has them
 
 
@@ -35,6 +34,14 @@ class Nodes:
     translations: FloatArray
     rotations: FloatArray
     scales: FloatArray
+
+
+def most_values(size: int) -> int:
+    """Nodes times frames that a file of ``size`` bytes may ask for: two keys a week apart are no week of frames.
+
+    At most half an hour at 120 Hz of a character with 180 joints.
+    """
+    return min(_MOST_VALUES, _ROOM + _SWELL * size)
 
 
 def depth_first(parents: Sequence[int]) -> list[int] | None:

@@ -12,6 +12,9 @@ from typing import Any
 
 import numpy as np
 
+SAYS = "in the way: "
+"""What begins the line on stderr that says why, among what usd-core itself may write."""
+
 MEMORY = 4 * 2**30
 SECONDS = 60
 MOST_FRAMES, MOST_VALUES = 1_000_000, 40_000_000
@@ -25,10 +28,10 @@ def main(path: str, out: str) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
     layer = Sdf.Layer.OpenAsAnonymous(path)
     if layer is None:
-        raise SystemExit("expected a USD file")
+        raise SystemExit(f"{SAYS}expected a USD file")
     outside = [str(name) for name in layer.GetCompositionAssetDependencies()]
     if outside:
-        raise SystemExit(f"refers to {outside[0][:80]!r}; only files that stand alone are read")
+        raise SystemExit(f"{SAYS}refers to {outside[0][:80]!r}; only files that stand alone are read")
     stage = Usd.Stage.Open(layer)
     arrays: dict[str, Any] = {
         "scale": UsdGeom.GetStageMetersPerUnit(stage),
@@ -55,9 +58,9 @@ def _look(stage: Any, skeleton: Any, query: Any) -> dict[str, Any]:
     animation = query.GetAnimQuery()
     times = sorted(animation.GetJointTransformTimeSamples()) if animation else []
     start, stop = (times[0], times[-1]) if times else (0.0, 0.0)
-    frames = int(round(stop - start)) + 1
+    frames = round(stop - start) + 1
     if not 0 < frames <= MOST_FRAMES or frames * len(joints) > MOST_VALUES:
-        raise SystemExit(f"{frames} frames of {len(joints)} joints are too many")
+        raise SystemExit(f"{SAYS}{frames} frames of {len(joints)} joints are too many")
     here = UsdGeom.XformCache()
     local = np.empty((frames, len(joints), 4, 4), dtype=np.float32)
     places = np.empty((frames, 4, 4))

@@ -17,6 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import _scene
 from kinetograph.formats._names import unique
+from kinetograph.formats._usd_child import SAYS
 from kinetograph.formats.conventions import scale_motion, to_metres_y_up
 from kinetograph.formats.reading import Loaded, ReadOptions
 from kinetograph.motion import Motion
@@ -67,9 +68,8 @@ def _ask(path: Path) -> Arrays:
         except subprocess.TimeoutExpired:
             raise FormatError(path, f"usd-core has not read it in {_PATIENCE} s") from None
         if ran.returncode != 0 or not out.is_file():
-            lines = [line.strip() for line in ran.stderr.splitlines() if line.strip()]
-            why = lines[-1][:160] if ran.returncode == 1 and lines else f"usd-core failed on it ({ran.returncode})"
-            raise FormatError(path, why)
+            said = [line.removeprefix(SAYS)[:160] for line in ran.stderr.splitlines() if line.startswith(SAYS)]
+            raise FormatError(path, said[0] if said else "usd-core cannot read it; is the file damaged?")
         with np.load(out, allow_pickle=False) as found:
             return dict(found)
 
