@@ -10,8 +10,10 @@ duration differ.
 from __future__ import annotations
 
 import argparse
+import dataclasses as dc
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -68,6 +70,12 @@ def subjects() -> dict[str, tuple[Take, WriteOptions]]:
         "walk": (Take("walk", {"motion": walk}), WriteOptions()),
         "pair": (Take("pair", {"leader": leader, "follower": follower}), WriteOptions()),
     }
+    awkward = ["Hüfte links", "Arm:L", "a.b", "腕", "with  two spaces", "slash/name"]
+    names = tuple(awkward[i] if i < len(awkward) else name for i, name in enumerate(walk.skeleton.names))
+    found["names"] = (
+        Take("names", {"motion": dc.replace(walk, skeleton=dc.replace(walk.skeleton, names=names))}),
+        WriteOptions(),
+    )
     try:
         from kinetograph.library.characters import human
         from kinetograph.post.retarget import retarget
@@ -134,7 +142,8 @@ def validator(files: list[str]) -> bool:
 def three(reference: dict[str, Entry], folder: Path) -> bool:
     # its BVH loader reads one root only, its FBX loader one layer of an animation only
     reference = {n: e for n, e in reference.items() if not (n.endswith(".bvh") and len(e["tracks"]) > 1)}
-    reference = {n: e for n, e in reference.items() if Path(n).parent == folder}
+    # and it binds no curve to a BVH joint with a colon or a slash in its name
+    reference = {n: e for n, e in reference.items() if Path(n).parent == folder and not n.endswith("names.bvh")}
     (folder / "reference.json").write_text(json.dumps(reference))
     ran = node("read_with_three.mjs", str(folder / "reference.json"), str(folder / "three.json"))
     if ran is None:
@@ -194,12 +203,18 @@ def candidates(key: str, tracks: list[str]) -> list[str]:
     track, _, joint = key.partition("/")
     number = tracks.index(track)
     again = [f"{joint}_{number + 1}", f"{joint}.{number:03d}"] if number else [joint]
-    plain = [joint.replace(" ", "_").replace(":", ""), joint]
+    plain = [
+        "_".join(joint.split()),  # Blender's BVH
+        re.sub(r"\s", "_", re.sub(r"[\[\].:/]", "", joint)),  # three.js's FBX
+        re.sub(rb"[^A-Za-z0-9_]", b"_", joint.encode()).decode(),  # USD
+        joint,
+    ]
+    both = [*again, *plain]
     return [
         key,
-        *(f"{track}/{name}" for name in (*again, *plain)),
+        *(f"{track}/{name}" for name in both),
         *again,
-        *(f"/{name}" for name in plain if not number),
+        *(name for name in plain + [f"/{n}" for n in plain] if not number),
     ]
 
 
