@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import kinetograph as kg
 from kinetograph.formats import read_character, save
 from kinetograph.formats.deepmimic import skeleton
@@ -61,3 +63,16 @@ def test_what_goes_together(tmp_path: Path, clips_folder: Path) -> None:
     ):
         done = run("convert", walk, tmp_path / "b.glb", *options)
         assert (done.returncode, says in done.stderr) == (1, True), done.stderr
+
+
+def test_a_very_long_file_is_read_in_blocks(
+    tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from kinetograph.cli import library as commands
+    from kinetograph.library import Library
+
+    walk = kg.load(clips_folder / "humanoid3d_walk.txt").motion()
+    save(walk, tmp_path / "long.bvh")
+    monkeypatch.setattr(commands, "_LONG", 1000)
+    commands.create(tmp_path / "library", [tmp_path / "long.bvh"], units="metre", up="y")
+    assert len(Library.open(tmp_path / "library").take("long").motion()) == len(walk)

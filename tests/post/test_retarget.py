@@ -19,6 +19,7 @@ from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length
 from kinetograph.post.retarget import retarget
 from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Skeleton
+from kinetograph.take import Annotation
 
 _BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
     ("Hips", "", (0, 0.95, 0)),
@@ -115,6 +116,21 @@ def test_feet_that_stand_still_stay_where_they_are() -> None:
     there = np.ptp(joint_positions(other)[5:12, other.skeleton.landmark("left_foot").joint], axis=0).max()
     assert slid < 1e-6
     assert there < 1e-3
+
+
+def test_hands_that_are_held_are_where_they_were() -> None:
+    motion = walk(person())
+    hold = (Annotation("motion", "handhold", "left_hand", 0.5, 1.5),)
+    other = person(droop=20)
+    other = replace(other, offsets=np.where([[n == "LeftForeArm"] for n in other.names], 1.1, 1.0) * other.offsets)
+    hand, there = motion.skeleton.landmark("left_hand").joint, other.landmark("left_hand").joint
+    held = retarget(motion, other, scale=1.0, handholds=hold).motion
+    free = retarget(motion, other, scale=1.0).motion
+    gap = np.linalg.norm(joint_positions(held)[:, there] - joint_positions(motion)[:, hand], axis=1)
+    assert gap[15:46].max() < 1e-6
+    assert np.linalg.norm(joint_positions(free)[:, there] - joint_positions(motion)[:, hand], axis=1).min() > 0.02
+    np.testing.assert_allclose(held.rotations[:7], free.rotations[:7], atol=1e-12)
+    assert np.abs(np.diff(gap)).max() < 0.01  # comes and goes smoothly
 
 
 def test_the_table_is_printed_edited_and_read_again() -> None:

@@ -93,7 +93,8 @@ def dressed(take: Take, skeleton: Skeleton | None, table: Path | None, scale: fl
     for name, track in take.tracks.items():
         if isinstance(track, Motion):
             pairs = given or joint_table(track.skeleton, skeleton)
-            done = retarget(track, skeleton, table=pairs, scale=scale)
+            holds = take.annotated(name, "handhold")
+            done = retarget(track, skeleton, table=pairs, scale=scale, handholds=holds)
             note(f"{name}: {len(pairs.pairs)} of {len(skeleton)} joints mapped, way scaled by {done.scale:.3f}")
             if table and given is None:
                 table.write_text(str(pairs), encoding="utf-8")

@@ -17,12 +17,14 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.post.footskate import SIDES, move_foot
+from kinetograph.post.footskate import SIDES, move_foot, move_limb
 from kinetograph.post.joint_table import JointTable, joint_table
 from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction
 from kinetograph.skeleton import Skeleton
+from kinetograph.take import Annotation
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
+_EASE = 0.25  # seconds in which a hand comes to be held and is let go
 _CARRIED = {"hand": "elbow", "toe": "foot"}  # parts that keep the correction of the bone that carries them
 
 
@@ -42,12 +44,14 @@ def retarget(
     table: JointTable | None = None,
     scale: float | None = None,
     feet: bool = True,
+    handholds: tuple[Annotation, ...] = (),
 ) -> Retargeted:
     """The motion on another skeleton.
 
     table: which joints go with which, by role and name where it is not given. scale: of the way and the hips' height;
     that of the legs' lengths where it is not given (dancers who must stay at arm's length need the same one). feet:
-    bring the ankles to where the source's are on that scale. The floor is y = 0.
+    bring the ankles to where the source's are on that scale. handholds: of kind ``"handhold"``, labelled ``left_hand``
+    or ``right_hand``, while which the wrists too are brought to where the source's are. The floor is y = 0.
 
     Raises RequestError where a skeleton has no hips or legs, or where the table names joints that are not there.
 
@@ -70,6 +74,9 @@ def retarget(
     out = _placed(motion, positions, Motion(skeleton, np.zeros((len(motion), 3)), rotations, motion.fps), ratio)
     if feet:
         out = _with_feet(motion.skeleton, positions, out, ratio)
+    for side in SIDES:
+        weight = _held(handholds, f"{side}_hand", len(motion), motion.fps)
+        out = _with_hand(motion.skeleton, positions, out, ratio, side, weight) if weight.any() else out
     return Retargeted(out, table, float(ratio))
 
 
@@ -159,12 +166,40 @@ def _middle(skeleton: Skeleton, positions: FloatArray) -> FloatArray:
     return np.asarray(positions[:, hips].mean(axis=1))
 
 
+def _goal(source: Skeleton, positions: FloatArray, out: Motion, scale: float, role: str) -> FloatArray:
+    """Where a role's joint of the source is, ``(F, 3)``, on the target's scale and soles."""
+    goal = positions[:, source.landmark(role).joint] * scale
+    goal[:, 1] += ankle_height(out.skeleton) - scale * ankle_height(source)
+    return goal
+
+
 def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: float) -> Motion:
     for side in SIDES:
         roles = [f"{side}_{part}" for part in ("hip", "knee", "foot")]
         if all(role in out.skeleton.roles and role in source.roles for role in roles):
-            goal = positions[:, source.landmark(roles[2]).joint] * scale
-            goal[:, 1] += ankle_height(out.skeleton) - scale * ankle_height(source)
+            goal = _goal(source, positions, out, scale, roles[2])
             ankle = out.skeleton.landmark(roles[2]).joint
             out = move_foot(out, side, goal - forward(out)[0][:, ankle], gently=False)
     return out
+
+
+def _with_hand(
+    source: Skeleton, positions: FloatArray, out: Motion, scale: float, side: str, weight: FloatArray
+) -> Motion:
+    roles = [f"{side}_{part}" for part in ("shoulder", "elbow", "hand")]
+    if not all(role in out.skeleton.roles and role in source.roles for role in roles):
+        return out
+    joints = [out.skeleton.landmark(role).joint for role in roles]
+    offset = _goal(source, positions, out, scale, roles[2]) - forward(out)[0][:, joints[2]]
+    return move_limb(out, joints, weight[:, None] * offset)
+
+
+def _held(handholds: tuple[Annotation, ...], label: str, frames: int, fps: float) -> FloatArray:
+    """How much a hand is held at each frame, ``(F,)``: 1 within its handholds, and smoothly up to it and away."""
+    times = np.arange(frames) / fps
+    weight = np.zeros(frames)
+    for note in handholds:
+        if note.kind == "handhold" and note.label == label:
+            inside = np.minimum(times - note.start, note.stop - times)
+            weight = np.maximum(weight, np.clip(1.0 + inside / _EASE, 0.0, 1.0))
+    return np.asarray(weight * weight * (3 - 2 * weight))
