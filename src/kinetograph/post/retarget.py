@@ -48,9 +48,9 @@ def retarget(
 ) -> Retargeted:
     """The motion on another skeleton.
 
-    table: which joints go with which, by role and name where it is not given. scale: of the way and the hips' height;
-    that of the legs' lengths where it is not given (dancers who must stay at arm's length need the same one). feet:
-    bring the ankles to where the source's are on that scale. handholds: of kind ``"handhold"``, labelled ``left_hand``
+    table: which joints go with which, by role and name where it is not given. scale: of the way along the ground; that
+    of the legs' lengths, which heights always have, where it is not given (dancers who hold hands need 1). feet: bring
+    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"``, labelled ``left_hand``
     or ``right_hand``, while which the wrists too are brought to where the source's are. The floor is y = 0.
 
     Raises RequestError where a skeleton has no hips or legs, or where the table names joints that are not there.
@@ -155,8 +155,7 @@ def _swing(source: Skeleton, target: Skeleton, role: str, across: FloatArray) ->
 def _placed(motion: Motion, positions: FloatArray, out: Motion, scale: float) -> Motion:
     """The target with the middle of its hips on the source's scaled way."""
     middle = _middle(motion.skeleton, positions)
-    goal = middle * scale
-    goal[:, 1] += ankle_height(out.skeleton) - scale * ankle_height(motion.skeleton)
+    goal = _scaled(motion.skeleton, out.skeleton, middle, scale)
     found = _middle(out.skeleton, forward(out)[0])
     return Motion(out.skeleton, goal - found, out.rotations, out.fps)
 
@@ -166,18 +165,19 @@ def _middle(skeleton: Skeleton, positions: FloatArray) -> FloatArray:
     return np.asarray(positions[:, hips].mean(axis=1))
 
 
-def _goal(source: Skeleton, positions: FloatArray, out: Motion, scale: float, role: str) -> FloatArray:
-    """Where a role's joint of the source is, ``(F, 3)``, on the target's scale and soles."""
-    goal = positions[:, source.landmark(role).joint] * scale
-    goal[:, 1] += ankle_height(out.skeleton) - scale * ankle_height(source)
-    return goal
+def _scaled(source: Skeleton, target: Skeleton, points: FloatArray, scale: float) -> FloatArray:
+    """Points of the source, ``(F, 3)``: along the ground on the way's scale, in height on that of the legs."""
+    rise = leg_length(target) / leg_length(source)
+    goal = points * np.array([scale, rise, scale])
+    goal[:, 1] += ankle_height(target) - rise * ankle_height(source)
+    return np.asarray(goal)
 
 
 def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: float) -> Motion:
     for side in SIDES:
         roles = [f"{side}_{part}" for part in ("hip", "knee", "foot")]
         if all(role in out.skeleton.roles and role in source.roles for role in roles):
-            goal = _goal(source, positions, out, scale, roles[2])
+            goal = _scaled(source, out.skeleton, positions[:, source.landmark(roles[2]).joint], scale)
             ankle = out.skeleton.landmark(roles[2]).joint
             out = move_foot(out, side, goal - forward(out)[0][:, ankle], gently=False)
     return out
@@ -190,7 +190,8 @@ def _with_hand(
     if not all(role in out.skeleton.roles and role in source.roles for role in roles):
         return out
     joints = [out.skeleton.landmark(role).joint for role in roles]
-    offset = _goal(source, positions, out, scale, roles[2]) - forward(out)[0][:, joints[2]]
+    goal = positions[:, source.landmark(roles[2]).joint] * scale
+    offset = goal - forward(out)[0][:, joints[2]]
     return move_limb(out, joints, weight[:, None] * offset)
 
 
