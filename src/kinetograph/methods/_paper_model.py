@@ -29,7 +29,7 @@ class PaperSettings:
 
     share: float = 0.97
     clusters: int = 15
-    restarts: int = 50
+    restarts: int = 10
     stay: float = 0.95
     overlap: float = 0.3
     around: float = 0.25

@@ -18,6 +18,10 @@ from kinetograph.keys import Key, check_order
 from kinetograph.methods._examples import Example, collect_examples
 from kinetograph.methods._paper_model import PaperModel, PaperSettings, fit_paper, plan
 from kinetograph.methods._paper_motion import realize_paper
+from kinetograph.methods._search_model import SearchModel, SearchSettings, check_feasible, fit_search, goals_of, solve
+from kinetograph.methods._search_motion import realize_walk
+from kinetograph.post.assemble import PostSettings
+from kinetograph.skeleton import same_shape
 from kinetograph.synthesis import Synthesis
 
 if TYPE_CHECKING:
@@ -25,6 +29,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 MODES = ("search", "paper")
+FAR = 0.15
+"""Metres between a key and the nearest recorded frame above which a warning says so."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +38,15 @@ class KeyframeControl:
     """Configuration of keyframe control.
 
     mode: ``"search"`` or ``"paper"``. rate: frames a second of the examples and of the result. mirror: also use every
-    recording mirrored. paper: parameters of the paper's mode.
+    recording mirrored. search, paper: parameters of either mode. post: how the search's pieces are joined.
     """
 
     mode: str = "search"
     rate: float = 30.0
     mirror: bool = False
+    search: SearchSettings = field(default_factory=SearchSettings)
     paper: PaperSettings = field(default_factory=PaperSettings)
+    post: PostSettings = field(default_factory=PostSettings)
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -59,8 +67,9 @@ class KeyframeControl:
         Raises RequestError for an empty library, or where takes have different joints.
         """
         examples = collect_examples(library, self.rate, mirror=self.mirror, exclude=exclude, track=track)
-        rng = rng or np.random.default_rng(0)
-        return KeyframeModel(self, examples, fit_paper(examples, self.paper, rng))
+        if self.mode == "paper":
+            return KeyframeModel(self, examples, fit_paper(examples, self.paper, rng or np.random.default_rng(0)))
+        return KeyframeModel(self, examples, fit_search(examples, self.search))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +78,32 @@ class KeyframeModel:
 
     method: KeyframeControl
     examples: tuple[Example, ...]
-    learned: PaperModel
+    learned: PaperModel | SearchModel
 
     def synthesize(self, keys: Sequence[Key], progress: Progress | None = None) -> Synthesis:
         """A motion from key to key. Raises RequestError where there is none, with the reason."""
         keys = tuple(keys)
         check_order(keys)
-        if len(keys) != 2:
-            raise RequestError(f"the paper's mode goes between two keys, found {len(keys)}; use mode search")
-        return realize_paper(self.learned, plan(self.learned, keys[0], keys[1]), (keys[0], keys[1]))
+        if isinstance(self.learned, PaperModel):
+            if len(keys) != 2:
+                raise RequestError(f"the paper's mode goes between two keys, found {len(keys)}; use mode search")
+            return realize_paper(self.learned, plan(self.learned, keys[0], keys[1]), (keys[0], keys[1]))
+        goals, nearest = goals_of(self.learned, keys)
+        check_feasible(self.learned, keys, goals)
+        walk = solve(self.learned, keys, goals)
+        return realize_walk(self.learned, keys, walk, self.method.post, _notes(self.learned, keys, nearest))
+
+
+def _notes(model: SearchModel, keys: tuple[Key, ...], nearest: list[float]) -> tuple[str, ...]:
+    notes = [
+        f"{key.label}: the nearest recorded pose is {100 * gap:.0f} cm away; it is met by editing"
+        for key, gap in zip(keys, nearest, strict=True)
+        if gap > FAR
+    ]
+    skeleton = model.examples[0].motion.skeleton
+    notes += [
+        f"{key.label}: it has another skeleton; its pose is matched by role, not met joint by joint"
+        for key in keys
+        if not same_shape(key.clip.skeleton, skeleton, tolerance=0.02)
+    ]
+    return tuple(notes)
