@@ -1,0 +1,181 @@
+"""How good keyframe control is: seams, feet and keys against the recordings, and in-betweening of held-out clips."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetograph.errors import RequestError
+from kinetograph.evaluation.inbetweening import (
+    PAST,
+    Score,
+    interpolation,
+    position_scale,
+    score,
+    windows_of,
+    zero_velocity,
+)
+from kinetograph.evaluation.metrics import accelerations
+from kinetograph.keys import Key
+from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.library import Library
+from kinetograph.methods._examples import Example, headings
+from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.motion import Motion, cut, place
+from kinetograph.post.footskate import contact_mask
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Annotation
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class PairFigures:
+    """One pair of keys. solved, or the reason; jump: the worst seam's jump in joint speed over the recordings' 99th
+    percentile; skate: contact speed over that of the recordings used; miss: metres, the larger of both keys' mean
+    joint distances.
+    """
+
+    first: str
+    last: str
+    solved: bool
+    reason: str = ""
+    seconds: float = 0.0
+    pieces: int = 0
+    jump: float = 0.0
+    skate: float = 0.0
+    miss: float = 0.0
+    untouched: float = 0.0
+
+
+def speed_jumps(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """How much the joints' velocities change from a frame to the next, the mean over joints, ``(F - 2,)`` m/s."""
+    return np.asarray(accelerations(motion).mean(axis=1) / motion.fps)
+
+
+def recorded_jump(examples: Sequence[Example]) -> float:
+    """The 99th percentile of `speed_jumps` over all recordings."""
+    return float(np.quantile(np.concatenate([speed_jumps(e.motion) for e in examples if len(e.motion) > 2]), 0.99))
+
+
+def seam_jump(result: Synthesis) -> float:
+    """The largest of `speed_jumps` within two frames of a seam; 0 without seams."""
+    jumps = speed_jumps(result.motion)
+    seams = [round(piece.start * result.motion.fps) for piece in result.pieces[1:]]
+    near = [jumps[max(s - 3, 0) : s + 2] for s in seams]
+    return float(np.concatenate(near).max()) if near and sum(map(len, near)) else 0.0
+
+
+def slide(motion: Motion, contacts: Sequence[Annotation]) -> tuple[float, int]:
+    """Metres a second that planted points move along the ground, summed over the steps that both ends of are planted,
+    and how many those are.
+    """
+    total, count = 0.0, 0
+    for role in {note.label for note in contacts}:
+        mask = contact_mask(tuple(contacts), role, len(motion), motion.fps)
+        points = role_positions(motion, (role,))[:, 0]
+        speed = np.linalg.norm(np.diff(points[:, [0, 2]], axis=0), axis=1) * motion.fps
+        both = mask[1:] & mask[:-1]
+        total, count = total + float(speed[both].sum()), count + int(both.sum())
+    return total, count
+
+
+def skate_ratio(result: Synthesis, examples: Sequence[Example]) -> float:
+    """The result's mean contact speed over that of the recorded frames it is made of; at least 1 cm/s counts."""
+    total, count = slide(result.motion, result.annotations)
+    source_total, source_count = 0.0, 0
+    by_name = {(e.take, e.track, e.mirrored): e for e in examples}
+    for piece in result.pieces:
+        example = by_name[piece.take, piece.track, piece.mirrored]
+        low = round(piece.source_start * example.motion.fps)
+        high = min(round(piece.source_stop * example.motion.fps) + 1, len(example.motion))
+        offset = low / example.motion.fps
+        moved = [
+            replace(n, start=max(n.start - offset, 0.0), stop=n.stop - offset)
+            for n in example.contacts
+            if n.stop > offset
+        ]
+        a, b = slide(cut(example.motion, low, high), moved)
+        source_total, source_count = source_total + a, source_count + b
+    return (total / max(count, 1)) / max(source_total / max(source_count, 1), 0.01)
+
+
+def key_miss(result: Synthesis, key: Key, frame: int) -> float:
+    """Mean joint distance in metres between a frame and a key that is moved to its place and heading."""
+    pose = cut(key.clip, key.frame, key.frame + 1)
+    mine = cut(result.motion, frame, frame + 1)
+    turned = place(pose, float(headings(mine)[0] - headings(pose)[0]), (0.0, 0.0, 0.0))
+    gap = joint_positions(turned)[0] - joint_positions(mine)[0]
+    root = np.array([1.0, 0.0, 1.0]) * (turned.translation[0] - mine.translation[0])
+    return float(np.linalg.norm(gap - root, axis=1).mean())
+
+
+def judge_pair(model: KeyframeModel, first: Key, last: Key, reference: float) -> PairFigures:
+    """Solve one pair of keys and measure the result. reference: `recorded_jump` of the library."""
+    try:
+        result = model.synthesize([first, last])
+    except RequestError as error:
+        return PairFigures(first.label, last.label, False, str(error))
+    miss = max(key_miss(result, first, 0), key_miss(result, last, len(result.motion) - 1))
+    return PairFigures(
+        first.label,
+        last.label,
+        True,
+        seconds=result.motion.duration,
+        pieces=len(result.pieces),
+        jump=seam_jump(result) / reference,
+        skate=skate_ratio(result, model.examples),
+        miss=miss,
+        untouched=result.statistics["untouched"],
+    )
+
+
+def fill_gap(model: KeyframeModel, window: Motion, gap: int) -> Motion:
+    """A window with its gap filled: the pose and speed before it, and pose, place and heading after it, are keys."""
+    last = PAST + gap
+    after = cut(window, last, last + 1)
+    x, _, z = after.translation[0]
+    at = (gap + 1) / window.fps
+    keys = [
+        Key(cut(window, 0, PAST), PAST - 1, label="before"),
+        Key(after, 0, (at, at), (float(x), float(z)), float(headings(after)[0]), label="after"),
+    ]
+    filled = model.synthesize(keys).motion
+    root, turns = window.translation.copy(), window.rotations.copy()
+    root[PAST:last], turns[PAST:last] = filled.translation[1 : gap + 1], filled.rotations[1 : gap + 1]
+    return replace(window, translation=root, rotations=turns)
+
+
+def inbetween_held_out(
+    library: Library,
+    held_out: Sequence[str],
+    gaps: Sequence[int] = (5, 15, 30, 45),
+    method: KeyframeControl | None = None,
+    report: Report | None = None,
+) -> dict[tuple[str, int], Score]:
+    """Scores by method and gap: every held-out take's gaps filled from all takes that are not held out."""
+    method = method or KeyframeControl()
+    model = method.fit(library, exclude=tuple(held_out))
+    others = KeyframeControl(rate=method.rate)
+    from kinetograph.methods._examples import collect_examples
+
+    kept = tuple(name for name in library.names() if name not in held_out)
+    tests = collect_examples(library, others.rate, exclude=kept)
+    skeleton = model.examples[0].motion.skeleton
+    test_motions = [replace(e.motion, skeleton=skeleton) for e in tests]
+    found: dict[tuple[str, int], Score] = {}
+    for gap in gaps:
+        windows = [w for motion in test_motions for w in windows_of(motion, gap)]
+        scale = position_scale([e.motion for e in model.examples], gap)
+        fillers = {
+            "zero velocity": zero_velocity,
+            "interpolation": interpolation,
+            "keyframe": lambda window, gap: fill_gap(model, window, gap),
+        }
+        for name, filler in fillers.items():
+            found[name, gap] = score(filler, windows, gap, scale)
+            if report:
+                report(f"{name} at {gap}: {found[name, gap]}")
+    return found
