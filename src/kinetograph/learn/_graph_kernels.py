@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numba as nb
+import numpy as np
 
 compiled = nb.njit(cache=True, nogil=True)
 
@@ -50,3 +51,14 @@ def relax(to_go, last, starts, target, cost, commit, step):  # type: ignore[no-u
             to_go[i] = best
             changed = True
     return changed
+
+
+@compiled
+def row_distances(rows, columns, row, out):  # type: ignore[no-untyped-def]
+    """Squared distances ``(N,)`` of some columns of rows ``(N, D)`` from one row of as many numbers, added to ``out``."""
+    for i in range(rows.shape[0]):
+        total = np.float32(0.0)
+        for k in range(columns.shape[0]):
+            gap = rows[i, columns[k]] - row[k]
+            total += gap * gap
+        out[i] += total

@@ -77,32 +77,48 @@ class Walk:
     cost: float
 
 
-def costs_to_go(graph: Graph, goals: list[Goal], step_fee: float) -> list[FloatArray]:
-    """The least cost from every frame through all goals from each stage on, ``(N,)`` a stage, times forgotten."""
+def longest_legs(goals: list[Goal], options: SearchOptions) -> list[float]:
+    """The most steps that each leg may take, by the windows of the goals at its ends."""
+    return [
+        min((after.window[1] - before.window[0]) * (1 + options.warp), options.longest)
+        for before, after in zip(goals[:-1], goals[1:], strict=True)
+    ]
+
+
+def costs_to_go(graph: Graph, goals: list[Goal], legs: list[float], step_fee: float) -> list[FloatArray]:
+    """The least cost from every frame through all goals from each stage on, ``(N,)`` a stage, times forgotten.
+
+    legs: the most steps of each; walks with more transitions than a leg has room for are left out.
+    """
     after = np.zeros(len(graph))
     found: list[FloatArray] = []
-    for goal in reversed(goals):
+    for goal, leg in zip(reversed(goals), reversed(legs), strict=True):
         to_go = np.full(len(graph), np.inf)
         np.minimum.at(to_go, goal.frames, goal.costs + after[goal.frames])
-        found.append(_settle(graph, to_go, graph.cost, step_fee))
+        found.append(_settle(graph, to_go, graph.cost, step_fee, leg))
         after = _committed(graph, found[-1]) + graph.commit * step_fee
     return found[::-1]
 
 
-def least_steps(graph: Graph, goal: Goal) -> FloatArray:
-    """The fewest steps from every frame to a frame of the goal, shape ``(N,)``, infinite where there is no way."""
+def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
+    """The fewest steps from every frame to a frame of the goal, shape ``(N,)``, infinite where there is no way.
+
+    Walks of more than ``most`` steps need not be found.
+    """
     steps = np.full(len(graph), np.inf)
     steps[goal.frames] = 0.0
-    return _settle(graph, steps, np.zeros(len(graph.cost)), 1.0)
+    return _settle(graph, steps, np.zeros(len(graph.cost)), 1.0, most)
 
 
-def least_leg(graph: Graph, start: Goal, stop: Goal) -> float:
+def least_leg(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
     """The fewest steps of a leg from one goal to the next, the steps that must follow a goal included."""
-    return float(_committed(graph, least_steps(graph, stop))[start.frames].min(initial=np.inf)) + graph.commit
+    steps = _committed(graph, least_steps(graph, stop, most))
+    return float(steps[start.frames].min(initial=np.inf)) + graph.commit
 
 
-def _settle(graph: Graph, to_go: FloatArray, cost: FloatArray, step: float) -> FloatArray:
-    for _ in range(_SWEEPS):
+def _settle(graph: Graph, to_go: FloatArray, cost: FloatArray, step: float, most: float) -> FloatArray:
+    """Sweep until nothing changes, or every walk of up to ``most`` steps has been seen: k sweeps see k transitions."""
+    for _ in range(int(min(most / (1 + graph.commit), _SWEEPS)) + 1):
         if not _graph_kernels.relax(to_go, graph.last, graph.starts, graph.target, cost, graph.commit, step):
             break
     return to_go
@@ -173,8 +189,9 @@ class _Search:
         self, graph: Graph, goals: list[Goal], ground: ComplexArray, facing: ComplexArray, options: SearchOptions
     ) -> None:
         self.graph, self.goals, self.ground, self.facing, self.options = graph, goals, ground, facing, options
-        self.to_go = np.stack(costs_to_go(graph, goals[1:], options.step_fee))
-        self.steps = np.stack([least_steps(graph, goal) for goal in goals[1:]])
+        legs = longest_legs(goals, options)
+        self.to_go = np.stack(costs_to_go(graph, goals[1:], legs, options.step_fee))
+        self.steps = np.stack([least_steps(graph, goal, leg) for goal, leg in zip(goals[1:], legs, strict=True)])
         self.reward = np.full((len(goals) - 1, len(graph)), np.inf)
         for stage, goal in enumerate(goals[1:]):
             np.minimum.at(self.reward[stage], goal.frames, goal.costs)
@@ -237,6 +254,8 @@ class _Search:
         bound = self._bound(labels, step)
         ceiling = self.best[0] if self.best else np.inf
         keep = np.flatnonzero(bound < ceiling)
+        if len(keep) > 4 * self.options.beam:  # more are never kept; of one state there are seldom four
+            keep = keep[np.argpartition(bound[keep], 4 * self.options.beam)[: 4 * self.options.beam]]
         keep = keep[np.argsort(bound[keep], kind="stable")]
         state = labels.stage[keep] * len(self.graph) + labels.frame[keep]
         if any(goal.place is not None for goal in self.goals[1:]):

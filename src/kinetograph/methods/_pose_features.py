@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
+from kinetograph.arrays import ComplexArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.keys import Key
+from kinetograph.learn._graph_kernels import row_distances
 from kinetograph.methods._examples import Example, headings, leg_length
 from kinetograph.motion import Motion
 from kinetograph.post.footskate import contact_mask
@@ -96,23 +97,18 @@ def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> Float
         )
     pose, rate = relative_joints(key.clip, roles)
     scale = leg_length(skeleton) / leg_length(key.clip.skeleton)
-    columns = [features.roles.index(role) for role in roles]
     share = len(features.roles) / len(roles)
-    root = np.sqrt(len(features.roles))
-    squares = _squares(features.pose[:, columns], pose[key.frame] * scale / root)
+    to_features = scale / np.sqrt(len(features.roles))
+    squares = np.zeros(len(features.pose))
+    columns = np.array([3 * features.roles.index(role) + axis for role in roles for axis in range(3)])
+    _add_squares(features.pose, columns, pose[key.frame] * to_features, squares)
     if len(key.clip) > 1:
-        squares = squares + _squares(features.velocity[:, columns], rate[key.frame] * scale * REACH / root)
-    return np.sqrt(np.maximum(squares * share, 0.0))
+        _add_squares(features.velocity, columns, rate[key.frame] * to_features * REACH, squares)
+    return np.sqrt(squares * share)
 
 
-def _squares(rows: SingleArray, row: FloatArray) -> FloatArray:
-    flat = rows.reshape(len(rows), -1)
-    single = row.ravel().astype(np.float32)
-    out = np.empty(len(flat))
-    for low in range(0, len(flat), 65_536):
-        gap = flat[low : low + 65_536] - single
-        out[low : low + 65_536] = np.einsum("nd,nd->n", gap, gap)
-    return out
+def _add_squares(rows: SingleArray, columns: IntArray, row: FloatArray, squares: FloatArray) -> None:
+    row_distances(rows.reshape(len(rows), -1), columns, row.ravel().astype(np.float32), squares)
 
 
 def _contact_features(example: Example) -> FloatArray:

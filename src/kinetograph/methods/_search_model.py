@@ -38,7 +38,7 @@ class SearchSettings:
     slack: float = 0.1
     warp: float = 0.15
     longest: float = 12.0
-    haste: float = 0.05
+    haste: float = 0.1
     beam: int = 3000
     off_place: float = 0.3
     off_share: float = 0.3
@@ -133,7 +133,10 @@ def check_feasible(model: SearchModel, keys: tuple[Key, ...], goals: list[Goal])
     least = []
     earliest = 0.0
     for a, b, before, after in zip(goals[:-1], goals[1:], keys[:-1], keys[1:], strict=True):
-        steps = least_leg(model.graph, a, b)
+        room = (b.window[1] - a.window[0]) * (1 + model.settings.warp)
+        steps = least_leg(model.graph, a, b, room)
+        if not np.isfinite(steps):  # it takes more than there is room for, if there is a way at all: how much?
+            steps = least_leg(model.graph, a, b)
         if not np.isfinite(steps):
             raise RequestError(
                 f"no recordings lead from {before.label} to {after.label}: nowhere do poses and velocities meet within "
