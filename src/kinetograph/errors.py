@@ -8,6 +8,9 @@ from pathlib import Path
 class KinetographError(Exception):
     """Base of every error that Kinetograph raises on purpose; its text is one line."""
 
+    def __str__(self) -> str:
+        return " ".join(super().__str__().splitlines())  # a file's own names, and arrays, may hold line breaks
+
 
 class DataError(KinetographError, ValueError):
     """Arrays that break an invariant: a shape, a unit quaternion, a finite value."""

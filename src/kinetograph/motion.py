@@ -54,7 +54,7 @@ class Motion:
             raise DataError(f"fps must be a positive number, found {self.fps}")
         if not (np.isfinite(self.translation).all() and np.isfinite(self.rotations).all()):
             raise DataError("a motion's values must be finite; look for NaN or inf in its source")
-        norms = np.linalg.norm(self.rotations, axis=-1)
+        norms = np.sqrt(np.einsum("fji,fji->fj", self.rotations, self.rotations))
         if np.abs(norms - 1.0).max() > 1e-3:
             frame, joint = np.unravel_index(int(np.abs(norms - 1.0).argmax()), norms.shape)
             raise DataError(

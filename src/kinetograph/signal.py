@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import DataError
+from kinetograph.errors import DataError, RequestError
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,12 @@ class Signal:
 
 
 def resample_signal(signal: Signal, fps: float) -> Signal:
-    """The signal at another rate, by linear interpolation; a sample is valid where both its neighbours are."""
+    """The signal at another rate, by linear interpolation; a sample is valid where those it is made of are.
+
+    Raises RequestError unless ``fps`` is positive and finite.
+    """
+    if not (np.isfinite(fps) and fps > 0):
+        raise RequestError(f"fps must be a positive number, found {fps}")
     if fps == signal.fps:
         return signal
     count = int(np.floor(signal.duration * fps * (1 + 1e-12) + 1e-6)) + 1
@@ -75,4 +80,6 @@ def resample_signal(signal: Signal, fps: float) -> Signal:
     upper = np.minimum(lower + 1, len(signal) - 1)
     u = (position - lower).reshape(-1, *(1,) * (signal.values.ndim - 1))
     values = (1 - u) * signal.values[lower] + u * signal.values[upper]
-    return Signal(values, signal.names, signal.units, fps, signal.valid[lower] & signal.valid[upper])
+    share = (position - lower)[:, None]
+    valid = (signal.valid[lower] | (share > 1 - 1e-9)) & (signal.valid[upper] | (share < 1e-9))
+    return Signal(values, signal.names, signal.units, fps, valid)

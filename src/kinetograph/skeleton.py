@@ -95,16 +95,35 @@ class Skeleton:
 
     @property
     def height(self) -> float:
-        """Rough standing height in metres: the longest chain below the root plus the longest that carries the head."""
-        reach = np.zeros(len(self))
-        ends = np.zeros(len(self))
-        for parent, offset in zip(self.end_parents, self.end_offsets, strict=True):
-            ends[parent] = max(ends[parent], float(np.linalg.norm(offset)))
-        for joint in range(len(self) - 1, -1, -1):
-            below = [reach[c] + np.linalg.norm(self.offsets[c]) for c in self.children[joint]]
-            reach[joint] = max([ends[joint], *below])
+        """Rough standing height in metres: bones from the root down to the foot and up to the top of the head.
+
+        Where no joint plays those roles, the two longest chains from the root, which may be an arm and a leg.
+        """
+        reach = self._reach()
+        feet = [self.roles[role].joint for role in ("left_foot", "right_foot") if role in self.roles]
+        if feet and "head" in self.roles:
+            head = self.roles["head"].joint
+            legs = max(self._from_root(foot) for foot in feet)
+            return legs + 0.05 * legs + self._from_root(head) + float(reach[head])
         limbs = sorted((reach[c] + np.linalg.norm(self.offsets[c]) for c in self.children[0]), reverse=True)
         return float(sum(limbs[:2])) if len(limbs) > 1 else float(reach[0])
+
+    def _reach(self) -> FloatArray:
+        """Length of the longest chain of bones that hangs on each joint, end sites included, shape ``(J,)``."""
+        reach = np.zeros(len(self))
+        for parent, offset in zip(self.end_parents, self.end_offsets, strict=True):
+            reach[parent] = max(reach[parent], float(np.linalg.norm(offset)))
+        for joint in range(len(self) - 1, 0, -1):
+            parent = self.parents[joint]
+            reach[parent] = max(reach[parent], reach[joint] + float(np.linalg.norm(self.offsets[joint])))
+        return reach
+
+    def _from_root(self, joint: int) -> float:
+        length = 0.0
+        while joint > 0:
+            length += float(np.linalg.norm(self.offsets[joint]))
+            joint = int(self.parents[joint])
+        return length
 
     def landmark(self, role: str) -> Landmark:
         """The point that plays ``role``. Raises RequestError, naming the roles there are."""

@@ -52,6 +52,8 @@ def load(
     units, up and fps say what the file's numbers mean where it does not, see `ReadOptions`; `read` also tells what
     was guessed without them. lenient takes what can be read of a damaged file.
 
+    Example: ``load("salsa.bvh", units="inch").motion()``
+
     Raises FormatError for a file that cannot be read, RequestError for a suffix or an option that is not known.
     """
     return read(path, ReadOptions(units, up, fps, lenient)).take
@@ -61,6 +63,8 @@ def save(
     what: Take | Motion | Signal, path: str | Path, *, force: bool = True, options: WriteOptions | None = None
 ) -> None:
     """Write a take, motion or signal; the file appears whole or not at all.
+
+    Example: ``save(motion, "walk.bvh", options=WriteOptions(order="xyz", units="centimetre"))``
 
     Raises RequestError where the format cannot hold ``what`` or does not leave the choice in ``options``, or where
     the file exists and ``force`` is false.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -25,25 +25,17 @@ def atomic_path(path: str | Path, *, force: bool = True) -> Iterator[Path]:
         raise RequestError(f"{path}: expected the name of a file, found a folder")
     if not force and path.exists():
         raise RequestError(f"{path}: exists already; overwrite it with --force or choose another name")
+    draft = path.with_name(f".{path.stem[:80]}.{secrets.token_hex(6)}{path.suffix}")
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name[:80]}.", suffix=path.suffix, dir=path.parent)
+        # not tempfile: its files can be read by their owner only
+        os.close(os.open(draft, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     except OSError as error:
         raise RequestError(f"{path}: cannot write here: {error.strerror}") from None
-    os.close(handle)
-    temporary = Path(name)
     try:
-        yield temporary
-        temporary.chmod(_mode(path))  # mkstemp makes files that only their owner can read
-        os.replace(temporary, path)
+        yield draft
+        with suppress(FileNotFoundError):
+            draft.chmod(path.stat().st_mode & 0o777)
+        os.replace(draft, path)
     finally:
         with suppress(FileNotFoundError):
-            temporary.unlink()
-
-
-def _mode(path: Path) -> int:
-    """Permissions of the file to be replaced, or those that a new file would get."""
-    with suppress(FileNotFoundError):
-        return path.stat().st_mode & 0o777
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
+            draft.unlink()

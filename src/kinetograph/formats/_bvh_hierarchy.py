@@ -13,6 +13,8 @@ from kinetograph.errors import FormatError
 
 MOST_JOINTS = 20_000
 """More than any character has; a file that asks for more is damaged, and would cost minutes to refuse later."""
+LARGEST = 1e9
+"""More than any length or angle: larger numbers would overflow in products, and no one recorded them."""
 
 _TOKEN = re.compile(rb"[{}]|[^\s{}]+")
 _CHANNEL = re.compile(r"([xyz])(position|rotation|scale)\Z", re.IGNORECASE)
@@ -56,96 +58,15 @@ def parse_hierarchy(path: Path, data: bytes) -> Hierarchy:
     return _Parser(path, data).run()
 
 
-class _Parser:
-    """One pass over the words, with the open joints on a list: depth costs no stack."""
+class _Words:
+    """The words of a file one after another, and errors that say where."""
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data
         self.tokens = _tokens(data)
         self.kept: Token | None = None
         self.last_line = 1
-        self.nodes: list[Node] = []
-        self.open: list[int] = []
-        self.width = 0
-
-    def run(self) -> Hierarchy:
-        while True:
-            token = self.next("MOTION")
-            word = token.text.lower()
-            if word == b"motion" and not self.open:
-                if not self.nodes:
-                    raise self.error(token, "expected a ROOT before MOTION, found none")
-                return Hierarchy(self.nodes, self.width, token.end, token.line)
-            self.statement(word, token)
-
-    def statement(self, word: bytes, token: Token) -> None:
-        inside = bool(self.open) and self.open[-1] != _END
-        if word == b"root" and not self.open:
-            self.joint(token, -1)
-        elif word == b"joint" and inside:
-            self.joint(token, self.open[-1])
-        elif word in (b"end", b"endsite") and inside:
-            self.words_of_line(token)
-            self.brace(token)
-            self.open.append(_END)
-        elif word == b"offset" and self.open:
-            self.offset(token)
-        elif word == b"channels" and self.open:
-            self.channels(token)
-        elif word == b"}" and self.open:
-            self.close(token)
-        elif word != b"hierarchy" or self.nodes:
-            raise self.error(token, f"expected {self.expected()}, found {show(token.text)}")
-
-    def joint(self, token: Token, parent: int) -> None:
-        words = self.words_of_line(token)
-        name = _decode(self.data[words[0].begin : words[-1].end]) if words else "joint"
-        self.brace(token)
-        if len(self.nodes) == MOST_JOINTS:
-            raise self.error(token, f"more than {MOST_JOINTS} joints; is this file damaged?")
-        self.open.append(len(self.nodes))
-        self.nodes.append(Node(name, parent, token.line))
-
-    def offset(self, token: Token) -> None:
-        offset = (self.number("an offset"), self.number("an offset"), self.number("an offset"))
-        if self.open[-1] == _END:
-            self.nodes[self.open[-2]].ends.append(offset)
-        else:
-            self.nodes[self.open[-1]].offset = offset
-
-    def channels(self, token: Token) -> None:
-        count = self.number("the number of channels")
-        found: list[tuple[str, str]] = []
-        while (following := self.peek()) is not None:
-            match = _CHANNEL.match(_decode(following.text))
-            if match is None:
-                break
-            found.append((match[1].lower(), match[2].lower()))
-            self.next("a channel")
-        if count != len(found):
-            after = "" if following is None else f", then {show(following.text)}"
-            raise self.error(
-                token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(found)}{after}"
-            )
-        if self.open[-1] == _END:
-            if found:
-                raise self.error(token, "an End Site can have no channels; write it as a JOINT")
-            return
-        node = self.nodes[self.open[-1]]
-        if node.channels:
-            raise self.error(token, f"joint {node.name!r} has CHANNELS twice")
-        moves = [axis for axis, kind in found if kind == "position"]
-        turns = [axis for axis, kind in found if kind == "rotation"]
-        if len(set(moves)) != len(moves) or len(turns) > 3:
-            raise self.error(token, "expected at most 3 rotations and one position an axis, found more")
-        node.channels, node.column = found, self.width
-        self.width += len(found)
-
-    def close(self, token: Token) -> None:
-        closed = self.open.pop()
-        if closed != _END and self.nodes[closed].offset is None:
-            node = self.nodes[closed]
-            raise FormatError(self.path, f"joint {node.name!r} has no OFFSET; add one", line=node.line)
+        self.depth = 0
 
     def words_of_line(self, token: Token) -> list[Token]:
         """The words up to the end of the line or a brace: a joint's name may have spaces."""
@@ -165,7 +86,7 @@ class _Parser:
             value = float(token.text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not abs(value) <= LARGEST:
             raise self.error(token, f"expected {what}, a finite number, found {show(token.text)}")
         return value
 
@@ -177,19 +98,108 @@ class _Parser:
     def next(self, expected: str) -> Token:
         token = self.peek()
         if token is None:
-            still = f"{len(self.open)} braces are open" if self.open else "no brace is open"
-            message = f"the file ends where {expected} was expected ({still}); is it cut short?"
+            message = f"the file ends where {expected} was expected (open braces: {self.depth}); is it cut short?"
             raise FormatError(self.path, message, line=self.last_line)
         self.kept, self.last_line = None, token.line
         return token
+
+    def error(self, token: Token, message: str) -> FormatError:
+        return FormatError(self.path, message, line=token.line)
+
+
+class _Parser:
+    """One pass over the words, with the open joints on a list: depth costs no stack."""
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.words = _Words(path, data)
+        self.nodes: list[Node] = []
+        self.open: list[int] = []
+        self.width = 0
+
+    def run(self) -> Hierarchy:
+        while True:
+            self.words.depth = len(self.open)
+            token = self.words.next("MOTION")
+            word = token.text.lower()
+            if word == b"motion" and not self.open:
+                if not self.nodes:
+                    raise self.words.error(token, "expected a ROOT before MOTION, found none")
+                return Hierarchy(self.nodes, self.width, token.end, token.line)
+            self.statement(word, token)
+
+    def statement(self, word: bytes, token: Token) -> None:
+        inside = bool(self.open) and self.open[-1] != _END
+        if word == b"root" and not self.open:
+            self.joint(token, -1)
+        elif word == b"joint" and inside:
+            self.joint(token, self.open[-1])
+        elif word in (b"end", b"endsite") and inside:
+            self.words.words_of_line(token)
+            self.words.brace(token)
+            self.open.append(_END)
+        elif word == b"offset" and self.open:
+            self.offset(token)
+        elif word == b"channels" and self.open:
+            self.channels(token)
+        elif word == b"}" and self.open:
+            self.close(token)
+        elif word != b"hierarchy" or self.nodes:
+            raise self.words.error(token, f"expected {self.expected()}, found {show(token.text)}")
+
+    def joint(self, token: Token, parent: int) -> None:
+        words = self.words.words_of_line(token)
+        name = _decode(self.words.data[words[0].begin : words[-1].end]) if words else "joint"
+        self.words.brace(token)
+        if len(self.nodes) == MOST_JOINTS:
+            raise self.words.error(token, f"more than {MOST_JOINTS} joints; is this file damaged?")
+        self.open.append(len(self.nodes))
+        self.nodes.append(Node(name, parent, token.line))
+
+    def offset(self, token: Token) -> None:
+        offset = (self.words.number("an offset"), self.words.number("an offset"), self.words.number("an offset"))
+        if self.open[-1] == _END:
+            self.nodes[self.open[-2]].ends.append(offset)
+        else:
+            self.nodes[self.open[-1]].offset = offset
+
+    def channels(self, token: Token) -> None:
+        count = self.words.number("the number of channels")
+        found: list[tuple[str, str]] = []
+        while (following := self.words.peek()) is not None:
+            match = _CHANNEL.match(_decode(following.text))
+            if match is None:
+                break
+            found.append((match[1].lower(), match[2].lower()))
+            self.words.next("a channel")
+        if count != len(found):
+            after = "" if following is None else f", then {show(following.text)}"
+            raise self.words.error(
+                token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(found)}{after}"
+            )
+        if self.open[-1] == _END:
+            if found:
+                raise self.words.error(token, "an End Site can have no channels; write it as a JOINT")
+            return
+        node = self.nodes[self.open[-1]]
+        if node.channels:
+            raise self.words.error(token, f"joint {node.name!r} has CHANNELS twice")
+        moves = [axis for axis, kind in found if kind == "position"]
+        turns = [axis for axis, kind in found if kind == "rotation"]
+        if len(set(moves)) != len(moves) or len(turns) > 3:
+            raise self.words.error(token, "expected at most 3 rotations and one position an axis, found more")
+        node.channels, node.column = found, self.width
+        self.width += len(found)
+
+    def close(self, token: Token) -> None:
+        closed = self.open.pop()
+        if closed != _END and self.nodes[closed].offset is None:
+            node = self.nodes[closed]
+            raise FormatError(self.words.path, f"joint {node.name!r} has no OFFSET; add one", line=node.line)
 
     def expected(self) -> str:
         if not self.open:
             return "ROOT or MOTION" if self.nodes else "HIERARCHY or ROOT"
         return "OFFSET or }" if self.open[-1] == _END else "OFFSET, CHANNELS, JOINT, End Site or }"
-
-    def error(self, token: Token, message: str) -> FormatError:
-        return FormatError(self.path, message, line=token.line)
 
 
 def _tokens(data: bytes) -> Iterator[Token]:

@@ -13,7 +13,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
-from kinetograph.formats._bvh_hierarchy import Hierarchy, show
+from kinetograph.formats._bvh_hierarchy import LARGEST, Hierarchy, show
 from kinetograph.formats.reading import ReadOptions
 
 _FRAMES = re.compile(rb"\s*frames[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
@@ -111,10 +111,12 @@ def _rows(path: Path, data: bytes, position: int, line: int, width: int, lenient
         wrong = f"expected a finite number, found {show(word)}"
     elif status == _kernels.WRONG_LENGTH:
         wrong = f"expected {width} numbers, one a channel, found {detail}; is the line cut short?"
-    finite = np.isfinite(values).all(axis=1)
-    if not finite.all():
-        values = values[: int(np.argmin(finite))]
-        wrong, where = "expected finite numbers, found one too large", _line_of(data, position, line, len(values))
+    if values.size and (values.min() < -LARGEST or values.max() > LARGEST):
+        values = values[: int(np.argmax((np.abs(values) > LARGEST).any(axis=1)))]
+        wrong, where = (
+            f"expected numbers up to {LARGEST:g}, found a larger one",
+            _line_of(data, position, line, len(values)),
+        )
     if wrong is None:
         return values, []
     if not lenient:

@@ -14,6 +14,68 @@ _DIGITS = 18  # the most that a signed 64-bit integer surely holds
 
 
 @numba.njit(cache=True, nogil=True)
+def _number(text: npt.NDArray[np.uint8], position: int) -> tuple[float, int, bool]:
+    """The number that begins at a byte, the byte after it, and whether it is one."""
+    size = len(text)
+    negative = text[position] == 45
+    if negative or text[position] == 43:
+        position += 1
+    mantissa = 0
+    digits = kept = exponent = 0
+    pointed = False
+    while position < size:
+        byte = text[position]
+        if 48 <= byte <= 57:
+            digits += 1
+            if kept < _DIGITS:
+                mantissa = mantissa * 10 + (int(byte) - 48)
+                kept += 1 if mantissa > 0 else 0
+                exponent -= 1 if pointed else 0
+            elif not pointed:
+                exponent += 1
+        elif byte == 46 and not pointed:
+            pointed = True
+        else:
+            break
+        position += 1
+    if digits > 0 and position < size and (text[position] == 69 or text[position] == 101):
+        power, position, digits = _exponent(text, position + 1)
+        exponent += power
+    good = digits > 0 and (position == size or text[position] <= 32)
+    number = _scaled(float(mantissa), exponent)
+    return (-number if negative else number), position, good
+
+
+@numba.njit(cache=True, nogil=True)
+def _exponent(text: npt.NDArray[np.uint8], position: int) -> tuple[int, int, int]:
+    """The whole number that begins at a byte, the byte after it, and how many digits it has."""
+    size = len(text)
+    negative = position < size and text[position] == 45
+    if position < size and (text[position] == 45 or text[position] == 43):
+        position += 1
+    power = digits = 0
+    while position < size and 48 <= text[position] <= 57:
+        power = min(power * 10 + (int(text[position]) - 48), 100_000)
+        digits += 1
+        position += 1
+    return (-power if negative else power), position, digits
+
+
+@numba.njit(cache=True, nogil=True)
+def _scaled(mantissa: float, exponent: int) -> float:
+    """``mantissa * 10**exponent``: exactly rounded where both are exact, as numbers in files nearly always are."""
+    if exponent == 0 or mantissa == 0.0:
+        return mantissa
+    if -22 <= exponent < 0:
+        return float(mantissa / _POWERS[-exponent])
+    if 0 < exponent <= 22:
+        return float(mantissa * _POWERS[exponent])
+    if exponent < -300:  # in two steps, as 10^-exponent alone would overflow
+        return mantissa / 10.0**300 * 10.0 ** (exponent + 300)
+    return mantissa * 10.0**exponent
+
+
+@numba.njit(cache=True, nogil=True)
 def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: FloatArray) -> tuple[int, int, int, int]:
     """Parse lines of decimal numbers from ``text``, bytes, into ``values``, shape ``(rows at most, width)``.
 
@@ -38,55 +100,12 @@ def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: Fl
             line += 1
             position += 1
             continue
-        begin = position
-        negative = text[position] == 45
-        if negative or text[position] == 43:
-            position += 1
-        mantissa = 0
-        digits = kept = exponent = 0
-        pointed = False
-        while position < size:
-            byte = text[position]
-            if 48 <= byte <= 57:
-                digits += 1
-                if kept < _DIGITS:
-                    mantissa = mantissa * 10 + (int(byte) - 48)
-                    kept += 1 if mantissa > 0 else 0
-                    exponent -= 1 if pointed else 0
-                elif not pointed:
-                    exponent += 1
-            elif byte == 46 and not pointed:
-                pointed = True
-            else:
-                break
-            position += 1
-        if digits > 0 and position < size and (text[position] == 69 or text[position] == 101):
-            position += 1
-            below = position < size and text[position] == 45
-            if position < size and (text[position] == 45 or text[position] == 43):
-                position += 1
-            power = 0
-            digits = 0
-            while position < size and 48 <= text[position] <= 57:
-                power = min(power * 10 + (int(text[position]) - 48), 100_000)
-                digits += 1
-                position += 1
-            exponent += -power if below else power
-        if digits == 0 or (position < size and text[position] > 32):
-            return row, NOT_A_NUMBER, line, begin
-        number = float(mantissa)
-        if mantissa == 0:
-            pass
-        elif -22 <= exponent < 0:
-            number /= _POWERS[-exponent]
-        elif 0 < exponent <= 22:
-            number *= _POWERS[exponent]
-        elif exponent < -300:  # in two steps, as 10^-exponent alone would overflow
-            number = number / 10.0**300 * 10.0 ** (exponent + 300)
-        elif exponent != 0:
-            number *= 10.0**exponent
+        number, after, good = _number(text, position)
+        if not good:
+            return row, NOT_A_NUMBER, line, position
+        position = after
         if row < room and column < width:
-            values[row, column] = -number if negative else number
+            values[row, column] = number
         column += 1
 
 

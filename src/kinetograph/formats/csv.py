@@ -26,6 +26,7 @@ from kinetograph.take import Take
 
 _EXPECTED = "expected a header t,x,z (a path, seconds and metres), t,name,... or t,name.x,name.y,name.z,..."
 _BROADCAST = 1000 / 1001
+_ROUNDED = 0.25  # of a row's duration: times rounded more coarsely are taken as they stand
 _STRETCHED = 100  # rows made of each row read, at most
 
 
@@ -201,10 +202,12 @@ def _rate_as_written(path: Path, table: _Table, times: FloatArray) -> float | No
             raise FormatError(path, "one row gives no rate; add rows or give --fps")
         return given
     mean = (len(times) - 1) / times[-1]
-    slack = max(0.6 * 10.0 ** -min(table.decimals, 300), 1e-9 * times[-1])
+    rounding = 0.51 * 10.0 ** -min(table.decimals, 300)
+    slack = rounding if rounding * mean < _ROUNDED else 0.0
+    slack = max(slack, 1e-9 * times[-1])
     near = round(mean)
     for rate in (float(near), near * _BROADCAST, (near + 1) * _BROADCAST, round(mean, 3), mean):
-        if rate > 0 and slack * rate < 0.5 and np.abs(times - np.arange(len(times)) / rate).max() <= slack:
+        if rate > 0 and np.abs(times - np.arange(len(times)) / rate).max() <= slack:
             return rate
     return None
 

@@ -25,8 +25,8 @@ from kinetograph.learn import _kernels
 class Placement(Protocol):
     """The transforms M, one for each of ``(B, N)`` pairs of a window and an example."""
 
-    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
-        """Points ``(N, P, 3)``, each set placed for one window, scaled ``(P,)`` and laid out flat: ``(N, width)``."""
+    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
+        """Points ``(N, P, 3)`` placed for one window, mixed by a basis ``(P, P)`` and laid out flat: ``(N, width)``."""
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
         """Rotation, a quaternion ``(4,)``, and shift ``(3,)`` of one pair."""
@@ -42,11 +42,11 @@ class GroundPlacement:
     turn: ComplexArray
     shift: ComplexArray
 
-    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
+    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
         """See `Placement`."""
         turn, shift = self.turn[window], self.shift[window]
         out = np.empty((len(points), width), dtype=np.float32)
-        _kernels.place_on_ground(points, turn.real, turn.imag, shift.real, shift.imag, scale, out)
+        _kernels.place_on_ground(points, turn.real, turn.imag, shift.real, shift.imag, basis, out)
         return out
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
@@ -69,11 +69,11 @@ class RigidPlacement:
     rotation: FloatArray
     shift: FloatArray
 
-    def ends(self, window: int, points: FloatArray, scale: FloatArray, width: int) -> SingleArray:
+    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
         """See `Placement`."""
         placed = points @ np.swapaxes(self.rotation[window], -1, -2) + self.shift[window][:, None]
         out = np.zeros((len(points), width), dtype=np.float32)
-        out[:, : 3 * points.shape[1]] = (placed * scale[:, None]).reshape(len(points), -1)
+        out[:, : 3 * points.shape[1]] = (basis @ placed).reshape(len(points), -1)
         return out
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
@@ -116,19 +116,19 @@ def _align_ground(windows: FloatArray, examples: FloatArray, weights: FloatArray
     x_mean, a_mean = x @ w / total, a @ w / total
     x, a = x - x_mean[:, None], a - a_mean[:, None]
     product = x @ (a.conj() * w).T
-    size = np.abs(product)
-    spread = (np.abs(x) ** 2 @ w)[:, None] + np.abs(a) ** 2 @ w
-    costs = np.maximum(spread - 2 * size, 0.0) + _heights(windows, examples, w)
-    lost = size < 1e-12  # a window or an example without extent has no direction: leave it unturned
-    turn = np.where(lost, 1.0, product / np.where(lost, 1.0, size))
-    return costs, GroundPlacement(turn, x_mean[:, None] - turn * a_mean)
+    costs, turn, shift = _kernels.fit_on_ground(product, _power(x) @ w, _power(a) @ w, x_mean, a_mean)
+    return costs + _heights(windows, examples, w), GroundPlacement(turn, shift)
+
+
+def _power(z: ComplexArray) -> FloatArray:
+    return z.real**2 + z.imag**2
 
 
 def _heights(windows: FloatArray, examples: FloatArray, w: FloatArray) -> FloatArray:
     """The vertical part of D, which no transform of the ground group changes."""
     x, a = windows[..., 1].reshape(len(windows), -1), examples[..., 1].reshape(len(examples), -1)
     if not x.any() and not a.any():
-        return np.zeros((len(x), len(a)))
+        return np.zeros((1, 1))
     return np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
 
 

@@ -23,10 +23,10 @@ def complete_linkage(distances: FloatArray, threshold: float) -> IntArray:
     distances = np.asarray(distances, dtype=np.float64)
     if distances.ndim != 2 or distances.shape[0] != distances.shape[1] or not np.allclose(distances, distances.T):
         raise DataError(f"distances must be a symmetric matrix, found shape {distances.shape}")
-    if not threshold >= 0:
+    if not 0 <= threshold < np.inf:
         raise DataError(f"a clustering threshold must be 0 or more, found {threshold}")
-    if len(distances) == 1:
-        return np.zeros(1, dtype=np.int64)
+    if len(distances) < 2:
+        return np.zeros(len(distances), dtype=np.int64)
     finite = distances[np.isfinite(distances)]
     apart = 10 * max(float(finite.max()), threshold, 1.0)
     condensed = squareform(np.where(np.isfinite(distances), distances, apart), checks=False)

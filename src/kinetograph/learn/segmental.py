@@ -200,27 +200,15 @@ def _extend(
     scores = np.empty(len(spans))
     links = np.empty(len(spans), dtype=np.int32)
     last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
-    root = np.sqrt(search.continuity)
-    pairs = _kernels.extend(time, spans, arrivals.costs, arrivals.heads, root, last, ring.arrays(), scores, links)
+    control = (arrivals.costs, arrivals.heads, search.continuity)
+    pairs = _kernels.extend(time, spans, *control, last, ring.arrays(), scores, links)
     return scores, links, int(pairs)
 
 
 def _record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:
     """Put a step into the ring, in place of the one that no segment reaches back to any more."""
-    slot = time % len(ring.live)
-    order = np.argsort(scores)
-    limit = np.inf if search.beam is None else scores[order[0]] + search.beam
-    live = int(np.count_nonzero(np.isfinite(scores) & (scores <= limit)))
-    order = order[:live]
-    ring.live[slot] = live
-    ring.orders[slot, :live] = order
-    ring.scores[slot] = scores
-    ring.tails[slot] = tails
-    if live:
-        ring.seeds[slot] = order[0]
-        ring.seeds[slot, order] = order
-        root = np.sqrt(search.continuity)
-        _kernels.pack(scores, tails, root, order, ring.packed_scores[slot], ring.packed_tails[slot])
+    limit = np.inf if search.beam is None else scores.min() + search.beam
+    _kernels.record(time, scores, tails, np.argsort(scores), limit, search.continuity, ring.arrays())
 
 
 def _trace(

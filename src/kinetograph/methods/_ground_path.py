@@ -79,12 +79,10 @@ def _pair(middle: FloatArray, left: FloatArray, distance: float) -> FloatArray:
 
 def _pinned_gaussian(values: FloatArray, sigma: float) -> FloatArray:
     """Gaussian smoothing along axis 0, reflected through the end points so that they stay."""
-    pad = min(int(4 * sigma) + 1, len(values) - 1)
-    if pad < 1:
+    if len(values) < 2:
         return values
-    head = 2 * values[:1] - values[pad:0:-1]
-    tail = 2 * values[-1:] - values[-2 : -pad - 2 : -1]
-    padded = np.concatenate([head, values, tail])
+    pad = int(4 * sigma) + 1  # as far as the filter reaches, over a short path again and again
+    padded = np.pad(values, [(pad, pad), *[(0, 0)] * (values.ndim - 1)], mode="reflect", reflect_type="odd")
     return np.asarray(gaussian_filter1d(padded, sigma, axis=0, mode="nearest")[pad : pad + len(values)])
 
 

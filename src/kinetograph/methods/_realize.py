@@ -76,7 +76,7 @@ def _span(
     model: PerformanceModel, x: FloatArray, rate: float, segment: Segment, starts: FloatArray, stops: FloatArray
 ) -> Span:
     """D and the placed ends of one segment over all pairs of its candidate borders."""
-    width = padded_width(3 * len(model.scale))
+    width = padded_width(3 * len(model.basis))
     shape = (len(starts), len(stops))
     span = Span(np.full(shape, np.inf), np.zeros((*shape, width)), np.zeros((*shape, width)))
     for a, start in enumerate(starts):
@@ -88,8 +88,8 @@ def _span(
             cost, placement = _place(model, x, rate, segment, int(start), int(stop))
             head, tail = _ends(model, segment)
             span.costs[a, b] = cost
-            span.heads[a, b] = placement.ends(0, head, model.scale, width)[0]
-            span.tails[a, b] = placement.ends(0, tail, model.scale, width)[0]
+            span.heads[a, b] = placement.ends(0, head, model.basis, width)[0]
+            span.tails[a, b] = placement.ends(0, tail, model.basis, width)[0]
     return span
 
 
@@ -114,16 +114,16 @@ def _place(
 def _pieces(
     model: PerformanceModel, x: FloatArray, rate: float, segments: list[Segment], borders: FloatArray
 ) -> list[Piece]:
-    width = padded_width(3 * len(model.scale))
+    width = padded_width(3 * len(model.basis))
     pieces: list[Piece] = []
     tail: FloatArray | None = None
     for segment, start, stop in zip(segments, borders[:-1], borders[1:], strict=True):
         source = model.sources[segment.source]
         cost, placement = _place(model, x, rate, segment, int(start), int(stop))
         head_points, tail_points = _ends(model, segment)
-        head = placement.ends(0, head_points, model.scale, width)[0]
+        head = placement.ends(0, head_points, model.basis, width)[0]
         seam = 0.0 if tail is None else model.method.continuity * float(np.sum((tail - head).astype(np.float64) ** 2))
-        tail = placement.ends(0, tail_points, model.scale, width)[0]
+        tail = placement.ends(0, tail_points, model.basis, width)[0]
         rotation, shift = placement.transform(0, 0)
         pieces.append(
             Piece(

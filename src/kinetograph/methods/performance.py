@@ -7,7 +7,8 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
+from kinetograph.take import Take
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -93,16 +95,35 @@ class PerformanceModel:
         """The segmental search of section 4.3 over this model's states."""
         return SegmentalSearch(self.instances.states[:, 1], self.method.continuity, self.method.beam)
 
-    @property
-    def scale(self) -> FloatArray:
-        """Square roots of the target points' weights, shape ``(Q,)``."""
-        return np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Mixtures of the target points, shape ``(Q, Q)``, whose squared distances add up to the weighted ones.
+
+        They are the principal ones of how ends of segments differ on the ground: most of any distance lies in the
+        first two, by which the search rules most predecessors out.
+        """
+        scale = np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
+        ends = np.concatenate([self.instances.heads, self.instances.tails]) * scale[:, None]
+        ground = ends[..., [0, 2]] - ends[..., [0, 2]].mean(axis=1, keepdims=True)
+        _, vectors = np.linalg.eigh(np.einsum("npi,nqi->pq", ground, ground))
+        return np.asarray(vectors.T[::-1] * scale)
+
+    @cached_property
+    def state_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Target points ``(S, Q, 3)`` at the head and the tail of every state's segment."""
+        segments = self.instances.states[:, 0]
+        return self.instances.heads[segments], self.instances.tails[segments]
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
         if isinstance(control, Motion):
             return hips_on_ground(control, self.method.hip_distance)
         return path_on_ground(control, self.method.hip_distance)
+
+    def at_search_rate(self, points: FloatArray, fps: float) -> FloatArray:
+        """Control points ``(F, P, 3)`` at ``fps``, resampled to the rate of the search: ``(T + 1, P, 3)``."""
+        count = int(np.floor((len(points) - 1) / fps * self.method.rate + 1e-6)) + 1
+        return interpolate(points, np.arange(count) / self.method.rate * fps)
 
     def interpret(self, x: FloatArray, progress: Progress | None = None) -> SegmentalPath:
         """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate."""
@@ -112,18 +133,24 @@ class PerformanceModel:
         partial = {e: self._left_early(x, e) for e in range(1, min(self.instances.longest, steps + 1))}
         return solve(self.search, self._arrivals(x, progress), partial)
 
-    def synthesize(self, control: Signal | Motion, progress: Progress | None = None) -> Synthesis:
-        """A motion that performs the control (chapters 4 and 5).
+    def synthesize(self, control: Take | Signal | Motion, progress: Progress | None = None) -> Synthesis:
+        """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number.
+        progress is called with the steps done and their number. Raises RequestError for a control without direction,
+        or too short for the search's rate.
         """
         from kinetograph.methods._realize import realize
 
-        points = self.control_points(control)
-        count = int(np.floor((len(points) - 1) / control.fps * self.method.rate + 1e-6)) + 1
-        x = interpolate(points, np.arange(count) / self.method.rate * control.fps)
-        path = self.interpret(x, progress)
-        return realize(self, points, control.fps, path)
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        path = self.interpret(self.at_search_rate(points, track.fps), progress)
+        return realize(self, points, track.fps, path)
+
+    def beam_gap(self, control: Signal | Motion) -> float:
+        """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
+        x = self.at_search_rate(self.control_points(control), control.fps)
+        exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
+        return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
     def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
@@ -163,10 +190,8 @@ class PerformanceModel:
         return np.repeat(w[:, None], self.sources[0].control.shape[1], axis=1)
 
     def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
-        segments = self.instances.states[:, 0]
-        width = padded_width(3 * len(self.scale))
-        heads = placement.ends(window, self.instances.heads[segments], self.scale, width)
-        tails = placement.ends(window, self.instances.tails[segments], self.scale, width)
+        width = padded_width(3 * len(self.basis))
+        heads, tails = (placement.ends(window, ends, self.basis, width) for ends in self.state_ends)
         return Arrivals(costs[window], heads, tails)
 
     def speed_range(self) -> tuple[float, float]:
@@ -178,6 +203,13 @@ class PerformanceModel:
             speeds.append(length * self.method.rate / steps)
         together = np.concatenate(speeds)
         return float(together.min()), float(together.max())
+
+
+def only_track(take: Take) -> Signal | Motion:
+    """The one track of a take. Raises RequestError where there are several."""
+    if len(take.tracks) != 1:
+        raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
+    return next(iter(take.tracks.values()))
 
 
 def too_fast(model: PerformanceModel, control: FloatArray, fps: float) -> str | None:

@@ -18,7 +18,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.motion import Motion, sample, transform
+from kinetograph.motion import Motion, concatenate, sample, transform
 
 BLENDS = ("inertialised", "linear", "none")
 
@@ -79,27 +79,37 @@ def join(clips: list[Clip], fps: float, frames: int, blend: str = "inertialised"
             after = gaps[i] if i < len(gaps) else None
             part = _correct(part, clip, own, before, after, blend, duration)
         parts.append(part)
-    return Motion(
-        clips[0].motion.skeleton,
-        np.concatenate([p.translation for p in parts]),
-        rot.unroll(np.concatenate([p.rotations for p in parts])),
-        fps,
-    )
+    joined = concatenate(parts)
+    return replace(joined, rotations=rot.unroll(joined.rotations))
 
 
 def measure_gap(before: Clip, after: Clip) -> Gap:
-    """The gap where ``after`` takes over; velocities are measured over one source frame on either side."""
+    """The gap where ``after`` takes over.
+
+    Velocities are measured alike on both sides, so that there is no gap between pieces that were neighbours.
+    """
     step = 1.0 / max(before.motion.fps, after.motion.fps)
-    left = before.at(before.stop + np.array([-step, 0.0]), before.motion.fps)
-    right = after.at(after.start + np.array([0.0, step]), after.motion.fps)
-    left_speed = rot.log(rot.multiply(left.rotations[1], rot.conjugate(left.rotations[0]))) / step
-    right_speed = rot.log(rot.multiply(right.rotations[1], rot.conjugate(right.rotations[0]))) / step
+    left, left_velocity, left_angular = _state(before, before.stop, step)
+    right, right_velocity, right_angular = _state(after, after.start, step)
     return Gap(
-        translation=right.translation[0] - left.translation[1],
-        rotations=rot.log(rot.multiply(right.rotations[0], rot.conjugate(left.rotations[1]))),
-        velocity=(np.diff(right.translation, axis=0) - np.diff(left.translation, axis=0))[0] / step,
-        angular=right_speed - left_speed,
+        translation=right.translation[0] - left.translation[0],
+        rotations=rot.log(rot.multiply(right.rotations[0], rot.conjugate(left.rotations[0]))),
+        velocity=right_velocity - left_velocity,
+        angular=right_angular - left_angular,
     )
+
+
+def _state(clip: Clip, time: float, step: float) -> tuple[Motion, FloatArray, FloatArray]:
+    """The pose of a clip at ``time`` and its rates of change, over ``step`` seconds before and after where there are.
+
+    The source goes on beyond the clip's borders; where it ends, its rate is measured on the one side that is left.
+    """
+    begin = clip.start - clip.source_start * clip.stretch
+    first, last = np.clip([time - step, time + step], begin, begin + clip.motion.duration * clip.stretch)
+    span = max(last - first, 1e-9)
+    pose = clip.at(np.array([time, first, last]), clip.motion.fps)
+    turned = rot.multiply(pose.rotations[2], rot.conjugate(pose.rotations[1]))
+    return pose, (pose.translation[2] - pose.translation[1]) / span, rot.log(turned) / span
 
 
 def _correct(

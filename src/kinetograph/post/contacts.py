@@ -12,7 +12,7 @@ TOUCH = 0.05
 
 
 def carry(pieces: Iterable[tuple[Piece, tuple[Annotation, ...]]], track: str = "motion") -> tuple[Annotation, ...]:
-    """The contacts of each piece's source, clipped to the piece and moved to the result's time."""
+    """The contacts of each piece's source, clipped to the piece and to the result's start, in the result's time."""
     moved: list[Annotation] = []
     for piece, contacts in pieces:
         for note in contacts:
@@ -20,7 +20,8 @@ def carry(pieces: Iterable[tuple[Piece, tuple[Annotation, ...]]], track: str = "
             if start < stop:
                 begin = piece.start + (start - piece.source_start) * piece.stretch
                 end = piece.start + (stop - piece.source_start) * piece.stretch
-                moved.append(Annotation(track, "contact", note.label, max(begin, 0.0), max(end, 0.0)))
+                if end > 0:
+                    moved.append(Annotation(track, "contact", note.label, max(begin, 0.0), end))
     return merge(moved)
 
 

@@ -35,11 +35,15 @@ def reach(upper: FloatArray, middle: FloatArray, end: FloatArray, target: FloatA
 
 
 def _bend_axis(upper: FloatArray, middle: FloatArray, end: FloatArray) -> FloatArray:
-    """Unit normal, ``(..., 3)``, of the plane of the limb, such that turning the upper bone about it opens it."""
+    """Unit normal, ``(..., 3)``, of the plane of the limb, such that turning the upper bone about it opens it.
+
+    A straight limb has no plane: it bends towards +z, or one along z upwards.
+    """
     normal = np.cross(end - upper, middle - upper)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
     across = np.cross(end - upper, np.array([0.0, 0.0, 1.0]))
-    across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-9)
+    size = np.linalg.norm(across, axis=-1, keepdims=True)
+    across = np.where(size > 1e-6, across / np.maximum(size, 1e-12), np.array([-1.0, 0.0, 0.0]))
     return np.where(length > 1e-6, normal / np.maximum(length, 1e-12), across)
 
 

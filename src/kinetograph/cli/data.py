@@ -1,0 +1,61 @@
+"""Commands on samples: data list, fetch, where."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from kinetograph.cli._shell import AsJson, note, progress_bar, result, table
+from kinetograph.errors import RequestError
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    group = typer.Typer(help="Sample recordings, fetched once and kept.", no_args_is_help=True)
+    group.command("list")(list_samples)
+    group.command()(fetch)
+    group.command()(where)
+    app.add_typer(group, name="data", rich_help_panel="Recordings")
+
+
+def list_samples(as_json: AsJson = False) -> None:
+    """List the samples that can be fetched, with their licences.
+
+    Example: kinetograph data list
+    """
+    from kinetograph.library import samples
+
+    rows = [
+        {"name": s.name, "licence": s.licence, "what": s.summary, "here": str(samples.where(s.name) or "not yet")}
+        for s in samples.catalogue()
+    ]
+    table(rows, as_json)
+
+
+def fetch(name: Annotated[str, typer.Argument(help="A sample's name.")], as_json: AsJson = False) -> None:
+    """Download a sample, check its hash, unpack it. Nothing is done where it is here already.
+
+    Example: kinetograph data fetch deepmimic-clips
+    """
+    from kinetograph.library import samples
+
+    here = samples.where(name)
+    if here is None:
+        note(f"fetching {name}")
+        with progress_bar(f"fetching {name}") as progress:
+            here = samples.fetch(name, progress=progress)
+    result({"name": name, "folder": str(here)}, as_json)
+
+
+def where(name: Annotated[str, typer.Argument(help="A sample's name.")]) -> None:
+    """Print the folder of a sample that is here.
+
+    Example: kinetograph data where deepmimic-clips
+    """
+    from kinetograph.library import samples
+
+    here = samples.where(name)
+    if here is None:
+        raise RequestError(f"the sample {name} is not here; get it with: kinetograph data fetch {name}")
+    typer.echo(str(here))

@@ -1,0 +1,187 @@
+"""Commands on files: info, convert, view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetograph.cli._shell import (
+    AsJson,
+    Force,
+    Fps,
+    Lenient,
+    Units,
+    Up,
+    note,
+    parse_roles,
+    refuse_existing,
+    result,
+    table,
+)
+from kinetograph.errors import RequestError
+
+if TYPE_CHECKING:
+    from kinetograph.take import Take, Track
+
+GROUP = "Files"
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    for command in (info, convert, view):
+        app.command(rich_help_panel=GROUP)(command)
+
+
+def info(
+    files: Annotated[list[Path], typer.Argument(help="Motion or signal files.")],
+    units: Units = None,
+    up: Up = None,
+    fps: Fps = None,
+    lenient: Lenient = False,
+    joints: Annotated[bool, typer.Option("--joints", help="List every joint with its parent and role.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Tell what is in files: skeleton, roles, frames, rate, duration, units and axes.
+
+    Example: kinetograph info walk.bvh --joints
+    """
+    from kinetograph.formats import ReadOptions, read
+
+    rows = []
+    for path in files:
+        loaded = read(path, ReadOptions(units, up, fps, lenient))
+        for name, track in loaded.take.tracks.items():
+            rows.append(_describe(path, name, track))
+            if joints and not as_json:
+                _list_joints(track)
+        for text in loaded.notes:
+            note(f"{path}: {text}")
+    table(rows, as_json)
+
+
+def _describe(path: Path, name: str, track: Track) -> dict[str, Any]:
+    from kinetograph.motion import Motion
+    from kinetograph.skeleton import ROLES
+
+    row: dict[str, Any] = {"file": path.name, "track": name, "frames": len(track), "fps": track.fps}
+    row["seconds"] = track.duration
+    if isinstance(track, Motion):
+        missing = [role for role in ROLES if role not in track.skeleton.roles]
+        row["what"] = f"{len(track.skeleton)} joints, {track.skeleton.height:.2f} m tall"
+        row["roles"] = f"{len(ROLES) - len(missing)} of {len(ROLES)}" + (f", without {missing}" if missing else "")
+    else:
+        row["what"] = f"{len(track.names)} {'points' if track.spatial else 'channels'} in {track.units}"
+        row["roles"] = "-"
+    return row
+
+
+def _list_joints(track: Track) -> None:
+    from kinetograph.motion import Motion
+
+    if not isinstance(track, Motion):
+        return
+    skeleton = track.skeleton
+    roles = {mark.joint: role for role, mark in skeleton.roles.items() if not mark.offset.any()}
+    rows = [
+        {"joint": name, "parent": skeleton.names[parent] if parent >= 0 else "-", "role": roles.get(i, "")}
+        for i, (name, parent) in enumerate(zip(skeleton.names, skeleton.parents, strict=True))
+    ]
+    table(rows, as_json=False)
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="The file to read.")],
+    target: Annotated[Path, typer.Argument(help="The file to write; its suffix chooses the format.")],
+    units: Units = None,
+    up: Up = None,
+    fps: Annotated[float | None, typer.Option(help="Resample to this rate.")] = None,
+    file_fps: Annotated[float | None, typer.Option(help="The source's rate, in place of its own.")] = None,
+    start: Annotated[float, typer.Option(help="First second to keep.")] = 0.0,
+    end: Annotated[float | None, typer.Option(help="Last second to keep.")] = None,
+    to_units: Annotated[str, typer.Option(help="Units to write where the format leaves a choice.")] = "metre",
+    to_up: Annotated[str, typer.Option(help="Upward axis to write where the format leaves a choice.")] = "y",
+    order: Annotated[str, typer.Option(help="Euler order to write, outermost first.")] = "zxy",
+    mirrored: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False,
+    lenient: Lenient = False,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Convert a motion or signal to another format, rate, span, unit or axis.
+
+    Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8
+    """
+    from kinetograph.formats import ReadOptions, WriteOptions, read, save
+
+    refuse_existing([target], force)
+    loaded = read(source, ReadOptions(units, up, file_fps, lenient))
+    for text in loaded.notes:
+        note(f"{source}: {text}")
+    take = _edited(loaded.take, fps, start, end, mirrored)
+    save(take, target, force=force, options=WriteOptions(order, to_units, to_up))
+    first = next(iter(take.tracks.values()))
+    result({"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}, as_json)
+
+
+def _edited(take: Take, fps: float | None, start: float, end: float | None, mirrored: bool) -> Take:
+    from kinetograph.mirroring import mirror
+    from kinetograph.motion import Motion, cut, resample
+    from kinetograph.signal import resample_signal
+    from kinetograph.take import Take
+
+    tracks: dict[str, Track] = {}
+    for name, track in take.tracks.items():
+        if isinstance(track, Motion):
+            first = round(start * track.fps)
+            last = len(track) if end is None else min(round(end * track.fps) + 1, len(track))
+            motion = cut(track, first, last)
+            motion = mirror(motion) if mirrored else motion
+            tracks[name] = resample(motion, fps) if fps else motion
+        elif start or end is not None or mirrored:
+            raise RequestError(f"track {name!r} is a signal: --start, --end and --mirror are for motions")
+        else:
+            tracks[name] = resample_signal(track, fps) if fps else track
+    return Take(take.name, tracks)
+
+
+def view(
+    file: Annotated[Path, typer.Argument(help="A motion file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The picture to write, .png.")],
+    path: Annotated[Path | None, typer.Option(help="A path CSV to draw beneath the root's.")] = None,
+    frames: Annotated[int, typer.Option(help="How many poses.")] = 24,
+    strobe: Annotated[bool, typer.Option("--strobe", help="One strip of the figure along its way instead.")] = False,
+    contacts: Annotated[bool, typer.Option(help="Detect and mark the contacts of the feet.")] = True,
+    role: Annotated[list[str] | None, typer.Option(help="Override a role: role=joint. Repeatable.")] = None,
+    units: Units = None,
+    up: Up = None,
+    fps: Fps = None,
+    lenient: Lenient = False,
+    force: Force = False,
+) -> None:
+    """Draw a contact sheet: poses, the way from above, the feet over time.
+
+    Example: kinetograph view walk.bvh -o walk.png
+    """
+    from kinetograph import pictures
+    from kinetograph.formats import ReadOptions, load
+    from kinetograph.motion import Motion
+    from kinetograph.pipeline import read_take
+    from kinetograph.segmentation import detect_contacts
+    from kinetograph.take import Take
+
+    refuse_existing([output], force)
+    take, notes = read_take(file, ReadOptions(units, up, fps, lenient), parse_roles(role))
+    for text in notes:
+        note(f"{file}: {text}")
+    marks = take.annotations
+    if contacts and not any(n.kind == "contact" for n in marks):
+        found = [detect_contacts(t, track=n) for n, t in take.tracks.items() if isinstance(t, Motion)]
+        marks = (*marks, *(mark for group in found for mark in group))
+    take = Take(take.name, take.tracks, marks)
+    wanted = load(path).signal() if path else None
+    if strobe:
+        pictures.strobe(take, output, path_signal=wanted, title=file.name)
+    else:
+        pictures.contact_sheet(take, output, path_signal=wanted, title=file.name, frames=frames)
+    result({"wrote": str(output)}, as_json=False)

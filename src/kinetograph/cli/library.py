@@ -1,0 +1,185 @@
+"""Commands on libraries: create, add, segment, info, annotate, check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinetograph.cli._shell import AsJson, Fps, Lenient, Units, Up, note, parse_roles, progress_bar, result, table
+from kinetograph.errors import RequestError
+
+Folder = Annotated[Path, typer.Argument(metavar="LIB", help="The library's folder.")]
+Roles = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
+    for command in (create, add, remove, segment, info, annotate, check):
+        group.command()(command)
+    app.add_typer(group, name="library", rich_help_panel="Recordings")
+
+
+def create(
+    folder: Folder,
+    files: Annotated[list[Path] | None, typer.Argument(help="Motion files, or folders of them.")] = None,
+    units: Units = None,
+    up: Up = None,
+    fps: Fps = None,
+    role: Roles = None,
+    lenient: Lenient = False,
+    as_json: AsJson = False,
+) -> None:
+    """Make a library and add files, one take a file, named after it.
+
+    Example: kinetograph library create walks recordings/*.bvh
+    """
+    from kinetograph.formats import ReadOptions
+    from kinetograph.library import Library
+    from kinetograph.pipeline import read_take, recordings_in
+
+    paths = recordings_in(files) if files else []
+    options, roles = ReadOptions(units, up, fps, lenient), parse_roles(role)
+    library = Library.create(folder)
+    with progress_bar("reading") as progress:
+        for done, path in enumerate(paths, start=1):
+            take, notes = read_take(path, options, roles)
+            for text in notes:
+                note(f"{path.name}: {text}")
+            library.add(take)
+            progress(done, len(paths))
+    _summary(folder, as_json)
+
+
+def add(
+    folder: Folder,
+    tracks: Annotated[list[str], typer.Argument(metavar="TRACK=FILE...", help="A track's name and its file.")],
+    take: Annotated[str, typer.Option("--take", help="The take's name.")],
+    units: Units = None,
+    up: Up = None,
+    fps: Fps = None,
+    role: Roles = None,
+    lenient: Lenient = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Take the place of a take of this name.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Add a take of one or several synchronised tracks.
+
+    Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
+    """
+    from kinetograph.formats import ReadOptions
+    from kinetograph.methods.performance import only_track
+    from kinetograph.pipeline import open_library, read_take
+    from kinetograph.take import Annotation, Take
+
+    library = open_library(folder)
+    found, marks = {}, []
+    for item in tracks:
+        name, separator, file = item.partition("=")
+        if not separator:
+            raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}")
+        read, notes = read_take(Path(file), ReadOptions(units, up, fps, lenient), parse_roles(role))
+        for text in notes:
+            note(f"{file}: {text}")
+        found[name] = only_track(read)
+        marks += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
+    library.add(Take(take, found, tuple(marks)), replace=replace)
+    result({"take": take, "tracks": list(found), "seconds": max(t.duration for t in found.values())}, as_json)
+
+
+def remove(folder: Folder, take: Annotated[str, typer.Argument(help="The take's name.")]) -> None:
+    """Remove a take. Its bytes are given back by: library check --repair.
+
+    Example: kinetograph library remove walks bad_take
+    """
+    from kinetograph.pipeline import open_library
+
+    open_library(folder).remove(take)
+    result({"removed": take}, as_json=False)
+
+
+def segment(
+    folder: Folder,
+    by: Annotated[str, typer.Option(help="Where to cut: footplants, labels or fixed.")] = "footplants",
+    length: Annotated[float, typer.Option(help="Seconds of a segment, for fixed.")] = 0.5,
+    label: Annotated[str, typer.Option(help="Kind of annotation whose borders are cuts, for labels.")] = "move",
+    as_json: AsJson = False,
+) -> None:
+    """Cut every take and keep the cuts as annotations, which people can edit (library annotate).
+
+    Example: kinetograph library segment walks --by footplants
+    """
+    from kinetograph.pipeline import open_library, segment_library
+
+    with progress_bar("cutting") as progress:
+        counts = segment_library(open_library(folder), by, length=length, label=label, progress=progress)
+    table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
+
+
+def info(folder: Folder, as_json: AsJson = False) -> None:
+    """Tell what is in a library.
+
+    Example: kinetograph library info walks
+    """
+    from kinetograph.library.store import contents
+    from kinetograph.pipeline import open_library
+
+    library = open_library(folder)
+    if not as_json:
+        rows = [
+            {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
+            for t in contents(library)
+        ]
+        table(rows, as_json=False)
+    _summary(folder, as_json)
+
+
+def annotate(
+    folder: Folder,
+    export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None,
+    source: Annotated[Path | None, typer.Option("--from", help="Take the annotations of this CSV.")] = None,
+    kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Export annotations as a table to edit, or take an edited one back.
+
+    Example: kinetograph library annotate walks --export cuts.csv --kind cut
+    """
+    from kinetograph.library.annotations_csv import export_annotations, import_annotations
+    from kinetograph.pipeline import open_library
+
+    if (export is None) == (source is None):
+        raise RequestError("give one of --export FILE and --from FILE")
+    library = open_library(folder)
+    count = export_annotations(library, export, kind=kind) if export else import_annotations(library, Path(str(source)))
+    result({"annotations": count, "file": str(export or source)}, as_json)
+
+
+def check(
+    folder: Folder,
+    repair: Annotated[bool, typer.Option("--repair", help="Remove bytes that no take uses.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Check every take, and find what a killed writer left behind.
+
+    Example: kinetograph library check walks --repair
+    """
+    from kinetograph.pipeline import open_library
+
+    report = open_library(folder).check(repair=repair)
+    result(
+        {"sound": report.sound, "orphaned_bytes": report.orphaned, "freed": report.freed, "damaged": report.damaged},
+        as_json,
+    )
+    if report.damaged:
+        raise typer.Exit(1)
+
+
+def _summary(folder: Path, as_json: bool) -> None:
+    from dataclasses import asdict
+
+    from kinetograph.library import Library
+
+    result({"library": str(folder), **asdict(Library.open(folder).info())}, as_json)

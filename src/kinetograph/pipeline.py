@@ -1,0 +1,142 @@
+"""The main jobs from end to end: recordings -> library -> model -> control -> motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from kinetograph.errors import LibraryError, RequestError
+from kinetograph.formats import READERS, ReadOptions, read
+from kinetograph.library import Library
+from kinetograph.methods._ground_path import smooth_path
+from kinetograph.methods.performance import PerformanceControl, only_track
+from kinetograph.motion import Motion
+from kinetograph.segmentation import cuts_at_labels, cuts_by_length, detect_contacts, footplant_cuts
+from kinetograph.signal import Signal
+from kinetograph.skeleton import with_roles
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Annotation, Take
+
+Progress = Callable[[int, int], None]
+CUT_BY = ("footplants", "labels", "fixed")
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """How a drawn path is calmed before it is performed: Gaussian widths in seconds and in metres, 0 for none."""
+
+    time: float = 0.0
+    space: float = 0.0
+
+
+def open_library(path: str | Path) -> Library:
+    """Open a library. Raises LibraryError, which tells apart a folder of recordings, an empty one and none."""
+    folder = Path(path)
+    if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
+        recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
+        if recordings:
+            raise LibraryError(
+                f"{folder}: a folder with {len(recordings)} recordings, not a library; "
+                f"make one with: kinetograph library create LIB {folder}"
+            )
+    return Library.open(folder)
+
+
+def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
+    """The motion files named, and those directly inside the folders named, by name. Raises RequestError for none."""
+    found: list[Path] = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            found += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
+        else:
+            found.append(path)
+    if not found:
+        raise RequestError(f"no motion file found; expected one of {', '.join(sorted(READERS))}")
+    return found
+
+
+def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = None) -> tuple[Take, tuple[str, ...]]:
+    """A file as a take named after it, with roles given by joint name put in place; and what was guessed."""
+    loaded = read(path, options)
+    tracks = {
+        name: replace(track, skeleton=with_roles(track.skeleton, roles or {})) if isinstance(track, Motion) else track
+        for name, track in loaded.take.tracks.items()
+    }
+    return Take(path.stem, tracks, loaded.take.annotations), loaded.notes
+
+
+def segment_take(take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut") -> tuple[Annotation, ...]:
+    """Cuts, and for footplants the contacts too, of one motion, as annotations.
+
+    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``.
+    """
+    motion = take.motion(track)
+    contacts = detect_contacts(motion, track=track)
+    if by == "footplants":
+        cuts = footplant_cuts(motion, contacts)
+    elif by == "fixed":
+        cuts = cuts_by_length(take, track, length)
+    elif by == "labels":
+        cuts = cuts_at_labels(take, track, label)
+    else:
+        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, found {by!r}")
+    return (*contacts, *(Annotation(track, "cut", by, time, time) for time in cuts))
+
+
+def segment_library(
+    library: Library, by: str, *, length: float = 0.5, label: str = "cut", progress: Progress | None = None
+) -> dict[str, int]:
+    """Cut every motion of a library and store cuts and contacts as annotations; number of cuts by take.
+
+    Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
+    cycles.
+    """
+    names = library.names()
+    counts: dict[str, int] = {}
+    for done, name in enumerate(names):
+        take = library.take(name)
+        counts[name] = 0
+        for track, value in take.tracks.items():
+            if not isinstance(value, Motion) or (by == "footplants" and take.annotated(track, "loop")):
+                continue
+            notes = segment_take(take, track, by, length=length, label=label)
+            for kind in ("contact", "cut"):
+                library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
+            counts[name] += sum(n.kind == "cut" for n in notes)
+        if progress:
+            progress(done + 1, len(names))
+    return counts
+
+
+def perform(
+    control: Take | Signal | Motion,
+    library: Library,
+    method: PerformanceControl | None = None,
+    *,
+    smoothing: Smoothing | None = None,
+    exclude: tuple[str, ...] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
+) -> Synthesis:
+    """The main job: a walker, made of the library's recordings, performs a control."""
+    model = (method or PerformanceControl()).fit(library, exclude=exclude, track=track)
+    wanted = only_track(control) if isinstance(control, Take) else control
+    if isinstance(wanted, Signal) and smoothing:
+        wanted = smooth_path(wanted, smoothing.time, smoothing.space)
+    result = model.synthesize(wanted, progress)
+    return replace(result, warnings=(*model.notes, *result.warnings))
+
+
+def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:
+    """A path that turns both ways, about 18 m long, walked at ``speed`` metres a second: what the demo follows."""
+    from scipy.interpolate import CubicSpline
+
+    corners = np.array([(0, 0), (2, 0.3), (3.5, 2), (2.5, 4), (0.5, 4.5), (-1, 6), (0, 8), (2.5, 8.5)], dtype=float)
+    dense = CubicSpline(np.arange(len(corners)), corners)(np.linspace(0, len(corners) - 1, 4000))
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    even = np.linspace(0, along[-1], int(along[-1] / speed * fps) + 1)
+    x, z = (np.interp(even, along, dense[:, i]) for i in (0, 1))
+    return Signal(np.stack([x, np.zeros_like(x), z], axis=-1)[:, None], ("path",), "m", fps)

@@ -1,0 +1,174 @@
+"""Obvious, slow versions of what the package does fast. None of them shares code with what it checks."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
+
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.learn.segmental import Arrivals
+
+# ---- the segmental programme, Hsu 2004, equations 4.5 to 4.8 ----
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A control of T steps: ``arrivals[t - 1]`` belongs to step t, ``partial[e]`` to segments left after e steps."""
+
+    durations: IntArray
+    continuity: float
+    arrivals: list[Arrivals]
+    partial: dict[int, Arrivals]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A segment on the control's time line; ``stop`` lies after the control's end where it is left early."""
+
+    state: int
+    start: int
+    stop: int
+
+
+def coverings(durations: Sequence[int], steps: int, partial: Sequence[int]) -> Iterator[list[Placed]]:
+    """Every sequence of segments that covers steps 0 to ``steps`` without a gap.
+
+    The first may begin before 0. The last may be left after its first e steps, for e in ``partial``; it then begins
+    at 0 or later, since no segment is cut off at both ends.
+    """
+
+    def continued(head: list[Placed]) -> Iterator[list[Placed]]:
+        at = head[-1].stop
+        if at == steps:
+            yield head
+        for state, d in enumerate(durations):
+            if at < steps:
+                if at + d <= steps:
+                    yield from continued([*head, Placed(state, at, at + d)])
+                elif steps - at in partial:
+                    yield [*head, Placed(state, at, at + d)]
+
+    for state, d in enumerate(durations):
+        for stop in range(1, min(d, steps) + 1):
+            yield from continued([Placed(state, stop - d, stop)])
+        if d > steps and steps in partial:
+            yield [Placed(state, 0, d)]
+
+
+def score(problem: Problem, sequence: list[Placed]) -> float:
+    """Equation 4.5 of one sequence, in float64."""
+    total, tail = 0.0, None
+    steps = len(problem.arrivals)
+    for piece in sequence:
+        early = piece.stop > steps
+        here = problem.partial[steps - piece.start] if early else problem.arrivals[piece.stop - 1]
+        total += float(here.costs[piece.state])
+        head = np.asarray(here.heads[piece.state], dtype=np.float64)
+        if tail is not None:
+            total += problem.continuity * float(np.sum((tail - head) ** 2))
+        tail = np.asarray(here.tails[piece.state], dtype=np.float64)
+    return total
+
+
+def enumerate_sequences(problem: Problem) -> tuple[float, list[Placed]]:
+    """The best of all sequences, one after another."""
+    best: tuple[float, list[Placed]] = (np.inf, [])
+    for sequence in coverings(problem.durations.tolist(), len(problem.arrivals), list(problem.partial)):
+        value = score(problem, sequence)
+        if value < best[0]:
+            best = value, sequence
+    return best
+
+
+def segmental_score(problem: Problem, beam: float = np.inf) -> float:
+    """Equations 4.6 and 4.7 cell by cell: ``Q[t][s]`` from the cells of step t - d that are within the beam."""
+    steps, states = len(problem.arrivals), len(problem.durations)
+    q = np.full((steps + 1, states), np.inf)
+    tails = [np.zeros(0), *(np.asarray(a.tails, dtype=np.float64) for a in problem.arrivals)]
+
+    def best_before(origin: int, head: FloatArray) -> float:
+        gaps = ((tails[origin] - head) ** 2).sum(axis=1)
+        alive = q[origin] <= q[origin].min() + beam
+        return float(np.min(np.where(alive, q[origin], np.inf) + problem.continuity * gaps))
+
+    for t in range(1, steps + 1):
+        arrivals = problem.arrivals[t - 1]
+        for s, d in enumerate(problem.durations):
+            head = np.asarray(arrivals.heads[s], dtype=np.float64)
+            q[t, s] = arrivals.costs[s] + (0.0 if t <= d else best_before(t - d, head))
+    best = float(q[steps].min())
+    for used, arrivals in problem.partial.items():
+        for s, d in enumerate(problem.durations):
+            if d > used:
+                head = np.asarray(arrivals.heads[s], dtype=np.float64)
+                before = 0.0 if used == steps else best_before(steps - used, head)
+                best = min(best, float(arrivals.costs[s]) + before)
+    return best
+
+
+def best_borders(
+    costs: list[FloatArray], heads: list[FloatArray], tails: list[FloatArray], continuity: float
+) -> tuple[float, tuple[int, ...]]:
+    """The constrained programme of section 4.4.3: every choice of one candidate a border."""
+    sizes = [costs[0].shape[0], *(c.shape[1] for c in costs)]
+    best: tuple[float, tuple[int, ...]] = (np.inf, ())
+    for chosen in itertools.product(*(range(n) for n in sizes)):
+        total = sum(c[a, b] for c, (a, b) in zip(costs, itertools.pairwise(chosen), strict=True))
+        for i in range(len(costs) - 1):
+            a, b, c = chosen[i : i + 3]
+            total += continuity * float(np.sum((tails[i][a, b] - heads[i + 1][b, c]) ** 2))
+        if total < best[0]:
+            best = float(total), chosen
+    return best
+
+
+# ---- alignment, equations 4.1 and 4.2 ----
+
+
+def residual(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:
+    """Weighted squared distance between points ``(S, P, 3)``; weights ``(S, P)``."""
+    return float(np.sum(weights * np.sum((window - example) ** 2, axis=-1)))
+
+
+def align_on_ground(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:
+    """The least residual over turns about the vertical, found by search, and shifts on the ground."""
+
+    def left_over(angle: float) -> float:
+        turned = Rotation.from_rotvec([0.0, angle, 0.0]).apply(example.reshape(-1, 3)).reshape(example.shape)
+        shift = np.einsum("sp,spi->i", weights, window - turned) / weights.sum()
+        return residual(window, turned + shift * np.array([1.0, 0.0, 1.0]), weights)
+
+    start = min(np.linspace(-np.pi, np.pi, 73), key=left_over)
+    found = minimize_scalar(left_over, bracket=(start - 0.1, start, start + 0.1), tol=1e-12)
+    return min(float(found.fun), left_over(start))
+
+
+def align_rigidly(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:
+    """The least residual over rotations and shifts, by scipy's own singular value decomposition."""
+    w = weights.ravel()
+    x, a = window.reshape(-1, 3), example.reshape(-1, 3)
+    _, distance = Rotation.align_vectors(x - w @ x / w.sum(), a - w @ a / w.sum(), w)
+    return float(distance**2)
+
+
+# ---- clustering ----
+
+
+def complete_linkage(distances: FloatArray, threshold: float) -> set[frozenset[int]]:
+    """The textbook: merge the two clusters whose furthest members are nearest, until they are too far apart."""
+    clusters = [frozenset([i]) for i in range(len(distances))]
+
+    def furthest(pair: tuple[frozenset[int], frozenset[int]]) -> float:
+        return max(float(distances[i, j]) for i in pair[0] for j in pair[1])
+
+    while len(clusters) > 1:
+        nearest = min(itertools.combinations(clusters, 2), key=furthest)
+        if not furthest(nearest) <= threshold:
+            break
+        clusters = [c for c in clusters if c not in nearest] + [nearest[0] | nearest[1]]
+    return set(clusters)

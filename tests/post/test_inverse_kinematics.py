@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.post.inverse_kinematics import STRAIGHT, reach
+
+_SEEDS = st.integers(0, 2**32 - 1)
+
+
+def _limbs(seed: int, count: int = 20) -> tuple[FloatArray, FloatArray, FloatArray, np.random.Generator]:
+    """Bent limbs of two bones anywhere: hips, knees, ankles ``(count, 3)``."""
+    rng = np.random.default_rng(seed)
+    hip = rng.normal(size=(count, 3))
+    thigh = _unit(rng.normal(size=(count, 3)))
+    shin = rot.rotate(rot.exp(_square_to(thigh, rng) * rng.uniform(0.2, 2.5, (count, 1))), thigh)
+    first, second = rng.uniform(0.2, 0.6, (2, count, 1))
+    return hip, hip + first * thigh, hip + first * thigh + second * shin, rng
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+
+
+def _square_to(v: FloatArray, rng: np.random.Generator) -> FloatArray:
+    return _unit(np.cross(v, rng.normal(size=v.shape)))
+
+
+def _length(v: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(v, axis=-1))
+
+
+def _apply(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    upper, lower = reach(hip, knee, ankle, target)
+    np.testing.assert_allclose(_length(upper), 1.0)
+    np.testing.assert_allclose(_length(lower), 1.0)
+    new_knee = hip + rot.rotate(upper, knee - hip)
+    return new_knee, new_knee + rot.rotate(lower, ankle - knee)
+
+
+def _targets(hip: FloatArray, knee: FloatArray, ankle: FloatArray, rng: np.random.Generator) -> FloatArray:
+    first, second = _length(knee - hip), _length(ankle - knee)
+    low, high = np.abs(first - second) + 2e-4, STRAIGHT * (first + second)
+    distance = low + rng.uniform(0, 1, len(hip)) * (high - low)
+    return np.asarray(hip + distance[:, None] * _unit(rng.normal(size=hip.shape)))
+
+
+@given(_SEEDS)
+def test_a_target_within_reach_is_reached(seed: int) -> None:
+    hip, knee, ankle, rng = _limbs(seed)
+    target = _targets(hip, knee, ankle, rng)
+    _, found = _apply(hip, knee, ankle, target)
+    np.testing.assert_allclose(found, target, atol=1e-9)
+
+
+@given(_SEEDS)
+def test_the_limb_bends_in_the_plane_it_bent_in(seed: int) -> None:
+    hip, knee, ankle, rng = _limbs(seed)
+    target = _targets(hip, knee, ankle, rng)
+    new_knee, found = _apply(hip, knee, ankle, target)
+    carried = rot.rotate(rot.between(ankle - hip, target - hip), _unit(np.cross(ankle - hip, knee - hip)))
+    normal = np.cross(found - hip, new_knee - hip)
+    np.testing.assert_allclose(np.sum(_unit(normal) * carried, axis=-1), 1.0, atol=1e-6)
+
+
+def test_a_leg_that_is_lifted_bends_its_knee_forward() -> None:
+    hip, knee, ankle = np.array([[0.0, 0.9, 0]]), np.array([[0.0, 0.46, 0.05]]), np.array([[0.0, 0.02, 0.0]])
+    new_knee, found = _apply(hip, knee, ankle, ankle + np.array([0, 0.2, 0]))
+    assert new_knee[0, 2] > 0.15
+    np.testing.assert_allclose(found, [[0.0, 0.22, 0.0]], atol=1e-9)
+
+
+@given(_SEEDS)
+def test_staying_where_it_is_turns_nothing(seed: int) -> None:
+    hip, knee, ankle, _ = _limbs(seed)
+    for turn in reach(hip, knee, ankle, ankle):
+        # where the limb is not bent as far as it may be
+        within = _length(ankle - hip) > np.abs(_length(knee - hip) - _length(ankle - knee)) + 1e-4
+        assert rot.angle_between(rot.identity(len(hip)), turn)[within].max() < 1e-6
+
+
+@given(_SEEDS, st.floats(1.0, 10.0))
+def test_a_target_out_of_reach_is_pointed_at(seed: int, beyond: float) -> None:
+    hip, knee, ankle, rng = _limbs(seed)
+    full = _length(knee - hip) + _length(ankle - knee)
+    direction = _unit(rng.normal(size=hip.shape))
+    _, found = _apply(hip, knee, ankle, hip + (full * beyond)[:, None] * direction)
+    np.testing.assert_allclose(_unit(found - hip), direction, atol=1e-9)
+    furthest = np.maximum(STRAIGHT * full, _length(ankle - hip))
+    np.testing.assert_allclose(_length(found - hip), furthest, atol=1e-9)
+    assert (_length(found - hip) <= full + 1e-12).all()
+
+
+@given(_SEEDS)
+def test_a_target_too_near_is_approached(seed: int) -> None:
+    hip, knee, ankle, rng = _limbs(seed)
+    target = hip + 1e-6 * rng.normal(size=hip.shape)
+    _, found = _apply(hip, knee, ankle, target)
+    nearest = np.abs(_length(knee - hip) - _length(ankle - knee)) + 1e-4
+    np.testing.assert_allclose(_length(found - hip), nearest, atol=1e-9)
+
+
+def test_a_limb_stretched_further_than_usual_is_not_drawn_in() -> None:
+    hip, knee, ankle = np.array([[0.0, 1.0, 0]]), np.array([[0.0, 0.5, 0.001]]), np.array([[0.0, 0.0, 0.0]])
+    assert _length(ankle - hip) > STRAIGHT * 1.0
+    _, found = _apply(hip, knee, ankle, np.array([[0.0, -1.0, 0.0]]))
+    np.testing.assert_allclose(found, ankle, atol=1e-7)
+
+
+@pytest.mark.parametrize("direction", [[0, -1, 0], [1, 0, 0], [0, -1, 1], [0, 0, 1], [0, 0, -1], [0.3, -1, 0.2]])
+def test_a_straight_limb_can_bend(direction: list[float]) -> None:
+    down = _unit(np.array([direction], dtype=np.float64))
+    hip = np.array([[0.0, 1.0, 0.0]])
+    knee, ankle = hip + 0.4 * down, hip + 0.8 * down
+    target = hip + 0.6 * down
+    new_knee, found = _apply(hip, knee, ankle, target)
+    np.testing.assert_allclose(found, target, atol=1e-7)
+    assert np.linalg.norm(np.cross(new_knee - hip, down)) > 0.2
+
+
+def test_a_straight_leg_that_stands_bends_its_knee_towards_z() -> None:
+    hip = np.array([[0.0, 1.0, 0.0]])
+    new_knee, _ = _apply(hip, hip - [0, 0.4, 0], hip - [0, 0.8, 0], hip - [0, 0.7, 0])
+    assert new_knee[0, 2] > 0.1
