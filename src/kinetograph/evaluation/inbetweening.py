@@ -36,7 +36,7 @@ class Score:
 
 
 def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
-    """Windows of `PAST` frames, a gap and one more frame, every ``stride`` frames, in the frame of the last past one."""
+    """Windows of `PAST` frames, a gap and one more frame, every ``stride`` frames; see this module for their place."""
     length = PAST + gap + 1
     return [_centred(cut(motion, low, low + length)) for low in range(0, len(motion) - length + 1, stride)]
 

@@ -34,9 +34,8 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class PairFigures:
-    """One pair of keys. solved, or the reason; jump: the worst seam's jump in joint speed over the 99th percentile
-    of the recordings that meet there; skate: contact speed over that of the recordings used; miss: metres, the larger of both keys' mean
-    joint distances.
+    """One pair of keys. solved, or why not; jump: see `seam_jump`; skate: see `skate_ratio`; miss: metres, the larger
+    of both keys' mean joint distances; untouched: share of the frames.
     """
 
     first: str

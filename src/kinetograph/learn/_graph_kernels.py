@@ -55,7 +55,7 @@ def relax(to_go, last, starts, target, cost, commit, step):  # type: ignore[no-u
 
 @compiled
 def row_distances(rows, columns, row, out):  # type: ignore[no-untyped-def]
-    """Squared distances ``(N,)`` of some columns of rows ``(N, D)`` from one row of as many numbers, added to ``out``."""
+    """Squared distances ``(N,)`` of some columns of rows ``(N, D)`` from as many numbers, added to ``out``."""
     for i in range(rows.shape[0]):
         total = np.float32(0.0)
         for k in range(columns.shape[0]):

@@ -43,7 +43,7 @@ def kmeans(x: FloatArray, clusters: int, rng: np.random.Generator, restarts: int
 
 def squared_distances(x: FloatArray, y: FloatArray) -> FloatArray:
     """Squared distances ``(N, K)`` between rows ``(N, D)`` and ``(K, D)``."""
-    return np.maximum((x**2).sum(axis=1)[:, None] + (y**2).sum(axis=1) - 2 * x @ y.T, 0.0)
+    return np.asarray(np.maximum((x**2).sum(axis=1)[:, None] + (y**2).sum(axis=1) - 2 * x @ y.T, 0.0))
 
 
 def _seeds(x: FloatArray, clusters: int, rng: np.random.Generator) -> FloatArray:

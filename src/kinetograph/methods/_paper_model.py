@@ -36,7 +36,9 @@ class PaperSettings:
 
     def __post_init__(self) -> None:
         if not 0 < self.stay < 1:
-            raise RequestError(f"stay is the probability of remaining in an example, between 0 and 1, found {self.stay}")
+            raise RequestError(
+                f"stay, the probability of not changing examples, lies between 0 and 1, found {self.stay}"
+            )
         if self.clusters < 2 or self.restarts < 1 or self.overlap < 0 or self.around < 0:
             raise RequestError("expected 2 clusters or more, 1 restart or more, and no negative durations")
 

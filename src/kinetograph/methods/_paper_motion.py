@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,7 @@ def realize_paper(model: PaperModel, found: Plan, keys: tuple[Key, Key]) -> Synt
 def runs_of(labels: IntArray, example: int) -> list[Run]:
     """The segments that the clusters' frontiers divide an example into."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(labels)) + 1, [len(labels)]])
-    return [Run(example, i, int(a), int(b)) for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))]
+    return [Run(example, i, int(a), int(b)) for i, (a, b) in enumerate(itertools.pairwise(edges))]
 
 
 def choose_segments(model: PaperModel, found: Plan) -> list[Run]:
@@ -85,7 +86,7 @@ def choose_segments(model: PaperModel, found: Plan) -> list[Run]:
     ]
     scores = np.array([_JUMP * (not _holds(run, found.nearest[0])) for run in steps[0]], dtype=np.float64)
     links = []
-    for before, after in zip(steps[:-1], steps[1:], strict=True):
+    for before, after in itertools.pairwise(steps):
         total = scores[:, None] + _seam_costs(model, before, after)
         links.append(total.argmin(axis=0))
         scores = total.min(axis=0)
@@ -132,17 +133,17 @@ def trim(model: PaperModel, runs: list[Run], found: Plan) -> list[Stretch]:
     return stretches
 
 
-def chain(
-    model: PaperModel, stretches: list[Stretch], first: Key
-) -> tuple[list[Motion], list[Piece], list[int]]:
+def chain(model: PaperModel, stretches: list[Stretch], first: Key) -> tuple[list[Motion], list[Piece], list[int]]:
     """Placed motions that overlap their neighbours, their pieces, and the frames of each overlap."""
     fps = model.examples[0].motion.fps
     half = max(round(model.settings.overlap * fps / 2), 0)
     reach = round(model.settings.around * fps)
-    cuts = [_closest(model, a, b, reach) for a, b in zip(stretches[:-1], stretches[1:], strict=True)]
-    motions, pieces, overlaps = [], [], []
+    cuts = [_closest(model, a, b, reach) for a, b in itertools.pairwise(stretches)]
+    motions: list[Motion] = []
+    pieces: list[Piece] = []
+    overlaps: list[int] = []
     turn, shift = _start(model, stretches[0], first)
-    begun = 0
+    begun = before_at = 0
     for i, stretch in enumerate(stretches):
         source = model.examples[stretch.example].motion
         start = stretch.start if i == 0 else cuts[i - 1][1]
@@ -192,9 +193,7 @@ def _onto(source: Motion, frame: int, root: FloatArray, heading: float) -> tuple
     return turn, shift * np.array([1.0, 0.0, 1.0])
 
 
-def _piece(
-    model: PaperModel, example: int, start: int, stop: int, begun: int, turn: float, shift: FloatArray
-) -> Piece:
+def _piece(model: PaperModel, example: int, start: int, stop: int, begun: int, turn: float, shift: FloatArray) -> Piece:
     source = model.examples[example]
     fps = source.motion.fps
     w, x, y, z = (float(v) for v in rot.about("y", turn))

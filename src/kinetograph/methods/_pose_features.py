@@ -13,8 +13,8 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import ComplexArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import role_positions, velocities
 from kinetograph.keys import Key
+from kinetograph.kinematics import role_positions, velocities
 from kinetograph.learn._graph_kernels import row_distances
 from kinetograph.methods._examples import Example, headings, leg_length
 from kinetograph.motion import Motion
@@ -61,15 +61,15 @@ def pose_features(examples: tuple[Example, ...]) -> PoseFeatures:
         contacts.append(_contact_features(example))
         grounds.append(example.motion.translation[:, 2] + 1j * example.motion.translation[:, 0])
         facings.append(np.exp(1j * headings(example.motion)))
-    single = (np.concatenate(parts).astype(np.float32) for parts in (poses, rates, contacts))
-    return PoseFeatures(roles, *single, np.concatenate(grounds), np.concatenate(facings))
+    columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, rates, contacts)]
+    return PoseFeatures(roles, columns[0], columns[1], columns[2], np.concatenate(grounds), np.concatenate(facings))
 
 
 def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
     """The roles that are compared. Raises RequestError for a skeleton with hardly any."""
     roles = tuple(role for role in BODY if role in skeleton.roles)
     if len(roles) < 4:
-        raise RequestError(f"poses are compared by roles, and this skeleton has {', '.join(roles) or 'none'}; name them")
+        raise RequestError(f"poses are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
     return roles
 
 
@@ -114,7 +114,7 @@ def _add_squares(rows: SingleArray, columns: IntArray, row: FloatArray, squares:
 def _contact_features(example: Example) -> FloatArray:
     frames, fps = len(example.motion), example.motion.fps
     masks = [contact_mask(example.contacts, role, frames, fps) for role in CONTACT_ROLES]
-    return np.stack(masks, axis=1) * (CONTACT / np.sqrt(len(CONTACT_ROLES)))
+    return np.asarray(np.stack(masks, axis=1) * (CONTACT / np.sqrt(len(CONTACT_ROLES))))
 
 
 def fastest_step(examples: tuple[Example, ...]) -> float:

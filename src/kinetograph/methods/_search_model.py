@@ -9,7 +9,8 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn.timed_search import Goal, SearchOptions, Walk, least_leg, search
+from kinetograph.learn.goals import Goal, SearchOptions, Walk, least_leg
+from kinetograph.learn.timed_search import search
 from kinetograph.learn.transitions import Graph, find_transitions, lasts
 from kinetograph.methods._examples import Example, headings
 from kinetograph.methods._pose_features import PoseFeatures, fastest_step, key_distances, pose_features
@@ -21,9 +22,9 @@ class SearchSettings:
 
     meet: metres, how far poses and velocities may be apart where one recording is left for another. shortest: seconds
     that a recording is played at least. scale: metres of distance at a seam that cost 1; fee: what a seam costs
-    besides. pose_scale: metres between a key and a recorded frame that cost 1; candidates: frames tried for a key, none more
-    than ``slack`` metres further off than the nearest.
-    warp: how far a leg between two keys may be stretched or squeezed in time. longest: seconds of the longest leg.
+    besides. pose_scale: metres between a key and a recorded frame that cost 1; candidates: frames tried for a key,
+    none more than ``slack`` metres further off than the nearest. warp:
+    how far a leg between two keys may be stretched or squeezed in time. longest: seconds of the longest leg.
     haste: cost of a second, where durations are free. beam: states kept at each step. off_place: metres, and off_share
     of the way, that a walk may end away from a pinned place before it is bent there. decay: seconds over which the
     edit that meets a key fades.
@@ -81,9 +82,7 @@ def fit_search(examples: tuple[Example, ...], settings: SearchSettings) -> Searc
     features = pose_features(examples)
     lengths = [len(example.motion) for example in examples]
     commit = max(round(settings.shortest * examples[0].motion.fps), 1)
-    graph = find_transitions(
-        features.together(), lasts(lengths), commit, settings.meet, settings.scale, settings.fee
-    )
+    graph = find_transitions(features.together(), lasts(lengths), commit, settings.meet, settings.scale, settings.fee)
     offsets = np.concatenate([[0], np.cumsum(lengths)])
     return SearchModel(settings, examples, features, graph, offsets, fastest_step(examples))
 

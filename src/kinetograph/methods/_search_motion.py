@@ -10,8 +10,8 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions
-from kinetograph.learn.timed_search import Walk
-from kinetograph.methods._examples import headings
+from kinetograph.learn.goals import Walk
+from kinetograph.methods._examples import Example, headings
 from kinetograph.methods._search_model import SearchModel, pinned
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Part, PostSettings, assemble
@@ -30,8 +30,8 @@ def realize_walk(
     """The motion of a walk: recordings joined, bent to the pinned places, met at the keys, feet held."""
     fps = model.fps
     pieces, examples = place_pieces(model, keys, walk)
-    parts = [Part(p, model.examples[e].motion, model.examples[e].contacts) for p, e in zip(pieces, examples, strict=True)]
-    frames = int(round(walk.clocks[-1])) + 1
+    parts = [_part(piece, model.examples[number]) for piece, number in zip(pieces, examples, strict=True)]
+    frames = round(walk.clocks[-1]) + 1
     motion, contacts = assemble(parts, fps, frames, replace(post, footskate=False))
     points = waypoints(model, keys, walk)
     motion = meet_poses(bend(motion, points), points, model.settings.decay)
@@ -55,6 +55,10 @@ def realize_walk(
         warnings=notes,
         edited=edited,
     )
+
+
+def _part(piece: Piece, example: Example) -> Part:
+    return Part(piece, example.motion, example.contacts)
 
 
 def place_pieces(model: SearchModel, keys: tuple[Key, ...], walk: Walk) -> tuple[tuple[Piece, ...], list[int]]:
@@ -109,7 +113,7 @@ def waypoints(model: SearchModel, keys: tuple[Key, ...], walk: Walk) -> list[Way
         if same_shape(key.clip.skeleton, skeleton, tolerance=0.02):
             pose = key.clip
             joints = None if key.roles is None else np.array([skeleton.landmark(r).joint for r in key.roles])
-        points.append(Waypoint(int(round(clock)), pose, key.frame, joints, place, heading))
+        points.append(Waypoint(round(clock), pose, key.frame, joints, place, heading))
     return points
 
 
@@ -137,5 +141,3 @@ def _centred(motion: Motion) -> Motion:
     rotations = motion.rotations.copy()
     rotations[:, 0] = rot.multiply(back, rotations[:, 0])
     return replace(motion, translation=motion.translation * np.array([0.0, 1.0, 0.0]), rotations=rotations)
-
-

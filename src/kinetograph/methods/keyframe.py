@@ -27,6 +27,8 @@ from kinetograph.synthesis import Synthesis
 if TYPE_CHECKING:
     from kinetograph.library import Library
 
+__all__ = ["KeyframeControl", "KeyframeModel", "PaperSettings", "SearchSettings"]
+
 Progress = Callable[[int, int], None]
 MODES = ("search", "paper")
 FAR = 0.15

@@ -71,7 +71,7 @@ def _progress(motion: Motion, start: int, stop: int) -> FloatArray:
 
 
 def meet_poses(motion: Motion, points: list[Waypoint], decay: float) -> Motion:
-    """The motion with the waypoints' poses met; what is missing fades within ``decay`` seconds, or at the next point."""
+    """The motion with the waypoints' poses met; what is missing fades in ``decay`` seconds or at the next one."""
     root, turns = motion.translation.copy(), motion.rotations.copy()
     frames = np.arange(len(motion))
     stops = [point.frame for point in points]
