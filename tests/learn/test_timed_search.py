@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import naive_keyframe as naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import naive_keyframe as naive
 from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_leg, least_steps
 from kinetograph.learn.timed_search import search
 from kinetograph.learn.transitions import Graph, discourage, find_transitions, lasts, make_graph
@@ -18,13 +18,13 @@ EXACT = SearchOptions(beam=100_000, warp=0.0)
 def small_graph(rng: np.random.Generator, commit: int) -> Graph:
     last = lasts([int(n) for n in rng.integers(3, 7, size=3)])
     inner = np.flatnonzero(np.arange(len(last)) < last)
-    source, target = rng.choice(inner, 12), rng.integers(len(last), size=12)
-    return make_graph(last, source, target, rng.random(12), commit)
+    source, target = rng.choice(inner, 24), rng.integers(len(last), size=24)
+    return make_graph(last, source, target, rng.random(24), commit)
 
 
 def goal(rng: np.random.Generator, count: int, at: int) -> Goal:
-    frames = rng.choice(count, 3, replace=False)
-    return Goal(frames, rng.random(3), (at, at))
+    frames = rng.choice(count, 6, replace=False)
+    return Goal(frames, rng.random(6), (at, at))
 
 
 def flat(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
