@@ -75,6 +75,19 @@ def test_from_lying_to_running_on_the_sample(clips: kg.Library, seconds: float |
     assert 0 < result.statistics["untouched"] < 1
 
 
+def test_alternatives_differ_and_meet_the_keys(clips: kg.Library):
+    keys = lying_and_running(clips, 6.0)
+    model = kg.KeyframeControl().fit(clips)
+    found = model.alternatives(keys, 3)
+    assert len(found) == 3
+    assert len({tuple((p.take, round(p.source_start, 2)) for p in result.pieces) for result in found}) == 3
+    for result in found:
+        assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-3
+    assert found[0].cost == min(result.cost for result in found)
+    with pytest.raises(RequestError, match="alternatives are of mode search"):
+        kg.KeyframeControl(mode="paper").fit(clips).alternatives(keys)
+
+
 def test_the_least_duration_is_known_and_told(clips: kg.Library):
     with pytest.raises(RequestError, match=r"from lying to running takes 1\.\d+ s at least .* 1\.00 s are given"):
         kg.KeyframeControl().fit(clips).synthesize(lying_and_running(clips, 1.0))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.inbetweening import (
     PAST,
+    Filler,
     Score,
     interpolation,
     position_scale,
@@ -22,7 +24,7 @@ from kinetograph.evaluation.metrics import accelerations
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.library import Library
-from kinetograph.methods._examples import Example, headings
+from kinetograph.methods._examples import Example, adopt, collect_examples, headings
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.motion import Motion, cut, place
 from kinetograph.post.footskate import contact_mask
@@ -140,7 +142,7 @@ def judge_pair(model: KeyframeModel, first: Key, last: Key, recorded: Mapping[st
     )
 
 
-def fill_gap(model: KeyframeModel, window: Motion, gap: int) -> Motion:
+def _fill(model: KeyframeModel, window: Motion, gap: int) -> Motion:
     """A window with its gap filled: the pose and speed before it, and pose, place and heading after it, are keys."""
     last = PAST + gap
     after = cut(window, last, last + 1)
@@ -163,24 +165,24 @@ def inbetween_held_out(
     method: KeyframeControl | None = None,
     report: Report | None = None,
 ) -> dict[tuple[str, int], Score]:
-    """Scores by method and gap: every held-out take's gaps filled from all takes that are not held out."""
-    method = method or KeyframeControl()
-    model = method.fit(library, exclude=tuple(held_out))
-    others = KeyframeControl(rate=method.rate)
-    from kinetograph.methods._examples import collect_examples
+    """Scores by method and gap: every held-out take's gaps filled from all takes that are not held out.
 
+    In a gap that is short, recordings may be left after a third of it instead of ``method.search.shortest``.
+    """
+    method = method or KeyframeControl()
     kept = tuple(name for name in library.names() if name not in held_out)
-    tests = collect_examples(library, others.rate, exclude=kept)
-    skeleton = model.examples[0].motion.skeleton
-    test_motions = [replace(e.motion, skeleton=skeleton) for e in tests]
+    tests = [example.motion for example in collect_examples(library, method.rate, exclude=kept)]
     found: dict[tuple[str, int], Score] = {}
     for gap in gaps:
-        windows = [w for motion in test_motions for w in windows_of(motion, gap)]
-        scale = position_scale([e.motion for e in model.examples], gap)
-        fillers = {
+        shortest = min(method.search.shortest, (gap + 1) / 3 / method.rate)
+        model = replace(method, search=replace(method.search, shortest=shortest)).fit(library, exclude=tuple(held_out))
+        trained = [example.motion for example in model.examples]
+        scale = position_scale(trained, gap)
+        windows = [w for test in tests for w in windows_of(adopt(test, trained[0].skeleton, "a held-out take"), gap)]
+        fillers: dict[str, Filler] = {
             "zero velocity": zero_velocity,
             "interpolation": interpolation,
-            "keyframe": lambda window, gap: fill_gap(model, window, gap),
+            "keyframe": partial(_fill, model),
         }
         for name, filler in fillers.items():
             found[name, gap] = score(filler, windows, gap, scale)

@@ -9,11 +9,14 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn.goals import Goal, SearchOptions, Walk, least_leg
+from kinetograph.learn.goals import Goal, SearchOptions, Walk, least_leg, least_steps
 from kinetograph.learn.timed_search import search
-from kinetograph.learn.transitions import Graph, find_transitions, lasts
+from kinetograph.learn.transitions import Graph, discourage, find_transitions, lasts
 from kinetograph.methods._examples import Example, headings
 from kinetograph.methods._pose_features import PoseFeatures, fastest_step, key_distances, pose_features
+
+UNLIKE = 20.0
+"""What a transition costs more in an alternative to a walk that has one like it: a quarter of a metre's gap."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,11 @@ def fit_search(examples: tuple[Example, ...], settings: SearchSettings) -> Searc
     commit = max(round(settings.shortest * examples[0].motion.fps), 1)
     graph = find_transitions(features.together(), lasts(lengths), commit, settings.meet, settings.scale, settings.fee)
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    return SearchModel(settings, examples, features, graph, offsets, fastest_step(examples))
+    model = SearchModel(settings, examples, features, graph, offsets, fastest_step(examples))
+    # compiled kernels are loaded by their first call: not while someone waits for an answer
+    goals_of(model, (Key(examples[0].motion),))
+    least_steps(graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
+    return model
 
 
 def goals_of(model: SearchModel, keys: tuple[Key, ...]) -> tuple[list[Goal], list[float]]:
@@ -159,8 +166,11 @@ def check_feasible(model: SearchModel, keys: tuple[Key, ...], goals: list[Goal])
     return least
 
 
-def solve(model: SearchModel, keys: tuple[Key, ...], goals: list[Goal], graph: Graph | None = None) -> Walk:
-    """The best walk. Raises RequestError where the times and places asked for leave none."""
+def solve(model: SearchModel, keys: tuple[Key, ...], goals: list[Goal], count: int = 1) -> list[Walk]:
+    """Up to ``count`` walks, the best first, each one discouraged from the transitions of those before.
+
+    Raises RequestError where the times and places asked for leave none.
+    """
     settings = model.settings
     free = any(goal.window[0] != goal.window[1] for goal in goals[1:])
     options = SearchOptions(
@@ -170,12 +180,19 @@ def solve(model: SearchModel, keys: tuple[Key, ...], goals: list[Goal], graph: G
         longest=round(settings.longest * model.fps),
         speed=model.speed,
     )
-    walk = search(graph or model.graph, goals, model.features.ground, model.features.facing, options)
-    if walk is None:
+    graph, walks = model.graph, list[Walk]()
+    for _ in range(count):
+        walk = search(graph, goals, model.features.ground, model.features.facing, options)
+        if walk is None or walk.stays in [other.stays for other in walks]:
+            break
+        walks.append(walk)
+        used = np.array([stay.edge for stay in walk.stays if stay.edge >= 0], dtype=np.int64)
+        graph = discourage(graph, used, UNLIKE, round(0.5 * model.fps)) if count > 1 else graph
+    if not walks:
         pins = [key.label for key in keys[1:] if key.position is not None or key.heading is not None]
         what = f"the places of {', '.join(pins)} and the times" if pins else "the times"
         raise RequestError(
             f"no walk through the recordings meets {what} asked for; leave one of them free, give a window of time, "
             "or add recordings"
         )
-    return walk
+    return walks

@@ -90,10 +90,25 @@ class KeyframeModel:
             if len(keys) != 2:
                 raise RequestError(f"the paper's mode goes between two keys, found {len(keys)}; use mode search")
             return realize_paper(self.learned, plan(self.learned, keys[0], keys[1]), (keys[0], keys[1]))
-        goals, nearest = goals_of(self.learned, keys)
-        check_feasible(self.learned, keys, goals)
-        walk = solve(self.learned, keys, goals)
-        return realize_walk(self.learned, keys, walk, self.method.post, _notes(self.learned, keys, nearest))
+        return self._search(self.learned, keys, 1)[0]
+
+    def alternatives(self, keys: Sequence[Key], count: int = 3) -> tuple[Synthesis, ...]:
+        """Up to ``count`` different motions from key to key, the best first; each avoids the others' transitions.
+
+        There are fewer where no further one is different. Raises RequestError as `synthesize`, and in the paper's mode.
+        """
+        keys = tuple(keys)
+        check_order(keys)
+        if isinstance(self.learned, PaperModel):
+            raise RequestError("the paper's mode has one answer; alternatives are of mode search")
+        return self._search(self.learned, keys, count)
+
+    def _search(self, learned: SearchModel, keys: tuple[Key, ...], count: int) -> tuple[Synthesis, ...]:
+        goals, nearest = goals_of(learned, keys)
+        check_feasible(learned, keys, goals)
+        walks = solve(learned, keys, goals, count)
+        notes = _notes(learned, keys, nearest)
+        return tuple(realize_walk(learned, keys, walk, self.method.post, notes) for walk in walks)
 
 
 def _notes(model: SearchModel, keys: tuple[Key, ...], nearest: list[float]) -> tuple[str, ...]:

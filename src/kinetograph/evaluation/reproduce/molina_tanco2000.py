@@ -15,12 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.keyframe import recorded_jumps, seam_jump
 from kinetograph.evaluation.reproduce import _molina_tanco_figures as figures
 from kinetograph.formats import load
 from kinetograph.keys import Key, key_at
 from kinetograph.learn.kmeans import kmeans
+from kinetograph.learn.reduction import reduce
 from kinetograph.library import Library, samples
 from kinetograph.methods._paper_model import PaperModel, PaperSettings, plan, pose_vectors
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
@@ -93,7 +96,7 @@ def reproduce(folder: Path, data: Path | None = None, report: Report | None = No
     result = model.synthesize(keys)
     numbers = _numbers(model, keys, result, solved)
     say(f"{numbers.clusters_passed} clusters, {numbers.frames} frames, {', '.join(numbers.examples_used)}")
-    figures.draw_alignment(_unaligned(model), _aligned(model), list(names), folder / "figure2.png")
+    figures.draw_alignment(_unaligned(model), _paper(model).coordinates, list(names), folder / "figure2.png")
     paper = _paper(model)
     figures.draw_space(paper.coordinates, list(names), folder / "figure5.png")
     figures.draw_errors(quantisation_errors(paper), folder / "figure6.png")
@@ -170,16 +173,11 @@ def quantisation_errors(paper: PaperModel) -> dict[int, list[float]]:
     return {k: [kmeans(x, k, rng, restarts=1).error for _ in range(RUNS // len(sizes))] for k in sizes}
 
 
-def _unaligned(model: KeyframeModel) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
-    """The examples in the components of the aligned space, as they were recorded."""
-    from kinetograph import rotations as rot
-
+def _unaligned(model: KeyframeModel) -> list[FloatArray]:
+    """The examples as they were recorded, in two components of their own."""
     raw = [rot.log(example.motion.rotations).reshape(len(example.motion), -1) for example in model.examples]
-    return [_paper(model).reduction.project(vectors) for vectors in raw]
-
-
-def _aligned(model: KeyframeModel) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
-    return list(_paper(model).coordinates)
+    reduction = reduce(np.concatenate(raw))
+    return [reduction.project(vectors) for vectors in raw]
 
 
 def _contact_sheet(result: Synthesis, path: Path) -> None:
