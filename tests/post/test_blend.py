@@ -66,6 +66,16 @@ def test_the_gap_is_what_was_put_in(clips: list[Clip]) -> None:
     np.testing.assert_allclose(gap.angular, [_about_y(-1.2)], atol=1e-9)
 
 
+def test_the_gap_is_the_same_where_recordings_end_at_the_seam(clips: list[Clip]) -> None:
+    before, after = clips
+    ended = dataclasses.replace(before, motion=cut(before.motion, 0, 1501))
+    begun = dataclasses.replace(after, motion=cut(after.motion, 1000, 3001), source_start=0.0)
+    gap, whole = measure_gap(ended, begun), measure_gap(before, after)
+    np.testing.assert_allclose(gap.translation, whole.translation, atol=1e-9)
+    np.testing.assert_allclose(gap.velocity, whole.velocity, atol=5e-3)
+    np.testing.assert_allclose(gap.angular, whole.angular, atol=1e-6)
+
+
 def test_without_a_blend_frames_are_the_sources_own(clips: list[Clip]) -> None:
     motion = join(clips, _FPS, 1001, "none")
     placed = clips[1].motion.translation[1000:1501] + clips[1].shift

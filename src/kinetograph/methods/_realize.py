@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def realize(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> Synthesis:
     """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``."""
-    from kinetograph.methods.performance import too_fast
+    from kinetograph.methods.performance import out_of_range
 
     method = model.method
     rate = method.fine_rate or method.rate
@@ -36,7 +36,6 @@ def realize(model: PerformanceModel, points: FloatArray, fps: float, path: Segme
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
     motion, contacts = assemble(parts, out_fps, frames, method.post)
-    warning = too_fast(model, points, fps)
     return Synthesis(
         motion,
         tuple(pieces),
@@ -44,7 +43,7 @@ def realize(model: PerformanceModel, points: FloatArray, fps: float, path: Segme
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=contacts,
         statistics={"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)},
-        warnings=(warning,) if warning else (),
+        warnings=out_of_range(model, points, fps),
     )
 
 

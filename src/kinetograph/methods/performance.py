@@ -212,15 +212,22 @@ def only_track(take: Take) -> Signal | Motion:
     return next(iter(take.tracks.values()))
 
 
-def too_fast(model: PerformanceModel, control: FloatArray, fps: float) -> str | None:
-    """A warning where a path asks for more speed, over a segment's length, than the library has."""
+def out_of_range(model: PerformanceModel, control: FloatArray, fps: float) -> tuple[str, ...]:
+    """Warnings where a control asks, over half a second, for more or for less speed than the library has."""
     window = max(round(0.5 * fps), 1)
     speeds = path_speeds(control, fps)
-    asked = float(np.convolve(speeds, np.ones(window) / window, mode="valid").max()) if len(speeds) >= window else 0.0
-    fastest = model.speed_range()[1]
-    if asked <= fastest * 1.05:
-        return None
-    return (
-        f"the path asks for {asked:.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
-        f"it is performed as well as it can be; slow the path down by {asked / fastest:.1f} or add faster recordings"
-    )
+    if len(speeds) < window:
+        return ()
+    asked = np.convolve(speeds, np.ones(window) / window, mode="valid")
+    (slowest, fastest), warnings = model.speed_range(), []
+    if asked.max() > fastest * 1.05:
+        warnings.append(
+            f"the path asks for {asked.max():.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
+            f"performed as well as it can be; slow it down by {asked.max() / fastest:.1f} or add faster recordings"
+        )
+    if asked.min() < slowest * 0.95:
+        warnings.append(
+            f"the path slows to {asked.min():.2f} m/s where the library's slowest segment gives {slowest:.2f} m/s: "
+            "the steps there are squeezed together; add recordings of slow walking and of standing"
+        )
+    return tuple(warnings)

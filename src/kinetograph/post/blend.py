@@ -67,10 +67,11 @@ def join(clips: list[Clip], fps: float, frames: int, blend: str = "inertialised"
         raise RequestError(f"blend must be one of {', '.join(BLENDS)}, found {blend!r}")
     gaps = [measure_gap(a, b) for a, b in itertools.pairwise(clips)]
     times = np.arange(frames) / fps
-    owner = np.clip(np.searchsorted([c.start for c in clips], times + 1e-9, side="right") - 1, 0, len(clips) - 1)
+    first = np.searchsorted(times, [c.start - 1e-9 for c in clips])
+    first[0] = 0
     parts = []
-    for i, clip in enumerate(clips):
-        own = times[owner == i]
+    for i, (clip, low, high) in enumerate(zip(clips, first, [*first[1:], frames], strict=True)):
+        own = times[low:high]
         if len(own) == 0:
             continue
         part = clip.at(own, fps)

@@ -19,6 +19,9 @@ from kinetograph.post.inverse_kinematics import reach
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
+STRETCHED = 0.99
+"""Share of its length that a correction straightens a leg to at most; a knee is at 164 degrees there, and people walk
+with up to 170."""
 GRIP = 0.12
 """Seconds over which a planted foot comes to be held and is let go."""
 
@@ -39,11 +42,10 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
 
 def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: float) -> BoolArray:
     """The frames, shape ``(F,)``, at which ``role`` is in contact."""
-    times = np.arange(frames) / fps
     mask = np.zeros(frames, dtype=np.bool_)
     for note in contacts:
         if note.label == role:
-            mask |= (times >= note.start - 1e-9) & (times <= note.stop + 1e-9)
+            mask[int(np.ceil(note.start * fps - 1e-6)) : int(np.floor(note.stop * fps + 1e-6)) + 1] = True
     return mask
 
 
@@ -74,8 +76,11 @@ def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
         return motion
     hip, knee, ankle = (motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot"))
     positions, turns = forward(motion)
-    target = positions[:, ankle] + offset
-    upper, lower = reach(positions[:, hip], positions[:, knee], positions[:, ankle], target)
+    leg = (positions[:, hip], positions[:, knee], positions[:, ankle])
+    target = within_reach(*leg, positions[:, ankle] + offset)
+    hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
+    hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
+    upper, lower = reach(*leg, target, hinge)
     parents = motion.skeleton.parents
     hip_turn, knee_turn = rot.multiply(upper, turns[:, hip]), rot.multiply(lower, turns[:, knee])
     above = turns[:, parents[hip]]
@@ -88,6 +93,21 @@ def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
     local_ankle = rot.multiply(rot.conjugate(rot.multiply(knee_turn, between_knee_and_ankle)), turns[:, ankle])
     rotations[changed, ankle] = local_ankle[changed]
     return replace(motion, rotations=rot.normalize(rotations))
+
+
+def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> FloatArray:
+    """Targets, shape ``(F, 3)`` metres, drawn in so that a leg is straightened gently or not at all.
+
+    A leg's length changes ever faster with its knee's angle as it gets straight: a foot that is pulled the last
+    centimetre makes the knee snap. A target further away than the ankle is now is approached in proportion at first,
+    and never beyond `STRETCHED` of the leg's length.
+    """
+    now = np.linalg.norm(ankle - hip, axis=-1, keepdims=True)
+    length = np.linalg.norm(knee - hip, axis=-1, keepdims=True) + np.linalg.norm(ankle - knee, axis=-1, keepdims=True)
+    wanted = np.linalg.norm(target - hip, axis=-1, keepdims=True)
+    room = np.maximum(STRETCHED * length - now, 1e-9)
+    eased = np.where(wanted > now, now + room * np.tanh((wanted - now) / room), wanted)
+    return np.asarray(hip + (target - hip) * (eased / np.maximum(wanted, 1e-9)))
 
 
 def _between(motion: Motion, above: int, below: int) -> FloatArray:
