@@ -97,11 +97,12 @@ def score(filler: Filler, windows: Sequence[Motion], gap: int, scale: tuple[Floa
 
 
 def _world(motions: list[Motion], gap: int) -> tuple[FloatArray, FloatArray]:
-    """World positions ``(W, gap, J, 3)`` and quaternions ``(W, gap, 4 J)``, the latter with w >= 0."""
+    """World positions ``(W, gap, J, 3)`` and quaternions ``(W, gap, 4 J)``, without jumps of sign from the past on."""
     points, turns = zip(*(forward(m) for m in motions), strict=True)
     inside = slice(PAST, PAST + gap)
-    q = np.stack(turns)[:, inside]
-    q = np.where(q[..., :1] < 0, -q, q)
+    first = np.stack(turns)
+    first = np.where(first[:, :1, :, :1] < 0, -first, first)
+    q = rot.unroll(first, axis=1)[:, inside]
     return np.stack(points)[:, inside], q.reshape(*q.shape[:2], -1)
 
 

@@ -22,7 +22,7 @@ from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES
 from kinetograph.skeleton import Skeleton
 
-REACH = 0.15
+REACH = 0.2
 CONTACT = 0.1
 BODY = (
     *("hips", "chest", "head"),
