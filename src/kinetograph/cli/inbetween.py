@@ -31,7 +31,7 @@ def inbetween(
     mode: Annotated[str, typer.Option(help="search, or paper (Molina-Tanco and Hilton 2000).")] = "search",
     clusters: Annotated[int, typer.Option(help="Clusters of the paper's mode.")] = 15,
     seed: Annotated[int, typer.Option(help="Seed of the paper's clusters.")] = 0,
-    meet: Annotated[float, typer.Option(help="Metres that poses may be apart where recordings change.")] = 0.5,
+    meet: Annotated[float, typer.Option(help="Metres that poses may be apart where recordings change.")] = 0.65,
     rate: Annotated[float, typer.Option(help="Frames a second of the search and of the result.")] = 30.0,
     mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
     footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,

@@ -33,7 +33,7 @@ class SearchSettings:
     edit that meets a key fades.
     """
 
-    meet: float = 0.5
+    meet: float = 0.65
     shortest: float = 0.3
     scale: float = 0.08
     fee: float = 0.5

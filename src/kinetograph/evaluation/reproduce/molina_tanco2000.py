@@ -27,7 +27,7 @@ from kinetograph.learn.reduction import reduce
 from kinetograph.library import Library, samples
 from kinetograph.methods._paper_model import PaperModel, PaperSettings, plan, pose_vectors
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
-from kinetograph.motion import Motion, cut
+from kinetograph.motion import Motion, cut, place
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
 
@@ -96,7 +96,8 @@ def reproduce(folder: Path, data: Path | None = None, report: Report | None = No
     result = model.synthesize(keys)
     numbers = _numbers(model, keys, result, solved)
     say(f"{numbers.clusters_passed} clusters, {numbers.frames} frames, {', '.join(numbers.examples_used)}")
-    figures.draw_alignment(_unaligned(model), _paper(model).coordinates, list(names), folder / "figure2.png")
+    before, after = _two_facings(model)
+    figures.draw_alignment(before, after, list(names), folder / "figure2.png")
     paper = _paper(model)
     figures.draw_space(paper.coordinates, list(names), folder / "figure5.png")
     figures.draw_errors(quantisation_errors(paper), folder / "figure6.png")
@@ -173,11 +174,20 @@ def quantisation_errors(paper: PaperModel) -> dict[int, list[float]]:
     return {k: [kmeans(x, k, rng, restarts=1).error for _ in range(RUNS // len(sizes))] for k in sizes}
 
 
-def _unaligned(model: KeyframeModel) -> list[FloatArray]:
-    """The examples as they were recorded, in two components of their own."""
-    raw = [rot.log(example.motion.rotations).reshape(len(example.motion), -1) for example in model.examples]
-    reduction = reduce(np.concatenate(raw))
-    return [reduction.project(vectors) for vectors in raw]
+def _two_facings(model: KeyframeModel) -> tuple[list[FloatArray], list[FloatArray]]:
+    """The first two examples before and after alignment, each pair in components of its own.
+
+    The second one is turned by a right angle first, as if it had been recorded facing there.
+    """
+    motions = [model.examples[0].motion, place(model.examples[1].motion, np.pi / 2, (0.0, 0.0, 0.0))]
+    before = [rot.log(motion.rotations).reshape(len(motion), -1) for motion in motions]
+    after = [pose_vectors(motion) for motion in motions]
+    return _reduced(before), _reduced(after)
+
+
+def _reduced(vectors: list[FloatArray]) -> list[FloatArray]:
+    reduction = reduce(np.concatenate(vectors))
+    return [reduction.project(v) for v in vectors]
 
 
 def _contact_sheet(result: Synthesis, path: Path) -> None:
