@@ -7,7 +7,7 @@ place asked for, and changes recordings only where poses and velocities meet.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["KeyframeControl", "KeyframeModel", "PaperSettings", "SearchSettings"]
 
-Progress = Callable[[int, int], None]
 MODES = ("search", "paper")
 FAR = 0.15
 """Metres between a key and the nearest recorded frame above which a warning says so."""
@@ -82,7 +81,7 @@ class KeyframeModel:
     examples: tuple[Example, ...]
     learned: PaperModel | SearchModel
 
-    def synthesize(self, keys: Sequence[Key], progress: Progress | None = None) -> Synthesis:
+    def synthesize(self, keys: Sequence[Key]) -> Synthesis:
         """A motion from key to key. Raises RequestError where there is none, with the reason."""
         keys = tuple(keys)
         check_order(keys)
