@@ -88,6 +88,32 @@ def test_alternatives_differ_and_meet_the_keys(clips: kg.Library):
         kg.KeyframeControl(mode="paper").fit(clips).alternatives(keys)
 
 
+def test_a_span_is_held_while_the_rest_is_made_anew(walks: kg.Library, model: KeyframeModel):
+    slow, quick = walks.take("slow").motion(), walks.take("quick").motion()
+    first = model.synthesize([key_at(slow, 0.5), key_at(quick, 4.0, time=(6.0, 6.0))])
+    keys = [key_at(quick, 1.0), key_at(slow, 3.2, time=(7.0, 7.0), label="new end")]
+    result = model.synthesize_around(first, (2.0, 4.0), keys)
+    assert result.motion.duration == pytest.approx(7.0)
+    held = slice(60, 121)
+    assert (result.motion.translation[held] == first.motion.translation[held]).all()
+    assert (result.motion.rotations[held] == first.motion.rotations[held]).all()
+    assert key_miss(result, keys[1], 210) < 1e-3
+    for before, after in zip(result.pieces[:-1], result.pieces[1:], strict=True):
+        assert after.start == pytest.approx(before.stop)
+    assert result.pieces[0].start == 0
+    assert result.pieces[-1].stop == pytest.approx(7.0)
+    steps = np.linalg.norm(np.diff(result.motion.translation, axis=0), axis=1)
+    assert steps.max() < 1.5 * max(np.linalg.norm(np.diff(m.translation, axis=0), axis=1).max() for m in (slow, quick))
+    only_after = model.synthesize_around(first, (0.0, 4.0), keys[1:])
+    assert only_after.motion.duration == pytest.approx(7.0)
+    with pytest.raises(RequestError, match=r"lies between 0 and 6\.00 s, found 5 to 9 s"):
+        model.synthesize_around(first, (5.0, 9.0), keys)
+    with pytest.raises(RequestError, match="late: its time is within the span"):
+        model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, time=(3.0, 3.0), label="late")])
+    with pytest.raises(RequestError, match="free: around a span that is held every key has a time"):
+        model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, label="free")])
+
+
 def test_the_least_duration_is_known_and_told(clips: kg.Library):
     with pytest.raises(RequestError, match=r"from lying to running takes 1\.\d+ s at least .* 1\.00 s are given"):
         kg.KeyframeControl().fit(clips).synthesize(lying_and_running(clips, 1.0))

@@ -50,6 +50,7 @@ def realize_walk(
             "pieces": len(pieces),
             "examples": len(set(examples)),
             "untouched": float((edited < UNTOUCHED).mean()),
+            "untouched below": UNTOUCHED,
             "mean edit": float(edited.mean()),
         },
         warnings=notes,

@@ -16,6 +16,7 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key, check_order
 from kinetograph.methods._examples import Example, collect_examples
+from kinetograph.methods._hold import solve_around
 from kinetograph.methods._paper_model import PaperModel, PaperSettings, fit_paper, plan
 from kinetograph.methods._paper_motion import realize_paper
 from kinetograph.methods._search_model import SearchModel, SearchSettings, check_feasible, fit_search, goals_of, solve
@@ -101,6 +102,13 @@ class KeyframeModel:
         if isinstance(self.learned, PaperModel):
             raise RequestError("the paper's mode has one answer; alternatives are of mode search")
         return self._search(self.learned, keys, count)
+
+    def synthesize_around(self, kept: Synthesis, span: tuple[float, float], keys: Sequence[Key]) -> Synthesis:
+        """A result held from second to second, and the rest made anew through keys, every one with a time.
+
+        Raises RequestError as `synthesize`, and for a span outside the result or keys within it.
+        """
+        return solve_around(kept, span, tuple(keys), self.synthesize)
 
     def _search(self, learned: SearchModel, keys: tuple[Key, ...], count: int) -> tuple[Synthesis, ...]:
         goals, nearest = goals_of(learned, keys)
