@@ -21,7 +21,7 @@ _LAYERS = (
     {"pipeline"},
     {"methods", "post"},
     {"segmentation", "library", "formats"},
-    {"take", "signal", "synthesis"},
+    {"take", "signal", "synthesis", "keys"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations"},
     {"errors", "arrays"},
@@ -29,7 +29,10 @@ _LAYERS = (
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
-_BODIES = {"motion", "skeleton", "character", "kinematics", "roles", "mirroring", "take", "signal", "synthesis"}
+_BODIES = {
+    *("motion", "skeleton", "character", "kinematics", "roles", "mirroring"),
+    *("take", "signal", "synthesis", "keys"),
+}
 _HEAVY = ("numba", "matplotlib", "scipy")
 
 
