@@ -148,9 +148,18 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "warnings": synthesis.warnings,
         "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
         "contacts": [asdict(mark) for mark in synthesis.annotations],
+        "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:
         draft.write_text(json.dumps(content, indent=1))
+
+
+def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
+    """Where every frame came from and, where the method tells, how many metres it was edited by."""
+    rows: list[dict[str, Any]] = [{"take": take, "second": second} for take, second in synthesis.provenance()]
+    for row, edited in zip(rows, synthesis.edited, strict=False):
+        row["edited"] = float(edited)
+    return rows
 
 
 def _weights(given: list[str] | None) -> dict[str, float]:

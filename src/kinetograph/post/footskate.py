@@ -7,6 +7,7 @@ is chosen to make the mean correction zero. In swing the correction passes smoot
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -69,18 +70,33 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     return offset
 
 
-def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
-    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
+def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = True) -> Motion:
+    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn.
+
+    gently: straighten legs as `within_reach` does, else as far as `reach` can.
+    """
+    joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot")]
+    hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
+    positions, _ = forward(motion)
+    hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
+    if gently:
+        hip, knee, ankle = (positions[:, joint] for joint in joints)
+        offset = np.where(offset == 0.0, 0.0, within_reach(hip, knee, ankle, ankle + offset) - ankle)
+    return move_limb(motion, joints, offset, hinge)
+
+
+def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: FloatArray | None = None) -> Motion:
+    """Move the end of a limb, the last of three joints, by ``offset``, shape ``(F, 3)`` metres, as far as it reaches.
+
+    The end keeps its world turn. hinge: see `reach`.
+    """
     changed = np.linalg.norm(offset, axis=1) > 1e-7
     if not changed.any():
         return motion
-    hip, knee, ankle = (motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot"))
+    hip, knee, ankle = joints
     positions, turns = forward(motion)
     leg = (positions[:, hip], positions[:, knee], positions[:, ankle])
-    target = within_reach(*leg, positions[:, ankle] + offset)
-    hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
-    hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
-    upper, lower = reach(*leg, target, hinge)
+    upper, lower = reach(*leg, positions[:, ankle] + offset, hinge)
     parents = motion.skeleton.parents
     hip_turn, knee_turn = rot.multiply(upper, turns[:, hip]), rot.multiply(lower, turns[:, knee])
     above = turns[:, parents[hip]]
