@@ -118,11 +118,11 @@ class LiveSensor:
             motion,
             pieces_of(examples, [example for _, example, _ in self._done]),
             cost,
-            {"readings": cost},
-            contacts,
-            self._statistics(),
-            warnings_of(self._statistics(), examples.names, self._heard, model.method.rate),
-            np.array([pose.uncertainty for pose in poses]),
+            costs={"readings": cost},
+            annotations=contacts,
+            statistics=self._statistics(),
+            warnings=warnings_of(self._statistics(), examples.names, self._heard, model.method.rate),
+            uncertainty=np.array([pose.uncertainty for pose in poses]),
         )
 
     def _statistics(self) -> dict[str, float]:
