@@ -114,7 +114,7 @@ def test_components_refuse_nonsense():
     with pytest.raises(DataError, match=r"share of variance below 1 or 1 to 2 components, found 0"):
         fit_pca(np.ones((3, 2)), 0)
     with pytest.raises(DataError, match="components need rows"):
-        fit_pca(np.ones(3))
+        fit_pca(np.ones(3), 0.9)
 
 
 @given(seeds, st.integers(1, 6))
