@@ -149,11 +149,15 @@ def inbetween(
     library: Library,
     method: KeyframeControl | None = None,
     *,
+    count: int = 1,
     exclude: tuple[str, ...] = (),
     track: str | None = None,
     seed: int = 0,
-) -> Synthesis:
-    """A motion through keys, made of a library's recordings. seed: of the paper's clusters. Raises RequestError."""
+) -> tuple[Synthesis, ...]:
+    """Motions through keys, made of a library's recordings: the best, and up to ``count`` - 1 that differ from it.
+
+    seed: of the paper's clusters. Raises RequestError.
+    """
     method = method or KeyframeControl()
     model = method.fit(library, exclude=exclude, track=track, rng=np.random.default_rng(seed))
-    return model.synthesize(keys)
+    return model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)

@@ -35,6 +35,7 @@ def inbetween(
     rate: Annotated[float, typer.Option(help="Frames a second of the search and of the result.")] = 30.0,
     mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
     footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,
+    alternatives: Annotated[int, typer.Option(help="How many different motions to write: out.bvh, out_2.bvh, ...")] = 1,
     exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
     track: Annotated[str | None, typer.Option(help="The library's track to use, where takes have several.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw, .png.")] = None,
@@ -55,8 +56,8 @@ def inbetween(
     from kinetograph.pipeline import open_library
     from kinetograph.post.assemble import PostSettings
 
-    written = [*output, *(p for p in (picture, report) if p)]
-    refuse_existing(written, force)
+    named = [*output, *(p for p in (picture, report) if p)]
+    refuse_existing([_numbered(path, i) for path in named for i in range(1, alternatives + 1)], force)
     takes = open_library(library)
     wanted = _keys(keys, first, last, seconds, takes, ReadOptions(units, up))
     method = KeyframeControl(
@@ -67,16 +68,24 @@ def inbetween(
         paper=PaperSettings(clusters=clusters),
         post=PostSettings(footskate=footskate),
     )
-    synthesis = run(wanted, takes, method, exclude=tuple(exclude or ()), track=track, seed=seed)
-    for text in synthesis.warnings:
+    made = run(wanted, takes, method, count=alternatives, exclude=tuple(exclude or ()), track=track, seed=seed)
+    for text in made[0].warnings:
         note(text)
-    for path in output:
-        save(synthesis.motion, path, force=force)
-    if picture:
-        draw(synthesis, picture, None, "in between")
-    if report:
-        write_report(synthesis, report, force)
-    result({"wrote": [str(p) for p in written], **_summary(synthesis)}, as_json)
+    for number, synthesis in enumerate(made, start=1):
+        for path in output:
+            save(synthesis.motion, _numbered(path, number), force=force)
+        if picture:
+            draw(synthesis, _numbered(picture, number), None, "in between")
+        if report:
+            write_report(synthesis, _numbered(report, number), force)
+    written = [str(_numbered(path, number)) for number in range(1, len(made) + 1) for path in named]
+    others = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
+    result({"wrote": written, **_summary(made[0]), **others}, as_json)
+
+
+def _numbered(path: Path, number: int) -> Path:
+    """The file of one of several motions: the first has the name that was given."""
+    return path if number == 1 else path.with_stem(f"{path.stem}_{number}")
 
 
 def _keys(
