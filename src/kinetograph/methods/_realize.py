@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 def realize(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> Synthesis:
     """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``."""
-    from kinetograph.methods.performance import too_fast
-
     method = model.method
     rate = method.fine_rate or method.rate
     duration = (len(points) - 1) / fps
@@ -32,11 +30,11 @@ def realize(model: PerformanceModel, points: FloatArray, fps: float, path: Segme
     parts = []
     for piece, segment in zip(pieces, segments, strict=True):
         source = model.sources[segment.source]
-        parts.append(Part(piece, source.motion, source.contacts))
+        parts.append(Part(piece, source.motion, source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
     motion, contacts = assemble(parts, out_fps, frames, method.post)
-    warning = too_fast(model, points, fps)
+    warning = method.control.warning(points, fps, model.speed_range()[1])
     return Synthesis(
         motion,
         tuple(pieces),

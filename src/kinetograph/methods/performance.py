@@ -18,8 +18,8 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
-from kinetograph.methods._ground_path import hips_on_ground, path_on_ground, path_speeds
 from kinetograph.methods._instances import Instances, Source, interpolate
+from kinetograph.methods.controls import ControlReading, GroundPath
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.signal import Signal
@@ -42,11 +42,12 @@ class PerformanceControl:
     continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
     stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
     constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"rigid"`` or
-    ``"fixed"``. hip_distance: metres that the two control points are set apart, which weighs facing against position.
-    targets: weights of the roles whose positions are compared across seams. beam: width of the beam search, or None
-    for the exact one. cluster: metres; segments closer than this to one another are represented by one of them, or
-    None. mirror: also use every recording mirrored. longest: seconds of the longest segment used. post: what happens
-    to the chosen segments afterwards.
+    ``"fixed"``. control: how control points are read: `GroundPath` for walks, `PointsByRole` for partners. span:
+    cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the roles
+    whose positions are compared across seams. beam: width of the beam search, or None for the exact one. cluster:
+    metres; segments closer than this to one another are represented by one of them, or None. mirror: also use every
+    recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen segments
+    afterwards.
     """
 
     continuity: float = 0.2
@@ -54,7 +55,8 @@ class PerformanceControl:
     rate: float = 10.0
     fine_rate: float | None = 30.0
     alignment: str = "ground"
-    hip_distance: float = 0.3
+    control: ControlReading = field(default_factory=GroundPath)
+    span: int = 1
     targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
     beam: float | None = None
     cluster: float | None = None
@@ -65,10 +67,12 @@ class PerformanceControl:
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("stretch", "rate", "hip_distance", "longest"):
+        for name in ("stretch", "rate", "longest"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0) or (name != "stretch" and value == 0):
                 raise RequestError(f"{name} must be a positive number, found {value}")
+        if self.span < 1:
+            raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
 
     def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> PerformanceModel:
@@ -115,10 +119,17 @@ class PerformanceModel:
         return self.instances.heads[segments], self.instances.tails[segments]
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
-        """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
-        if isinstance(control, Motion):
-            return hips_on_ground(control, self.method.hip_distance)
-        return path_on_ground(control, self.method.hip_distance)
+        """The control points of a control, shape ``(F, P, 3)``, at its own rate.
+
+        Raises RequestError for a signal with samples missing.
+        """
+        if isinstance(control, Signal) and not control.valid.all():
+            frame = int(np.flatnonzero(~control.valid.all(axis=1))[0])
+            raise RequestError(
+                f"the control misses {int((~control.valid).sum())} samples, the first at {frame / control.fps:.2f} s; "
+                "fill them in first"
+            )
+        return self.method.control.points(control)
 
     def at_search_rate(self, points: FloatArray, fps: float) -> FloatArray:
         """Control points ``(F, P, 3)`` at ``fps``, resampled to the rate of the search: ``(T + 1, P, 3)``."""
@@ -187,7 +198,7 @@ class PerformanceModel:
         """Weights ``(samples, P)`` of the trapezium rule in seconds: neighbours share the sample on their border."""
         w = np.full(samples, 1.0 / (rate or self.method.rate))
         w[[0, -1]] *= 0.5
-        return np.repeat(w[:, None], self.sources[0].control.shape[1], axis=1)
+        return np.outer(w, self.method.control.weights())
 
     def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
         width = padded_width(3 * len(self.basis))
@@ -210,17 +221,3 @@ def only_track(take: Take) -> Signal | Motion:
     if len(take.tracks) != 1:
         raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
     return next(iter(take.tracks.values()))
-
-
-def too_fast(model: PerformanceModel, control: FloatArray, fps: float) -> str | None:
-    """A warning where a path asks for more speed, over a segment's length, than the library has."""
-    window = max(round(0.5 * fps), 1)
-    speeds = path_speeds(control, fps)
-    asked = float(np.convolve(speeds, np.ones(window) / window, mode="valid").max()) if len(speeds) >= window else 0.0
-    fastest = model.speed_range()[1]
-    if asked <= fastest * 1.05:
-        return None
-    return (
-        f"the path asks for {asked:.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
-        f"it is performed as well as it can be; slow the path down by {asked / fastest:.1f} or add faster recordings"
-    )

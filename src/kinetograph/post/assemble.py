@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph.motion import Motion
 from kinetograph.post.blend import Clip, join
-from kinetograph.post.contacts import carry
+from kinetograph.post.contacts import carry, contacts_of
 from kinetograph.post.footskate import clean_feet
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
@@ -31,17 +31,17 @@ class PostSettings:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A piece, the recording it is taken from and that recording's contacts, in the recording's seconds."""
+    """A piece, the recording it is taken from and that recording's annotations, in the recording's seconds."""
 
     piece: Piece
     motion: Motion
-    contacts: tuple[Annotation, ...]
+    marks: tuple[Annotation, ...]
 
 
 def assemble(
     parts: list[Part], fps: float, frames: int, settings: PostSettings
 ) -> tuple[Motion, tuple[Annotation, ...]]:
-    """The motion of ``frames`` frames at ``fps`` and the contacts carried over to it."""
+    """The motion of ``frames`` frames at ``fps`` and the annotations carried over to it."""
     clips = [
         Clip(
             part.motion,
@@ -55,7 +55,7 @@ def assemble(
         for part in parts
     ]
     motion = join(clips, fps, frames, settings.blend, settings.blend_duration)
-    contacts = carry((part.piece, part.contacts) for part in parts)
+    marks = carry((part.piece, part.marks) for part in parts)
     if settings.footskate:
-        motion = clean_feet(motion, contacts, ease=settings.ease)
-    return motion, contacts
+        motion = clean_feet(motion, contacts_of(marks), ease=settings.ease)
+    return motion, marks
