@@ -11,9 +11,10 @@ from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.learn.alignment import align
 from kinetograph.learn.linkage import complete_linkage, representatives
+from kinetograph.methods._handholds import grips
 from kinetograph.methods._instances import Segment, Source, build_instances, cut_segments, interpolate
-from kinetograph.motion import Motion, repeat
-from kinetograph.segmentation import detect_contacts, footplant_cuts
+from kinetograph.motion import Motion, repeat, resample
+from kinetograph.segmentation import detect_contacts, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton, opposite, same_shape
 from kinetograph.take import Annotation, Take, Track
@@ -71,7 +72,10 @@ def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tu
     cut_here = not cuts
     if cut_here:
         cuts = footplant_cuts(long, contacts)
-    marks = (*contacts, *take.annotated(name, "handhold"), *take.annotated(name, "move"))
+    holds = take.annotated(name, "handhold")
+    if not holds and isinstance(partner, Motion):
+        holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
+    marks = (*contacts, *holds, *take.annotated(name, "move"))
     found = [_source(method, take.name, name, False, long, partner, marks, cuts, period)]
     if method.mirror:
         from kinetograph.mirroring import mirror
@@ -113,8 +117,8 @@ def _source(
     if partner is not None:
         control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))
-    body = partner if isinstance(partner, Motion) else None
-    return Source(take, track, mirrored, motion, control, target, marks, cuts, period, body)
+    held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
+    return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
 
 
 def _on_one_skeleton(sources: list[Source]) -> list[Source]:

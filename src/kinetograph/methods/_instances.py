@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,7 @@ class Source:
 
     control ``(F, P, 3)`` and target ``(F, Q, 3)``: its point clouds in metres, one frame a frame of the motion.
     marks: annotations that are carried to a result: contacts, handholds, moves. period: seconds of one cycle of a
-    looping clip, else 0. partner: the one whose motion was the control, where there is one.
+    looping clip, else 0. grips: by a handhold's label, where the own hand is in the frame of the partner's, ``(F, 3)``.
     """
 
     take: str
@@ -31,7 +31,7 @@ class Source:
     marks: tuple[Annotation, ...]
     cuts: tuple[float, ...]
     period: float = 0.0
-    partner: Motion | None = None
+    grips: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

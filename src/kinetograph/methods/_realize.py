@@ -10,16 +10,24 @@ from kinetograph.arrays import FloatArray
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.retiming import Span, retime
 from kinetograph.learn.segmental import SegmentalPath, padded_width
+from kinetograph.methods._handholds import carried_holds
 from kinetograph.methods._instances import Segment, interpolate
+from kinetograph.motion import Motion
 from kinetograph.post.assemble import Part, assemble
+from kinetograph.post.constraints import hold_hands, hold_residuals
 from kinetograph.synthesis import Piece, Synthesis
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
 
 
-def realize(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> Synthesis:
-    """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``."""
+def realize(
+    model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath, partner: Motion | None = None
+) -> Synthesis:
+    """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``.
+
+    partner: the control where it is a character, whose hands are held.
+    """
     method = model.method
     rate = method.fine_rate or method.rate
     duration = (len(points) - 1) / fps
@@ -33,17 +41,30 @@ def realize(model: PerformanceModel, points: FloatArray, fps: float, path: Segme
         parts.append(Part(piece, source.motion, source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    motion, contacts = assemble(parts, out_fps, frames, method.post)
+    motion, marks = assemble(parts, out_fps, frames, method.post)
+    statistics: dict[str, float] = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    if partner is not None and method.post.handholds:
+        taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
+        holds = carried_holds(taken, marks, partner, frames, out_fps)
+        motion = hold_hands(motion, holds, method.post.handholds)
+        statistics |= _hold_statistics(hold_residuals(motion, holds))
     warning = method.control.warning(points, fps, model.speed_range()[1])
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
-        annotations=contacts,
-        statistics={"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)},
+        annotations=marks,
+        statistics=statistics,
         warnings=(warning,) if warning else (),
     )
+
+
+def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
+    if len(residuals) == 0:
+        return {}
+    median, most = (float(np.quantile(residuals, q)) for q in (0.5, 0.95))
+    return {"handhold_residual_median": median, "handhold_residual_p95": most}
 
 
 def _coarse_borders(path: SegmentalPath) -> FloatArray:

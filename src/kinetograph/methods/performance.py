@@ -155,7 +155,7 @@ class PerformanceModel:
         track = only_track(control) if isinstance(control, Take) else control
         points = self.control_points(track)
         path = self.interpret(self.at_search_rate(points, track.fps), progress)
-        return realize(self, points, track.fps, path)
+        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""

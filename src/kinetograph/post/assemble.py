@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from kinetograph.motion import Motion
 from kinetograph.post.blend import Clip, join
+from kinetograph.post.constraints import HoldSettings
 from kinetograph.post.contacts import carry, contacts_of
 from kinetograph.post.footskate import clean_feet
 from kinetograph.synthesis import Piece
@@ -20,13 +21,14 @@ class PostSettings:
 
     blend: ``"inertialised"``, ``"linear"`` (the thesis) or ``"none"``. blend_duration: seconds a seam is felt on
     either side. footskate: whether planted feet are held by inverse kinematics. ease: seconds over which a foot's
-    correction comes and goes.
+    correction comes and goes. handholds: how hands are brought to those of the partner, or None to leave them.
     """
 
     blend: str = "inertialised"
     blend_duration: float = 0.4
     footskate: bool = True
     ease: float = 0.2
+    handholds: HoldSettings | None = field(default_factory=HoldSettings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +43,7 @@ class Part:
 def assemble(
     parts: list[Part], fps: float, frames: int, settings: PostSettings
 ) -> tuple[Motion, tuple[Annotation, ...]]:
-    """The motion of ``frames`` frames at ``fps`` and the annotations carried over to it."""
+    """The motion of ``frames`` frames at ``fps`` with its feet held, and the annotations carried over to it."""
     clips = [
         Clip(
             part.motion,

@@ -7,15 +7,11 @@ is chosen to make the mean correction zero. In swing the correction passes smoot
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.post.inverse_kinematics import reach
+from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
@@ -31,7 +27,7 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
     comes back as it was.
     """
     for side in SIDES:
-        if all(f"{side}_{part}" in motion.skeleton.roles for part in ("hip", "knee", "foot")):
+        if has_limb(motion, side, LEG):
             offset = foot_correction(motion, contacts, side, ease)
             motion = move_foot(motion, side, offset)
     return motion
@@ -69,38 +65,7 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
 
 def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
     """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
-    changed = np.linalg.norm(offset, axis=1) > 1e-7
-    if not changed.any():
-        return motion
-    hip, knee, ankle = (motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot"))
-    positions, turns = forward(motion)
-    target = positions[:, ankle] + offset
-    upper, lower = reach(positions[:, hip], positions[:, knee], positions[:, ankle], target)
-    parents = motion.skeleton.parents
-    hip_turn, knee_turn = rot.multiply(upper, turns[:, hip]), rot.multiply(lower, turns[:, knee])
-    above = turns[:, parents[hip]]
-    between_hip_and_knee = _between(motion, hip, knee)
-    between_knee_and_ankle = _between(motion, knee, ankle)
-    rotations = motion.rotations.copy()
-    rotations[changed, hip] = rot.multiply(rot.conjugate(above), hip_turn)[changed]
-    local_knee = rot.multiply(rot.conjugate(rot.multiply(hip_turn, between_hip_and_knee)), knee_turn)
-    rotations[changed, knee] = local_knee[changed]
-    local_ankle = rot.multiply(rot.conjugate(rot.multiply(knee_turn, between_knee_and_ankle)), turns[:, ankle])
-    rotations[changed, ankle] = local_ankle[changed]
-    return replace(motion, rotations=rot.normalize(rotations))
-
-
-def _between(motion: Motion, above: int, below: int) -> FloatArray:
-    """Turn, ``(F, 4)``, of the parent of ``below`` in the frame of ``above``: twist bones may lie between them."""
-    chain = []
-    joint = int(motion.skeleton.parents[below])
-    while joint != above:
-        chain.append(joint)
-        joint = int(motion.skeleton.parents[joint])
-    turn = rot.identity(len(motion))
-    for joint in reversed(chain):
-        turn = rot.multiply(turn, motion.rotations[:, joint])
-    return turn
+    return move_limb(motion, side, LEG, offset)
 
 
 def _points(motion: Motion, roles: list[str]) -> FloatArray:
