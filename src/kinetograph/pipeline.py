@@ -45,6 +45,23 @@ def open_library(path: str | Path) -> Library:
     return Library.open(folder)
 
 
+def has_partners(library: Library, target: str | None) -> bool:
+    """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
+
+    Raises RequestError where no take has the target.
+    """
+    from kinetograph.library.store import contents
+
+    tracks = [(track.take, track.name) for track in contents(library)]
+    if target is None:
+        return False
+    with_target = {take for take, name in tracks if name == target}
+    if tracks and not with_target:
+        found = ", ".join(sorted({name for _, name in tracks}))
+        raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {found}")
+    return any(name != target for take, name in tracks if take in with_target)
+
+
 def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
     """The motion files named, and those directly inside the folders named, by name. Raises RequestError for none."""
     found: list[Path] = []

@@ -13,8 +13,9 @@ from kinetograph.learn.segmental import SegmentalPath, padded_width
 from kinetograph.methods._handholds import carried_holds
 from kinetograph.methods._instances import Segment, interpolate
 from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, assemble
-from kinetograph.post.constraints import hold_hands, hold_residuals
+from kinetograph.post.assemble import Part, assemble, constrain
+from kinetograph.post.constraints import Hold, hold_residuals
+from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
 
 if TYPE_CHECKING:
@@ -41,13 +42,13 @@ def realize(
         parts.append(Part(piece, source.motion, source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    motion, marks = assemble(parts, out_fps, frames, method.post)
-    statistics: dict[str, float] = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    marks = carry((part.piece, part.marks) for part in parts)
+    holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
         holds = carried_holds(taken, marks, partner, frames, out_fps)
-        motion = hold_hands(motion, holds, method.post.handholds)
-        statistics |= _hold_statistics(hold_residuals(motion, holds))
+    motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
+    statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
     warning = method.control.warning(points, fps, model.speed_range()[1])
     return Synthesis(
         motion,
@@ -55,7 +56,7 @@ def realize(
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=marks,
-        statistics=statistics,
+        statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
         warnings=(warning,) if warning else (),
     )
 

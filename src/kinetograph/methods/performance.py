@@ -19,7 +19,7 @@ from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
 from kinetograph.methods._instances import Instances, Source, interpolate
-from kinetograph.methods.controls import ControlReading, GroundPath
+from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.signal import Signal
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
+)
+BODY: Mapping[str, float] = MappingProxyType(
+    {"hips": 4.0, "chest": 4.0, "left_toe": 0.5, "right_toe": 0.5, "left_hand": 0.5, "right_hand": 0.5}
 )
 
 
@@ -214,6 +217,18 @@ class PerformanceModel:
             speeds.append(length * self.method.rate / steps)
         together = np.concatenate(speeds)
         return float(together.min()), float(together.max())
+
+
+def partner_control() -> PerformanceControl:
+    """The configuration for partner dance, as it was found on held-out dances: two-beat segments that overlap."""
+    return PerformanceControl(
+        continuity=0.1,
+        stretch=0.15,
+        rate=7.5,
+        control=PointsByRole(velocity=0.2),
+        span=2,
+        targets=BODY,
+    )
 
 
 def only_track(take: Take) -> Signal | Motion:

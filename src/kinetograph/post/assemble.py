@@ -8,8 +8,8 @@ import numpy as np
 
 from kinetograph.motion import Motion
 from kinetograph.post.blend import Clip, join
-from kinetograph.post.constraints import HoldSettings
-from kinetograph.post.contacts import carry, contacts_of
+from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
+from kinetograph.post.contacts import contacts_of
 from kinetograph.post.footskate import clean_feet
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
@@ -40,10 +40,8 @@ class Part:
     marks: tuple[Annotation, ...]
 
 
-def assemble(
-    parts: list[Part], fps: float, frames: int, settings: PostSettings
-) -> tuple[Motion, tuple[Annotation, ...]]:
-    """The motion of ``frames`` frames at ``fps`` with its feet held, and the annotations carried over to it."""
+def assemble(parts: list[Part], fps: float, frames: int, settings: PostSettings) -> Motion:
+    """The pieces placed and joined: a motion of ``frames`` frames at ``fps``."""
     clips = [
         Clip(
             part.motion,
@@ -56,8 +54,16 @@ def assemble(
         )
         for part in parts
     ]
-    motion = join(clips, fps, frames, settings.blend, settings.blend_duration)
-    marks = carry((part.piece, part.marks) for part in parts)
+    return join(clips, fps, frames, settings.blend, settings.blend_duration)
+
+
+def constrain(motion: Motion, marks: tuple[Annotation, ...], holds: tuple[Hold, ...], settings: PostSettings) -> Motion:
+    """The motion with what its annotations demand: the body goes where its hands are held, the feet stand, the hands
+    hold."""
+    if settings.handholds:
+        motion = follow_hands(motion, holds, settings.handholds)
     if settings.footskate:
         motion = clean_feet(motion, contacts_of(marks), ease=settings.ease)
-    return motion, marks
+    if settings.handholds:
+        motion = hold_hands(motion, holds, settings.handholds)
+    return motion

@@ -7,9 +7,10 @@ partner, a hand that falls short looks better than an arm torn out of its postur
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
@@ -32,10 +33,15 @@ class Hold:
 
 @dataclass(frozen=True)
 class HoldSettings:
-    """ease: seconds over which a hold comes and goes. furthest: metres that a hand may be moved."""
+    """ease: seconds over which a hold comes and goes. furthest: metres that a hand may be moved. share: how much of
+    what the hands miss the whole body makes up for on the ground, before the arms do the rest, from 0 to 1; calm:
+    seconds over which it does.
+    """
 
     ease: float = 0.25
     furthest: float = 0.5
+    share: float = 0.7
+    calm: float = 0.4
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.ease) and self.ease >= 0 and self.furthest >= 0):
@@ -55,15 +61,37 @@ def hold_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | N
     return motion
 
 
+def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | None = None) -> Motion:
+    """The motion with its body moved on the ground towards where its hands are to be, slowly and by a share of it.
+
+    Feet slide with the body: clean them afterwards.
+    """
+    settings = settings or HoldSettings()
+    if not holds or settings.share == 0:
+        return motion
+    hands = role_positions(motion, [hold.hand for hold in holds])
+    weights = np.stack([ease_weights(hold.held, settings.ease * motion.fps) for hold in holds], axis=1)
+    missed = np.stack([hold.target for hold in holds], axis=1) - hands
+    width = max(settings.calm * motion.fps, 1e-9)
+    total = gaussian_filter1d(weights.sum(axis=1), width, mode="nearest")
+    wanted = gaussian_filter1d(np.einsum("fh,fhi->fi", weights, missed), width, axis=0, mode="nearest")
+    shift = settings.share * wanted / np.maximum(total, 1.0)[:, None] * np.array([1.0, 0.0, 1.0])
+    return replace(motion, translation=motion.translation + _limited(shift, settings.furthest))
+
+
 def hand_correction(motion: Motion, holds: Sequence[Hold], settings: HoldSettings) -> FloatArray:
     """How far one hand is to be moved, shape ``(F, 3)`` metres, to meet its holds within the limits."""
     hand = role_positions(motion, (holds[0].hand,))[:, 0]
     weights = np.stack([ease_weights(hold.held, settings.ease * motion.fps) for hold in holds])
     total = weights.sum(axis=0)
     wanted = sum(w[:, None] * (hold.target - hand) for w, hold in zip(weights, holds, strict=True))
-    offset = wanted / np.maximum(total, 1.0)[:, None]
+    return _limited(wanted / np.maximum(total, 1.0)[:, None], settings.furthest)
+
+
+def _limited(offset: FloatArray, furthest: float) -> FloatArray:
+    """Offsets ``(F, 3)`` no longer than ``furthest``."""
     length = np.linalg.norm(offset, axis=1)
-    return np.asarray(offset * np.minimum(1.0, settings.furthest / np.maximum(length, 1e-12))[:, None])
+    return np.asarray(offset * np.minimum(1.0, furthest / np.maximum(length, 1e-12))[:, None])
 
 
 def ease_weights(held: BoolArray, ease: float) -> FloatArray:
