@@ -14,14 +14,22 @@ from kinetograph.library import Library
 from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods.performance import PerformanceControl, only_track
 from kinetograph.motion import Motion
-from kinetograph.segmentation import cuts_at_labels, cuts_by_length, detect_contacts, footplant_cuts
+from kinetograph.segmentation import (
+    cuts_at_labels,
+    cuts_by_length,
+    detect_beats,
+    detect_contacts,
+    detect_handholds,
+    footplant_cuts,
+    subdivide,
+)
 from kinetograph.signal import Signal
 from kinetograph.skeleton import with_roles
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
 
 Progress = Callable[[int, int], None]
-CUT_BY = ("footplants", "labels", "fixed")
+CUT_BY = ("footplants", "beats", "labels", "fixed")
 
 
 @dataclass(frozen=True)
@@ -85,28 +93,48 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
     return Take(path.stem, tracks, loaded.take.annotations), loaded.notes
 
 
-def segment_take(take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut") -> tuple[Annotation, ...]:
-    """Cuts, and for footplants the contacts too, of one motion, as annotations.
+def segment_take(
+    take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut", parts: int = 1
+) -> tuple[Annotation, ...]:
+    """Cuts and contacts of one motion, and the handholds with the take's other motion, as annotations.
 
-    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``.
+    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``; parts: cuts
+    a beat, for ``"beats"``, which are those of all the take's motions together.
     """
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
     if by == "footplants":
         cuts = footplant_cuts(motion, contacts)
+    elif by == "beats":
+        cuts = subdivide(detect_beats([t for t in take.tracks.values() if isinstance(t, Motion)]), parts)
     elif by == "fixed":
         cuts = cuts_by_length(take, track, length)
     elif by == "labels":
         cuts = cuts_at_labels(take, track, label)
     else:
         raise RequestError(f"cut by one of {', '.join(CUT_BY)}, found {by!r}")
-    return (*contacts, *(Annotation(track, "cut", by, time, time) for time in cuts))
+    return (*contacts, *_handholds(take, track), *(Annotation(track, "cut", by, time, time) for time in cuts))
+
+
+def _handholds(take: Take, track: str) -> tuple[Annotation, ...]:
+    """The handholds of one motion of a take that has two; none where there are more, or fewer."""
+    others = [t for name, t in take.tracks.items() if isinstance(t, Motion) and name != track]
+    own = take.motion(track)
+    if len(others) != 1 or len(others[0]) != len(own) or others[0].fps != own.fps:
+        return ()
+    return detect_handholds(own, others[0], track=track)
 
 
 def segment_library(
-    library: Library, by: str, *, length: float = 0.5, label: str = "cut", progress: Progress | None = None
+    library: Library,
+    by: str,
+    *,
+    length: float = 0.5,
+    label: str = "cut",
+    parts: int = 1,
+    progress: Progress | None = None,
 ) -> dict[str, int]:
-    """Cut every motion of a library and store cuts and contacts as annotations; number of cuts by take.
+    """Cut every motion of a library and store cuts, contacts and handholds as annotations; number of cuts by take.
 
     Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
     cycles.
@@ -119,8 +147,8 @@ def segment_library(
         for track, value in take.tracks.items():
             if not isinstance(value, Motion) or (by == "footplants" and take.annotated(track, "loop")):
                 continue
-            notes = segment_take(take, track, by, length=length, label=label)
-            for kind in ("contact", "cut"):
+            notes = segment_take(take, track, by, length=length, label=label, parts=parts)
+            for kind in ("contact", "handhold", "cut"):
                 library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
             counts[name] += sum(n.kind == "cut" for n in notes)
         if progress:
