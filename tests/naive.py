@@ -18,7 +18,7 @@ from kinetograph.learn.segmental import Arrivals
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A control of T steps: ``arrivals[t - 1]`` belongs to step t, ``partial[e]`` to the segments left after e steps."""
+    """A control of T steps: ``arrivals[t - 1]`` belongs to step t, ``partial[e]`` to segments left after e steps."""
 
     durations: IntArray
     continuity: float

@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from walkers import stick_figure, walk
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
@@ -18,6 +17,7 @@ from kinetograph.kinematics import (
 )
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
+from walkers import stick_figure, walk
 
 _ARM = Skeleton(
     ("shoulder", "elbow", "wrist"),

@@ -75,7 +75,8 @@ def _id(path: Path) -> str:
 
 
 def test_the_reader_of_imports_sees_every_kind() -> None:
-    text = "from kinetograph import rotations as rot\nimport kinetograph.motion\ndef f():\n    from kinetograph.post.blend import join\n"
+    lines = ("from kinetograph import rotations as rot", "import kinetograph.motion", "def f():")
+    text = "\n".join([*lines, "    from kinetograph.post.blend import join"])
     assert _names(ast.parse(text)) == {"rotations", "motion", "post"}
 
 

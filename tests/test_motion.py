@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from walkers import slide, stick_figure, walk
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -27,7 +26,9 @@ from kinetograph.motion import (
     transform,
 )
 from kinetograph.skeleton import Skeleton
+from walkers import slide, stick_figure, walk
 
+_UP = np.array([0.0, 1.0, 0.0])
 _BONES = Skeleton(("root", "tip"), np.array([-1, 0]), np.array([[0, 0, 0], [0, 1, 0]]))
 
 
@@ -40,7 +41,7 @@ def _steady_at(times: FloatArray, fps: float) -> Motion:
     rotations = np.stack([rot.about("y", 1.5 * times), rot.exp(np.outer(times, [0.4, -0.3, 2.0]))], axis=1)
     bones = np.zeros((len(times), 2, 3))
     bones[:, 1, 1] = 1 + 0.25 * times
-    return Motion(_BONES, np.outer(times, [1.0, -0.5, 2.0]) + [0, 1, 0], rotations, fps, bones)
+    return Motion(_BONES, np.outer(times, [1.0, -0.5, 2.0]) + _UP, rotations, fps, bones)
 
 
 def _random(seed: int, frames: int = 6) -> Motion:

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from walkers import stick_figure
 
 from kinetograph.errors import DataError, RequestError
 from kinetograph.skeleton import ROLES, Landmark, Skeleton, opposite, same_shape, with_roles
+from walkers import stick_figure
 
 
 def _chain(**changes: Any) -> Skeleton:
@@ -86,9 +86,11 @@ def test_roles_can_be_given_by_name_or_as_a_point() -> None:
 
 def test_same_shape_looks_at_joints_and_bones_but_not_at_where_the_root_rests() -> None:
     chain = _chain()
-    assert same_shape(chain, _chain(offsets=chain.offsets + [[5, 0, 0], [0, 0, 0], [0, 0, 0]]))
-    assert not same_shape(chain, _chain(offsets=chain.offsets + [[0, 0, 0], [0, 0, 0], [0, 2e-3, 0]]))
-    assert same_shape(chain, _chain(offsets=chain.offsets + [[0, 0, 0], [0, 0, 0], [0, 2e-3, 0]]), tolerance=3e-3)
+    elsewhere = _chain(offsets=[[5, 0, 0], *chain.offsets[1:]])
+    longer = _chain(offsets=[*chain.offsets[:2], chain.offsets[2] + np.array([0, 2e-3, 0])])
+    assert same_shape(chain, elsewhere)
+    assert not same_shape(chain, longer)
+    assert same_shape(chain, longer, tolerance=3e-3)
     assert not same_shape(chain, _chain(names=("root", "spine", "skull")))
     assert not same_shape(chain, _chain(parents=[-1, 0, 0]))
     assert not same_shape(chain, Skeleton(("root",), np.array([-1]), np.zeros((1, 3))))

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from walkers import walk
 
 from kinetograph import rotations as rot
 from kinetograph.synthesis import Piece, Synthesis
+from walkers import walk
 
 
 def _result() -> Synthesis:

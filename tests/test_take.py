@@ -4,11 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
-from walkers import walk
 
 from kinetograph.errors import DataError, RequestError
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
+from walkers import walk
 
 
 def _signal(duration: float = 1.0) -> Signal:

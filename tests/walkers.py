@@ -55,7 +55,7 @@ def walk(
     speed, turn_rate = np.broadcast_to(speed, times.shape), np.broadcast_to(turn_rate, times.shape)
     heading = _integrate(turn_rate, fps)
     forward = np.stack([np.sin(heading), np.zeros_like(heading), np.cos(heading)], axis=1)
-    translation = _integrate(speed[:, None] * forward, fps) + [0.0, HIP_HEIGHT, 0.0]
+    translation = _integrate(speed[:, None] * forward, fps) + np.array([0.0, HIP_HEIGHT, 0.0])
     skeleton = stick_figure()
     rotations = rot.identity(len(times), len(skeleton))
     rotations[:, 0] = rot.about("y", heading)

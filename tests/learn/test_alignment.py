@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import naive
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
@@ -164,7 +164,7 @@ def test_standing_still_keeps_its_facing() -> None:
 
 def test_heights_cost_on_the_ground_and_do_not_move() -> None:
     x, a, w = _random(2, windows=1, examples=1)
-    lifted, placement = align("ground", x + [0.0, 0.5, 0.0], a, w)
+    lifted, placement = align("ground", x + np.array([0.0, 0.5, 0.0]), a, w)
     base, _ = align("ground", x, a, w)
     gap = x[0, ..., 1] - a[0, ..., 1]
     assert lifted[0, 0] - base[0, 0] == pytest.approx(float(np.sum(w * (gap + 0.5) ** 2) - np.sum(w * gap**2)))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import naive
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import DataError
 from kinetograph.learn.linkage import complete_linkage, representatives

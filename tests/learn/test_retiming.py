@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import naive
+import itertools
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import naive
 from kinetograph.learn.retiming import Span, retime
 
 
 def _spans(rng: np.random.Generator, sizes: list[int], illegal: float = 0.0) -> list[Span]:
     spans = []
-    for shape in zip(sizes[:-1], sizes[1:], strict=True):
+    for shape in itertools.pairwise(sizes):
         costs = rng.exponential(size=shape)
         costs[rng.random(shape) < illegal] = np.inf
         spans.append(Span(costs, rng.normal(size=(*shape, 4)), rng.normal(size=(*shape, 4))))

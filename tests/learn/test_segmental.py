@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+import naive
 from kinetograph.errors import DataError
 from kinetograph.learn.segmental import (
     Arrivals,

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from walkers import walk
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.methods._ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
 from kinetograph.motion import place
 from kinetograph.signal import Signal
+from walkers import walk
 
 _FPS = 60.0
 
@@ -98,7 +98,7 @@ def test_a_path_without_a_direction_is_an_error() -> None:
 
 def test_a_signal_that_is_not_a_path_is_an_error() -> None:
     three = Signal(np.zeros((5, 3, 3)), ("a", "b", "c"), "m", 30.0)
-    with pytest.raises(RequestError, match="a walk follows one point .*, found 3 points: a, b, c"):
+    with pytest.raises(RequestError, match=r"a walk follows one point .*, found 3 points: a, b, c"):
         path_on_ground(three, 0.3)
     with pytest.raises(RequestError, match="found 1 channels: force"):
         path_on_ground(Signal(np.zeros((5, 1)), ("force",), "N", 30.0), 0.3)

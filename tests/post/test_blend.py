@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from walkers import slide, walk
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -17,6 +16,7 @@ from kinetograph.kinematics import angular_velocities
 from kinetograph.motion import Motion, cut, sample, transform
 from kinetograph.post.blend import Clip, join, measure_gap, quintic_decay
 from kinetograph.skeleton import Skeleton
+from walkers import slide, walk
 
 _FPS = 500.0
 _POINT = Skeleton(("root",), np.array([-1]), np.zeros((1, 3)))

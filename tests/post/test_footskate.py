@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from walkers import walk
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -16,6 +15,7 @@ from kinetograph.post.footskate import GRIP, clean_feet, contact_mask, foot_corr
 from kinetograph.segmentation import detect_contacts
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
+from walkers import walk
 
 _FPS = 60.0
 

@@ -69,7 +69,7 @@ def test_the_limb_bends_in_the_plane_it_bent_in(seed: int) -> None:
 
 def test_a_leg_that_is_lifted_bends_its_knee_forward() -> None:
     hip, knee, ankle = np.array([[0.0, 0.9, 0]]), np.array([[0.0, 0.46, 0.05]]), np.array([[0.0, 0.02, 0.0]])
-    new_knee, found = _apply(hip, knee, ankle, ankle + [0, 0.2, 0])
+    new_knee, found = _apply(hip, knee, ankle, ankle + np.array([0, 0.2, 0]))
     assert new_knee[0, 2] > 0.15
     np.testing.assert_allclose(found, [[0.0, 0.22, 0.0]], atol=1e-9)
 

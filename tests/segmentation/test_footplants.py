@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from walkers import slide, stick_figure, walk
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -15,6 +14,7 @@ from kinetograph.motion import Motion, place
 from kinetograph.segmentation import ContactThresholds, detect_contacts, footplant_cuts
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
+from walkers import slide, stick_figure, walk
 
 _FPS = 60.0
 _TOE = stick_figure().index("left_toe")

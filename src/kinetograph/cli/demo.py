@@ -41,7 +41,7 @@ def demo(
     from kinetograph.pipeline import perform, winding_path
 
     output.mkdir(parents=True, exist_ok=True)
-    library = _library(output / "walks.library")
+    library = sample_library(output / "walks.library")
     control = winding_path(speed)
     save(control, output / "path.csv")
     announce_compilation()
@@ -58,7 +58,7 @@ def demo(
     result({**summarize(synthesis), "results": [str(output / name) for name in names]}, as_json, title="a walk:")
 
 
-def _library(folder: Path) -> Library:
+def sample_library(folder: Path) -> Library:
     """A library of the sample's walks, made anew: it takes no time, and an old one may be of other clips."""
     from kinetograph.formats import ReadOptions
     from kinetograph.library import Library, samples
