@@ -14,7 +14,7 @@ from kinetograph.learn.linkage import complete_linkage, representatives
 from kinetograph.methods._handholds import grips
 from kinetograph.methods._instances import Segment, Source, build_instances, cut_segments, interpolate
 from kinetograph.motion import Motion, repeat, resample
-from kinetograph.segmentation import detect_contacts, detect_handholds, footplant_cuts
+from kinetograph.segmentation import detect_beats, detect_contacts, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton, opposite, same_shape
 from kinetograph.take import Annotation, Take, Track
@@ -42,10 +42,10 @@ def collect(
         if name in exclude:
             continue
         take = library.take(name)
-        found, cut_here = _sources_of(method, take, track)
+        found, cut_at = _sources_of(method, take, track)
         sources += found
-        if cut_here:
-            notes.append(f"{name}: no cuts in the library; cut at footplants")
+        if cut_at:
+            notes.append(f"{name}: no cuts in the library; cut at {cut_at}")
     if not sources:
         raise RequestError("the library has no take to use; add recordings, or exclude fewer")
     sources = _on_one_skeleton(sources)
@@ -58,7 +58,11 @@ def collect(
     return PerformanceModel(method, tuple(sources), instances, tuple(notes))
 
 
-def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], bool]:
+def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], str]:
+    """The sources of a take, and where it was cut if the library does not say.
+
+    Partners are cut at their common beats, others at their footplants.
+    """
     motion = take.motion(track)
     name = next(key for key, value in take.tracks.items() if value is motion)
     recorded = method.control.recorded(take, name)
@@ -69,9 +73,11 @@ def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tu
     noted = () if loops else take.annotated(name, "contact")
     cuts = _annotated_cuts(take, name, period)
     contacts = noted or detect_contacts(long, track=name)
-    cut_here = not cuts
-    if cut_here:
+    cut_at = "" if cuts else "beats" if isinstance(partner, Motion) else "footplants"
+    if cut_at == "footplants":
         cuts = footplant_cuts(long, contacts)
+    elif isinstance(partner, Motion) and cut_at:
+        cuts = detect_beats([motion, partner])
     holds = take.annotated(name, "handhold")
     if not holds and isinstance(partner, Motion):
         holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
@@ -85,7 +91,7 @@ def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tu
         swapped = tuple(replace(note, label=opposite_label(note.label)) for note in marks)
         other = None if partner is None else mirror(partner)
         found.append(_source(method, take.name, name, True, mirror(long), other, swapped, cuts, period))
-    return found, cut_here
+    return found, cut_at
 
 
 def opposite_label(label: str) -> str:

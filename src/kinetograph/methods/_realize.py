@@ -35,7 +35,7 @@ def realize(
     x = interpolate(points, np.arange(int(np.floor(duration * rate + 1e-6)) + 1) / rate * fps)
     borders = fine_borders(model, x, rate, path) if method.fine_rate else _coarse_borders(path)
     segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
-    pieces = _pieces(model, x, rate, segments, borders)
+    pieces = pieces_of(model, x, rate, segments, borders)
     parts = []
     for piece, segment in zip(pieces, segments, strict=True):
         source = model.sources[segment.source]
@@ -131,9 +131,10 @@ def _place(
     return float(costs[0, 0]), placement
 
 
-def _pieces(
+def pieces_of(
     model: PerformanceModel, x: FloatArray, rate: float, segments: list[Segment], borders: FloatArray
 ) -> list[Piece]:
+    """The pieces that segments become between their borders in steps of ``rate``, placed by control points ``x``."""
     width = padded_width(3 * len(model.basis))
     pieces: list[Piece] = []
     tail: FloatArray | None = None

@@ -38,6 +38,10 @@ class ControlReading(Protocol):
     def weights(self) -> FloatArray:
         """Weights ``(P,)`` of the points."""
 
+    @property
+    def frame_by_frame(self) -> bool:
+        """Whether the points of a character's frame need that frame alone."""
+
     def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
         """What a person should know of a control that the library, of speed up to ``fastest``, can hardly meet."""
 
@@ -68,6 +72,11 @@ class GroundPath:
     def weights(self) -> FloatArray:
         """See `ControlReading`."""
         return np.ones(2)
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return True
 
     def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
         """Where a path asks for more speed, over a segment's length, than the library has."""
@@ -135,6 +144,11 @@ class PointsByRole:
         """See `ControlReading`."""
         weights = np.array(list(self.roles.values()), dtype=np.float64)
         return np.tile(0.5 * weights, 2) if self.velocity else weights
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return self.velocity == 0
 
     def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
         """Nothing: a partner's speed is not bound to that of the one who is led."""

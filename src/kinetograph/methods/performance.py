@@ -28,13 +28,14 @@ from kinetograph.take import Take
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
+    from kinetograph.methods.live import Live
 
 Progress = Callable[[int, int], None]
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
 )
 BODY: Mapping[str, float] = MappingProxyType(
-    {"hips": 4.0, "chest": 4.0, "left_toe": 0.5, "right_toe": 0.5, "left_hand": 0.5, "right_hand": 0.5}
+    {"hips": 2.0, "chest": 2.0, "left_toe": 0.5, "right_toe": 0.5, "left_hand": 0.5, "right_hand": 0.5}
 )
 
 
@@ -144,8 +145,18 @@ class PerformanceModel:
         steps = len(x) - 1
         if steps < 1:
             raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
-        partial = {e: self._left_early(x, e) for e in range(1, min(self.instances.longest, steps + 1))}
-        return solve(self.search, self._arrivals(x, progress), partial)
+        return solve(self.search, self._arrivals(x, progress), self.left_early(x))
+
+    def start(self, fps: float, lag: float | None = None) -> Live:
+        """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
+
+        Where velocities are among the control points, they are known a frame later.
+        """
+        from kinetograph.methods.live import Live
+
+        if not (np.isfinite(fps) and fps > 0) or (lag is not None and not lag >= 0):
+            raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
+        return Live(self, fps, lag)
 
     def synthesize(self, control: Take | Signal | Motion, progress: Progress | None = None) -> Synthesis:
         """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
@@ -170,8 +181,7 @@ class PerformanceModel:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         for t in range(1, min(longest, steps + 1)):
-            costs, placement = self._align(x[None, : t + 1], slice(-t - 1, None))
-            yield self._arrival(costs, placement, 0)
+            yield self.arrivals_at(x[: t + 1])
         for low in range(longest, steps + 1, 256):
             high = min(low + 256, steps + 1)
             windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
@@ -180,6 +190,15 @@ class PerformanceModel:
                 yield self._arrival(costs, placement, i)
             if progress:
                 progress(high - 1, steps)
+
+    def arrivals_at(self, x: FloatArray) -> Arrivals:
+        """The input of the step at the last of the samples ``x``: at most the longest state's, fewer at the start."""
+        costs, placement = self._align(x[None], slice(-len(x), None))
+        return self._arrival(costs, placement, 0)
+
+    def left_early(self, x: FloatArray) -> dict[int, Arrivals]:
+        """By number of steps used, the states that are left before their end where ``x`` ends."""
+        return {used: self._left_early(x, used) for used in range(1, min(self.instances.longest, len(x)))}
 
     def _left_early(self, x: FloatArray, used: int) -> Arrivals:
         """The states of which only the first ``used`` steps fit before the control's end."""
