@@ -85,11 +85,23 @@ class Live:
 
     def path(self) -> SegmentalPath:
         """The best sequence for the control so far that goes on from what is committed."""
-        x = np.stack(self._samples)
+        longest = self.model.instances.longest
+        x = np.stack(self._samples[-longest - 1 :])
         if len(x) < 2:
             raise RequestError(f"the control is too short: expected 2 samples at {self.model.method.rate:g} Hz or more")
-        partial = {e: self._bound_partial(a, e) for e, a in self.model.left_early(x).items()}
+        early = self.model.left_early(x, [used for used in range(1, min(longest, len(x))) if self._may_begin(used)])
+        partial = {used: self._bound_partial(arrivals, used) for used, arrivals in early.items()}
         return segmental.finish(self.model.search, self._state, partial)
+
+    def _may_begin(self, used: int) -> bool:
+        """Whether a sequence may have begun its last piece ``used`` steps ago, given what is committed."""
+        if not self._committed:
+            return True
+        _, start, stop = self._committed[-1]
+        origin = self._state.time - used
+        if self._state.time < stop:
+            return origin == start
+        return origin == stop or origin >= stop + int(self.model.search.durations[0])
 
     def _sample(self, position: float) -> None:
         low = min(int(position + 1e-9), len(self._points) - 1)

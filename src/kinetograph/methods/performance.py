@@ -6,7 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -196,9 +196,10 @@ class PerformanceModel:
         costs, placement = self._align(x[None], slice(-len(x), None))
         return self._arrival(costs, placement, 0)
 
-    def left_early(self, x: FloatArray) -> dict[int, Arrivals]:
-        """By number of steps used, the states that are left before their end where ``x`` ends."""
-        return {used: self._left_early(x, used) for used in range(1, min(self.instances.longest, len(x)))}
+    def left_early(self, x: FloatArray, used: Sequence[int] | None = None) -> dict[int, Arrivals]:
+        """By number of steps used, all or some, the states that are left before their end where ``x`` ends."""
+        steps = range(1, min(self.instances.longest, len(x))) if used is None else used
+        return {e: self._left_early(x, e) for e in steps}
 
     def _left_early(self, x: FloatArray, used: int) -> Arrivals:
         """The states of which only the first ``used`` steps fit before the control's end."""
