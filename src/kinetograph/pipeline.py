@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.library import Library
 from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods.performance import PerformanceControl, only_track
+from kinetograph.methods.rules import Rule
 from kinetograph.motion import Motion
 from kinetograph.segmentation import (
     cuts_at_labels,
@@ -164,6 +165,7 @@ def perform(
     smoothing: Smoothing | None = None,
     exclude: tuple[str, ...] = (),
     track: str | None = None,
+    rules: Sequence[Rule] = (),
     progress: Progress | None = None,
 ) -> Synthesis:
     """The main job: a walker, made of the library's recordings, performs a control."""
@@ -171,7 +173,7 @@ def perform(
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
         wanted = smooth_path(wanted, smoothing.time, smoothing.space)
-    result = model.synthesize(wanted, progress)
+    result = model.synthesize(wanted, progress, rules)
     return replace(result, warnings=(*model.notes, *result.warnings))
 
 

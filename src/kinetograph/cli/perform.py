@@ -36,6 +36,8 @@ from kinetograph.cli._shell import (
 )
 
 if TYPE_CHECKING:
+    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.rules import Rule
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
@@ -70,6 +72,9 @@ def perform(
     handholds: Annotated[bool, typer.Option(help="Bring hands to those of the partner where recordings do.")] = True,
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0,
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0,
+    pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
+    forbid: Annotated[list[str] | None, typer.Option(help="Use no such piece there. Repeatable.")] = None,
+    transcript: Annotated[Path | None, typer.Option(help="CSV to write: moves seen, with the margin of each.")] = None,
     exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
     units: Units = None,
     up: Up = None,
@@ -89,7 +94,7 @@ def perform(
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
 
-    written = [*output, *(p for p in (picture, report) if p)]
+    written = [*output, *(p for p in (picture, report, transcript) if p)]
     refuse_existing(written, force)
     loaded = read(control, ReadOptions(units, up, fps))
     for text in loaded.notes:
@@ -107,9 +112,17 @@ def perform(
     )
     announce_compilation()
     smoothing = Smoothing(smooth_time, smooth_space)
+    rules = [*(_rule(text, False) for text in pin or ()), *(_rule(text, True) for text in forbid or ())]
     with progress_bar("searching") as progress:
         synthesis = run(
-            wanted, takes, method, smoothing=smoothing, exclude=tuple(exclude or ()), track=target, progress=progress
+            wanted,
+            takes,
+            method,
+            smoothing=smoothing,
+            exclude=tuple(exclude or ()),
+            track=target,
+            rules=rules,
+            progress=progress,
         )
     for text in synthesis.warnings:
         note(text)
@@ -122,6 +135,8 @@ def perform(
         summary["beam_gap"] = method.fit(takes, exclude=tuple(exclude or ()), track=target).beam_gap(wanted)
     if report:
         write_report(synthesis, report, force)
+    if transcript:
+        write_transcript(method.fit(takes, exclude=tuple(exclude or ()), track=target), wanted, transcript, force)
     result({"wrote": [str(p) for p in written], **summary}, as_json)
 
 
@@ -171,3 +186,25 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
     }
     with atomic_path(path, force=force) as draft:
         draft.write_text(json.dumps(content, indent=1))
+
+
+def write_transcript(model: PerformanceModel, control: Signal | Motion, path: Path, force: bool) -> None:
+    """The moves of a control as CSV: move, start and stop in seconds, margin; the file appears whole or not at all."""
+    from kinetograph.formats._atomic import atomic_path
+    from kinetograph.methods.rules import transcribe
+
+    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
+    with atomic_path(path, force=force) as draft:
+        draft.write_text("\n".join(["move,start,stop,margin", *rows]) + "\n")
+
+
+def _rule(text: str, forbid: bool) -> Rule:
+    from kinetograph.errors import RequestError
+    from kinetograph.methods.rules import Rule
+
+    take, _, span = text.rpartition("@")
+    start, _, stop = span.partition("-")
+    try:
+        return Rule(float(start), float(stop), take=take or None, forbid=forbid)
+    except ValueError:
+        raise RequestError(f"a rule is take@start-stop in seconds, as in waltz@1.5-3; found {text!r}") from None

@@ -212,26 +212,32 @@ def descendants(search: SegmentalSearch, state: SearchState, time: int, ancestor
 
 
 def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:
-    """The pieces (state, first step, last step) that all hypotheses share which later steps may continue."""
-    ring, time = state.ring, state.time
-    if ring is None or time < search.durations[-1]:
+    """The pieces (state, first step, last step) that all hypotheses share which later steps may continue.
+
+    They are looked for over eight of the longest segments; hypotheses that differ for longer share nothing yet.
+    """
+    ring, time, longest = state.ring, state.time, int(search.durations[-1])
+    if ring is None or time < longest:
         return []
-    nodes: dict[int, set[int]] = {}
-    for t in range(time - int(search.durations[-1]) + 1, time + 1):
+    nodes: dict[int, BoolArray] = {}
+    for t in range(time - longest + 1, time + 1):
         slot = t % len(ring.live)
         if ring.live[slot]:
-            nodes[t] = set(ring.orders[slot, : ring.live[slot]].tolist())
-    while sum(map(len, nodes.values())) > 1:
+            nodes[t] = np.zeros(len(search.durations), dtype=np.bool_)
+            nodes[t][ring.orders[slot, : ring.live[slot]]] = True
+    while len(nodes) > 1 or any(mask.sum() > 1 for mask in nodes.values()):
         t = max(nodes)
-        last = np.fromiter(nodes.pop(t), dtype=np.int64)
+        last = np.flatnonzero(nodes.pop(t))
         origins, back = t - search.durations[last], state.back[t - 1][last]
-        if (origins <= 0).any():
+        if (origins <= max(time - 8 * longest, 0)).any():
             return []
         for origin in np.unique(origins):
-            nodes.setdefault(int(origin), set()).update(np.unique(back[origins == origin]).tolist())
+            mask = nodes.setdefault(int(origin), np.zeros(len(search.durations), dtype=np.bool_))
+            mask[back[origins == origin]] = True
     if not nodes:
         return []
-    ((stop, (winner,)),) = nodes.items()
+    ((stop, mask),) = nodes.items()
+    winner = int(np.flatnonzero(mask)[0])
     path = _trace(search, state, winner, int(search.durations[winner]), int(state.back[stop - 1][winner]), 0.0, 0, stop)
     return [(int(s), int(a), int(b)) for s, a, b in zip(path.states, path.starts, path.stops, strict=True)]
 

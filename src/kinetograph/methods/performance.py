@@ -29,6 +29,7 @@ from kinetograph.take import Take
 if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.live import Live
+    from kinetograph.methods.rules import Rule
 
 Progress = Callable[[int, int], None]
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
@@ -140,12 +141,20 @@ class PerformanceModel:
         count = int(np.floor((len(points) - 1) / fps * self.method.rate + 1e-6)) + 1
         return interpolate(points, np.arange(count) / self.method.rate * fps)
 
-    def interpret(self, x: FloatArray, progress: Progress | None = None) -> SegmentalPath:
-        """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate."""
+    def interpret(self, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()) -> SegmentalPath:
+        """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate.
+
+        rules: what is pinned or forbidden.
+        """
         steps = len(x) - 1
         if steps < 1:
             raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
-        return solve(self.search, self._arrivals(x, progress), self.left_early(x))
+        arrivals, partial = self._arrivals(x, progress), self.left_early(x)
+        if not rules:
+            return solve(self.search, arrivals, partial)
+        from kinetograph.methods.rules import bind, bind_partial
+
+        return solve(self.search, bind(self, rules, arrivals), bind_partial(self, rules, partial, steps))
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -158,17 +167,19 @@ class PerformanceModel:
             raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
         return Live(self, fps, lag)
 
-    def synthesize(self, control: Take | Signal | Motion, progress: Progress | None = None) -> Synthesis:
+    def synthesize(
+        self, control: Take | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
+    ) -> Synthesis:
         """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number. Raises RequestError for a control without direction,
-        or too short for the search's rate.
+        progress is called with the steps done and their number. rules: what is pinned or forbidden. Raises
+        RequestError for a control without direction, or too short for the search's rate.
         """
         from kinetograph.methods._realize import realize
 
         track = only_track(control) if isinstance(control, Take) else control
         points = self.control_points(track)
-        path = self.interpret(self.at_search_rate(points, track.fps), progress)
+        path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
         return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
     def beam_gap(self, control: Signal | Motion) -> float:
