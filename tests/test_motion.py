@@ -97,6 +97,11 @@ def test_resampling_steady_motion_is_exact(fps: float, frames: int) -> None:
     _same(changed, _steady_at(np.arange(frames) / fps, fps))
 
 
+def test_the_last_frame_is_met_whatever_the_rounding() -> None:
+    assert (30 - 1) / 25.0 * 50.0 < 58  # in floating point
+    assert len(resample(_steady(30, 25.0), 50.0)) == 59
+
+
 def test_resampling_to_the_same_rate_changes_nothing() -> None:
     motion = _steady()
     assert resample(motion, 8.0) is motion

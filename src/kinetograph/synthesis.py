@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -72,8 +73,7 @@ class Synthesis:
     def piece_at(self, frame: int) -> Piece:
         """The piece that frame ``frame`` came from; a frame on a seam belongs to the later piece."""
         time = frame / self.motion.fps
-        starts = np.array([piece.start for piece in self.pieces])
-        return self.pieces[max(int(np.searchsorted(starts, time + 1e-9, side="right")) - 1, 0)]
+        return self.pieces[max(bisect_right(self.pieces, time + 1e-9, key=lambda piece: piece.start) - 1, 0)]
 
     def provenance(self) -> list[tuple[str, float]]:
         """For every frame, the take it came from and the second in that take."""

@@ -145,6 +145,24 @@ def test_several_blocks_of_states_agree_with_the_plain_recurrence(continuity: fl
     assert path.score == pytest.approx(naive.score(problem, _sequence(path)), rel=1e-9)
 
 
+@pytest.mark.parametrize("spacing", [0.03, 0.1, 0.15, 0.5, 1000.0])
+def test_the_best_predecessor_is_found_however_badly_it_scores(spacing: float) -> None:
+    # predecessor i scores i and ends at spacing i: the further up the head, the worse the score that pays
+    states, never = 300, np.full(301, np.inf)
+    durations = np.full(301, 2)
+    tails = np.zeros((301, 4), dtype=np.float32)
+    tails[:states, 0] = spacing * np.arange(states)
+    first = np.where(np.arange(301) < states, np.arange(301.0), np.inf)
+    last = np.where(np.arange(301) == states, 0.0, np.inf)
+    for wanted in range(0, states, 7):
+        heads = np.full((301, 4), spacing * wanted, dtype=np.float32) * np.array([1, 0, 0, 0], dtype=np.float32)
+        rows = [Arrivals(costs, heads, tails) for costs in (never, first, never, last)]
+        path = solve(SegmentalSearch(durations, 1.0), rows)
+        totals = np.arange(states) + (spacing * (np.arange(states) - wanted)) ** 2
+        assert path.score == pytest.approx(totals.min(), rel=1e-5)
+        assert totals[path.states[0]] == pytest.approx(totals.min(), rel=1e-5)
+
+
 def test_scores_keep_their_digits_over_a_long_control() -> None:
     # ten thousand steps: the sum is large, the differences that decide are small
     rng = np.random.default_rng(6)

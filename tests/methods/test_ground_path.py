@@ -76,6 +76,15 @@ def test_while_a_path_stands_its_facing_turns_from_before_to_after() -> None:
     assert np.diff(turned).max() < 0.05
 
 
+def test_a_path_that_stands_while_it_faces_back_turns_the_short_way() -> None:
+    # towards -z and a little to one side, a stop, and a little to the other: left is -x throughout
+    step = np.array([0.001, 0.0, -0.02])
+    before, after = np.arange(30)[:, None] * step, np.arange(30)[:, None] * step * [-1, 1, 1]
+    values = np.concatenate([before, np.repeat(before[-1:], 30, axis=0), before[-1] + after])
+    points = path_on_ground(_path(values), 1.0)
+    assert (points[:, 0] - points[:, 1])[:, 0].max() < -0.99
+
+
 def test_a_path_that_stands_at_its_ends_faces_as_it_goes() -> None:
     line = _line(31)
     held = np.concatenate([np.repeat(line[:1], 20, axis=0), line, np.repeat(line[-1:], 20, axis=0)])

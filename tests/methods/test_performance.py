@@ -14,6 +14,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.evaluation.metrics import control_error, joint_error
 from kinetograph.kinematics import joint_positions
+from kinetograph.methods._instances import legal_steps
 from kinetograph.methods.performance import PerformanceControl
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, cut, place, sample, transform
@@ -84,6 +85,25 @@ def test_a_recording_is_recovered_from_its_own_path(tmp_path: Path) -> None:
     assert result.warnings == ()
 
 
+def test_the_cost_is_an_integral_over_time(tmp_path: Path) -> None:
+    # two points, each 0.1 m off for 8 s; a sample on the border of two pieces is shared between them
+    recording = _wander()
+    model = dataclasses.replace(_EXACT, alignment="fixed", fine_rate=None).fit(
+        _library(tmp_path, _cut_every(recording))
+    )
+    result = model.synthesize(place(recording, 0.0, (0.06, 0.0, 0.08)))
+    assert len(result.pieces) == 16
+    assert result.cost == pytest.approx(2 * 0.1**2 * 8.0, rel=1e-5)
+    assert [p.cost for p in result.pieces] == pytest.approx([2 * 0.1**2 * 0.5] * 16, rel=1e-4)
+
+
+def test_a_long_control_is_taken_in_chunks(tmp_path: Path) -> None:
+    recording = walk(36.0, speed=1.0 + 0.25 * np.sin(0.9 * np.arange(1081) / _FPS), turn_rate=0.3)
+    result = _EXACT.fit(_library(tmp_path, _cut_every(recording))).synthesize(recording)
+    assert result.cost == pytest.approx(0.0, abs=1e-5)
+    assert joint_error(result.motion, recording) < 2e-3
+
+
 def test_elsewhere_and_turned_it_is_recovered_there(tmp_path: Path) -> None:
     recording = _wander()
     elsewhere = place(recording, 2.1, (4.0, 0.0, -7.0))
@@ -106,8 +126,8 @@ def test_a_control_that_begins_and_ends_within_a_step_is_recovered(tmp_path: Pat
 
 
 def test_blending_and_cleanup_leave_what_fits_nearly_as_it_is(tmp_path: Path) -> None:
-    recording = walk(6.0)
-    library = _library(tmp_path, _cut_every(recording))
+    recording = walk(6.0)  # cut at whole strides: its left and right steps are the same to the control
+    library = _library(tmp_path, _cut_every(recording, length=1.0))
     result = dataclasses.replace(_EXACT, post=PostSettings()).fit(library).synthesize(recording)
     assert joint_error(result.motion, recording) < 1e-3
 
@@ -259,7 +279,7 @@ def test_a_path_that_is_too_fast_is_performed_with_a_warning(tmp_path: Path) -> 
     result = model.synthesize(_straight(4.0, 2.0))
     (warning,) = result.warnings
     assert warning.startswith("the path asks for 2.00 m/s where the library's fastest segment gives 1.00 m/s")
-    assert "slow the path down by 2.0" in warning
+    assert "slow it down by 2.0" in warning
     assert len(result.motion) == 121
     assert model.synthesize(_straight(4.0, 1.0)).warnings == ()
 
@@ -310,6 +330,30 @@ def test_segments_that_are_alike_are_represented_by_one(tmp_path: Path) -> None:
     assert model.notes == ("clustering kept 2 of 8 segments",)
     model = PerformanceControl(cluster=0.001).fit(_library(tmp_path / "odd", _cut_every(_wander(4.0))))
     assert len(model.instances.segments) == 8
+
+
+@pytest.mark.parametrize(("stretch", "kept"), [(0.2, 4), (0.4, 2)])
+def test_segments_that_no_stretch_brings_together_are_not_alike(tmp_path: Path, stretch: float, kept: int) -> None:
+    quick = walk(3.0)
+    slow = sample(quick, np.arange(145) / 30 / 1.6, _FPS)
+    library = _library(tmp_path, _cut_every(quick, name="quick"), _cut_every(slow, 0.8, name="slow"))
+    model = PerformanceControl(cluster=0.01, stretch=stretch).fit(library)
+    assert len(model.instances.segments) == kept
+
+
+@pytest.mark.parametrize(
+    ("duration", "stretch", "steps"),
+    [
+        (0.5, 0.2, [3, 4, 5, 6, 7]),
+        (0.5, 0.0, [5]),
+        (0.53, 0.0, [5]),  # the nearest whole number always
+        (0.6, 2.0, [3, 4, 5, 6, 7, 8, 9, 10, 11, 12]),  # half to twice
+        (0.25, 0.2, [2, 3, 4]),
+        (0.08, 0.1, [2]),  # two steps at least
+    ],
+)
+def test_legal_stretches(duration: float, stretch: float, steps: list[int]) -> None:
+    assert legal_steps(duration, 10.0, stretch) == steps
 
 
 def test_takes_can_be_left_out(tmp_path: Path) -> None:

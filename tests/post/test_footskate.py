@@ -15,7 +15,7 @@ from kinetograph.post.footskate import GRIP, clean_feet, contact_mask, foot_corr
 from kinetograph.segmentation import detect_contacts
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
-from walkers import walk
+from walkers import slide, walk
 
 _FPS = 60.0
 
@@ -62,7 +62,8 @@ def cleaned() -> Motion:
 @pytest.mark.parametrize("role", ["left_foot", "left_toe", "right_foot", "right_toe"])
 def test_a_planted_foot_stands_still(cleaned: Motion, role: str) -> None:
     assert _ground_speed(_sliding(), role)[_held(role)].min() > 0.14
-    assert _ground_speed(cleaned, role)[_held(role)].max() < 1e-6
+    # what is left of 150 mm/s is the price of straightening the walker's long leg gently, see within_reach
+    assert _ground_speed(cleaned, role)[_held(role)].max() < 2e-4
 
 
 def test_only_the_legs_are_touched(cleaned: Motion) -> None:
@@ -78,7 +79,18 @@ def test_feet_keep_their_turn_in_the_world_and_their_height(cleaned: Motion) -> 
     (old, old_turns), (new, new_turns) = forward(before), forward(cleaned)
     feet = [before.skeleton.index(f"{s}_{p}") for s in ("left", "right") for p in ("foot", "toe")]
     assert rot.angle_between(old_turns[:, feet], new_turns[:, feet]).max() < 1e-7
-    np.testing.assert_allclose(new[:, feet, 1], old[:, feet, 1], atol=1e-9)
+    np.testing.assert_allclose(new[:, feet, 1], old[:, feet, 1], atol=1e-3)  # as far as a leg is long enough
+
+
+def test_a_leg_with_length_to_spare_holds_its_foot_better() -> None:
+    crouched = _sliding()
+    crouched = dataclasses.replace(crouched, translation=crouched.translation - [0.0, 0.12, 0.0])
+    up = np.tile([0.0, 0.12, 0.0], (len(crouched), 1))
+    bent = move_foot(move_foot(crouched, "left", up), "right", up)
+    held = clean_feet(bent, _plants())
+    for role in ("left_foot", "right_toe"):
+        assert _ground_speed(bent, role)[_held(role)].min() > 0.14
+        assert _ground_speed(held, role)[_held(role)].max() < 5e-5
 
 
 def test_bones_keep_their_length(cleaned: Motion) -> None:
@@ -114,6 +126,14 @@ def test_a_correction_fades_before_the_first_and_after_the_last_plant() -> None:
     assert size[round(2.7 * _FPS)] > 0.0
 
 
+def test_what_a_toe_moves_before_it_is_planted_is_not_held_against_it() -> None:
+    # the ankle stands from 1.0 s on; the toe comes down at 1.3 s, 0.2 m on from where it was
+    path = np.where(np.arange(121) < round(1.3 * _FPS), 0.0, 0.2)[:, None] * [0.0, 0.0, 1.0]
+    motion = slide(walk(2.0, fps=_FPS, speed=0.0), "left_toe", path)
+    contacts = tuple(Annotation("motion", "contact", f"left_{p}", t, 1.9) for p, t in (("foot", 1.0), ("toe", 1.3)))
+    np.testing.assert_allclose(foot_correction(motion, contacts, "left", 0.2), 0.0, atol=1e-9)
+
+
 def test_without_contacts_nothing_changes() -> None:
     motion = _sliding()
     assert clean_feet(motion, ()) is motion
@@ -128,7 +148,7 @@ def test_detected_contacts_do_as_well() -> None:
     motion = _sliding()
     contacts = detect_contacts(motion)
     cleaned = clean_feet(motion, contacts)
-    assert _ground_speed(cleaned, "left_toe")[_held("left_toe", GRIP + 0.05)].max() < 1e-6
+    assert _ground_speed(cleaned, "left_toe")[_held("left_toe", GRIP + 0.05)].max() < 2e-4
 
 
 def test_a_body_without_legs_comes_back_as_it_was() -> None:
@@ -183,3 +203,20 @@ def test_contact_frames_include_both_ends() -> None:
     notes = (Annotation("motion", "contact", "left_toe", 0.1, 0.3), Annotation("motion", "contact", "left_foot", 0, 1))
     assert np.flatnonzero(contact_mask(notes, "left_toe", 8, 10.0)).tolist() == [1, 2, 3]
     assert not contact_mask(notes, "right_toe", 8, 10.0).any()
+
+
+def test_a_leg_is_straightened_gently_and_never_past_its_limit():
+    from kinetograph.post.footskate import STRETCHED, within_reach
+
+    bend = np.radians(10)
+    hip = np.array([[0.0, 0.8 * np.cos(bend), 0.0]])
+    knee = np.array([[0.4 * np.sin(bend), 0.4 * np.cos(bend), 0.0]])
+    ankle = np.zeros((1, 3))
+    shift = np.linspace(0, 0.1, 200)[:, None] * np.array([0.0, -1.0, 0.0])
+    drawn = within_reach(*(np.repeat(p, 200, axis=0) for p in (hip, knee, ankle)), ankle + shift)
+    length = np.linalg.norm(drawn - hip, axis=1)
+    now = np.linalg.norm(ankle - hip)
+    assert np.all(length <= max(STRETCHED * 0.8, now) + 1e-12)
+    assert np.all(np.diff(length) >= -1e-12)
+    nearer = within_reach(hip, knee, ankle, ankle + np.array([0.0, 0.05, 0.0]))
+    np.testing.assert_allclose(nearer, [[0.0, 0.05, 0.0]], atol=1e-12)

@@ -126,3 +126,15 @@ def test_a_straight_leg_that_stands_bends_its_knee_towards_z() -> None:
     hip = np.array([[0.0, 1.0, 0.0]])
     new_knee, _ = _apply(hip, hip - [0, 0.4, 0], hip - [0, 0.8, 0], hip - [0, 0.7, 0])
     assert new_knee[0, 2] > 0.1
+
+
+def test_a_straight_leg_bends_about_the_hinge_that_is_given():
+    """Facing -z, the left hip is at -x: the knee of a straight leg must come out in front, towards -z."""
+    hip, knee, ankle = (np.array([[0.0, y, 0.0]]) for y in (0.9, 0.5, 0.1))
+    target = np.array([[0.0, 0.2, 0.0]])
+    from_left_to_right = np.array([[0.2, 0.0, 0.0]])
+    upper, _ = reach(hip, knee, ankle, target, from_left_to_right)
+    placed = hip + rot.rotate(upper, knee - hip)
+    assert placed[0, 2] < -0.05
+    upper, _ = reach(hip, knee, ankle, target, -from_left_to_right)
+    assert (hip + rot.rotate(upper, knee - hip))[0, 2] > 0.05

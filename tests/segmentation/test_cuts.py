@@ -22,6 +22,8 @@ def test_cuts_by_length_leave_a_shorter_rest_over() -> None:
 def test_a_length_that_divides_the_track_reaches_its_end() -> None:
     np.testing.assert_allclose(cuts_by_length(_take(3.0), "beat", 0.1), np.arange(31) / 10)
     assert cuts_by_length(_take(3.0), "beat", 3.0) == (0.0, 3.0)
+    assert 0.6 / 0.2 < 3  # in floating point
+    assert len(cuts_by_length(_take(0.6), "beat", 0.2)) == 4
 
 
 @given(st.floats(0.01, 3.0))

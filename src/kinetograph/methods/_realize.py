@@ -49,7 +49,6 @@ def realize(
         holds = carried_holds(taken, marks, partner, frames, out_fps)
     motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
-    warning = method.control.warning(points, fps, model.speed_range()[1])
     return Synthesis(
         motion,
         tuple(pieces),
@@ -57,7 +56,7 @@ def realize(
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=marks,
         statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
-        warnings=(warning,) if warning else (),
+        warnings=method.control.warnings(points, fps, model.speed_range()),
     )
 
 
@@ -108,14 +107,15 @@ def _span(
             cost, placement = _place(model, x, rate, segment, int(start), int(stop))
             head, tail = _ends(model, segment)
             span.costs[a, b] = cost
-            span.heads[a, b] = placement.ends(0, head, model.basis, width)[0]
-            span.tails[a, b] = placement.ends(0, tail, model.basis, width)[0]
+            span.heads[a, b] = placement.ends(0, head, model.basis_sums, width)[0]
+            span.tails[a, b] = placement.ends(0, tail, model.basis_sums, width)[0]
     return span
 
 
 def _ends(model: PerformanceModel, segment: Segment) -> tuple[FloatArray, FloatArray]:
     index = model.instances.segments.index(segment)
-    return model.instances.heads[index][None], model.instances.tails[index][None]
+    heads, tails = model.mixed_ends
+    return heads[index][None], tails[index][None]
 
 
 def _place(
@@ -142,9 +142,9 @@ def pieces_of(
         source = model.sources[segment.source]
         cost, placement = _place(model, x, rate, segment, int(start), int(stop))
         head_points, tail_points = _ends(model, segment)
-        head = placement.ends(0, head_points, model.basis, width)[0]
+        head = placement.ends(0, head_points, model.basis_sums, width)[0]
         seam = 0.0 if tail is None else model.method.continuity * float(np.sum((tail - head).astype(np.float64) ** 2))
-        tail = placement.ends(0, tail_points, model.basis, width)[0]
+        tail = placement.ends(0, tail_points, model.basis_sums, width)[0]
         rotation, shift = placement.transform(0, 0)
         pieces.append(
             Piece(

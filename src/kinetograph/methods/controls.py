@@ -42,8 +42,8 @@ class ControlReading(Protocol):
     def frame_by_frame(self) -> bool:
         """Whether the points of a character's frame need that frame alone."""
 
-    def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
-        """What a person should know of a control that the library, of speed up to ``fastest``, can hardly meet."""
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """What a person should know of a control that the library, of these ``speeds``, can hardly meet."""
 
 
 @dataclass(frozen=True)
@@ -78,18 +78,25 @@ class GroundPath:
         """See `ControlReading`."""
         return True
 
-    def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
-        """Where a path asks for more speed, over a segment's length, than the library has."""
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """Where a path asks, over half a second, for more or for less speed than the library has."""
         window = max(round(0.5 * fps), 1)
-        speeds = path_speeds(points, fps)
-        mean = np.convolve(speeds, np.ones(window) / window, mode="valid") if len(speeds) >= window else np.zeros(1)
-        asked = float(mean.max())
-        if asked <= fastest * 1.05:
-            return None
-        return (
-            f"the path asks for {asked:.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: it is "
-            f"performed as well as it can be; slow the path down by {asked / fastest:.1f} or add faster recordings"
-        )
+        found = path_speeds(points, fps)
+        if len(found) < window:
+            return ()
+        asked = np.convolve(found, np.ones(window) / window, mode="valid")
+        (slowest, fastest), warnings = speeds, []
+        if asked.max() > fastest * 1.05:
+            warnings.append(
+                f"the path asks for {asked.max():.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
+                f"performed as well as it can be; slow it down by {asked.max() / fastest:.1f} or add faster recordings"
+            )
+        if asked.min() < slowest * 0.95:
+            warnings.append(
+                f"the path slows to {asked.min():.2f} m/s where the library's slowest segment gives {slowest:.2f} m/s: "
+                "the steps there are squeezed together; add recordings of slow walking and of standing"
+            )
+        return tuple(warnings)
 
 
 @dataclass(frozen=True)
@@ -150,6 +157,6 @@ class PointsByRole:
         """See `ControlReading`."""
         return self.velocity == 0
 
-    def warning(self, points: FloatArray, fps: float, fastest: float) -> str | None:
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
         """Nothing: a partner's speed is not bound to that of the one who is led."""
-        return None
+        return ()

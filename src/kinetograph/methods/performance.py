@@ -118,10 +118,21 @@ class PerformanceModel:
         return np.asarray(vectors.T[::-1] * scale)
 
     @cached_property
+    def mixed_ends(self) -> tuple[FloatArray, FloatArray]:
+        """The basis' mixtures of the target points ``(N, Q, 3)`` at the head and the tail of every segment."""
+        return self.basis @ self.instances.heads, self.basis @ self.instances.tails
+
+    @cached_property
     def state_ends(self) -> tuple[FloatArray, FloatArray]:
-        """Target points ``(S, Q, 3)`` at the head and the tail of every state's segment."""
+        """The same for every state, ``(S, Q, 3)``."""
         segments = self.instances.states[:, 0]
-        return self.instances.heads[segments], self.instances.tails[segments]
+        heads, tails = self.mixed_ends
+        return heads[segments], tails[segments]
+
+    @cached_property
+    def basis_sums(self) -> FloatArray:
+        """How much of a shift each mixture takes, shape ``(Q,)``."""
+        return np.asarray(self.basis.sum(axis=1))
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a control, shape ``(F, P, 3)``, at its own rate.
@@ -236,7 +247,7 @@ class PerformanceModel:
 
     def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
         width = padded_width(3 * len(self.basis))
-        heads, tails = (placement.ends(window, ends, self.basis, width) for ends in self.state_ends)
+        heads, tails = (placement.ends(window, ends, self.basis_sums, width) for ends in self.state_ends)
         return Arrivals(costs[window], heads, tails)
 
     def speed_range(self) -> tuple[float, float]:

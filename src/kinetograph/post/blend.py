@@ -67,10 +67,11 @@ def join(clips: list[Clip], fps: float, frames: int, blend: str = "inertialised"
         raise RequestError(f"blend must be one of {', '.join(BLENDS)}, found {blend!r}")
     gaps = [measure_gap(a, b) for a, b in itertools.pairwise(clips)]
     times = np.arange(frames) / fps
-    owner = np.clip(np.searchsorted([c.start for c in clips], times + 1e-9, side="right") - 1, 0, len(clips) - 1)
+    first = np.searchsorted(times, [c.start - 1e-9 for c in clips])
+    first[0] = 0
     parts = []
-    for i, clip in enumerate(clips):
-        own = times[owner == i]
+    for i, (clip, low, high) in enumerate(zip(clips, first, [*first[1:], frames], strict=True)):
+        own = times[low:high]
         if len(own) == 0:
             continue
         part = clip.at(own, fps)
@@ -91,12 +92,27 @@ def measure_gap(before: Clip, after: Clip) -> Gap:
     step = 1.0 / max(before.motion.fps, after.motion.fps)
     left, left_velocity, left_angular = _state(before, before.stop, step)
     right, right_velocity, right_angular = _state(after, after.start, step)
+    turn = rot.multiply(right.rotations[0], rot.conjugate(left.rotations[0]))
     return Gap(
         translation=right.translation[0] - left.translation[0],
-        rotations=rot.log(rot.multiply(right.rotations[0], rot.conjugate(left.rotations[0]))),
+        rotations=rot.log(turn),
         velocity=right_velocity - left_velocity,
-        angular=right_angular - left_angular,
+        angular=_rate_of_log(turn, left_angular, right_angular),
     )
+
+
+def _rate_of_log(turn: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Rate of change a second of the rotation vector of ``turn``, ``(J, 4)``, between two frames that turn themselves.
+
+    left, right ``(J, 3)``: their angular velocities. For small turns it is their difference; for large ones that
+    would leave part of the jump, as rotation vectors do not add up.
+    """
+    step = 1e-3
+    ahead = rot.multiply(rot.multiply(rot.exp(right * step), turn), rot.exp(-left * step))
+    behind = rot.multiply(rot.multiply(rot.exp(-right * step), turn), rot.exp(left * step))
+    change = (rot.log(ahead) - rot.log(behind)) / (2 * step)
+    wraps = np.linalg.norm(change, axis=-1, keepdims=True) > 1.0 / step  # half a turn: the vector flips its sign
+    return np.where(wraps, right - left, change)
 
 
 def _state(clip: Clip, time: float, step: float) -> tuple[Motion, FloatArray, FloatArray]:

@@ -10,11 +10,15 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
 from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
+STRETCHED = 0.99
+"""Share of its length that a correction straightens a leg to at most; a knee is at 164 degrees there, and people walk
+with up to 170."""
 GRIP = 0.12
 """Seconds over which a planted foot comes to be held and is let go."""
 
@@ -35,11 +39,10 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
 
 def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: float) -> BoolArray:
     """The frames, shape ``(F,)``, at which ``role`` is in contact."""
-    times = np.arange(frames) / fps
     mask = np.zeros(frames, dtype=np.bool_)
     for note in contacts:
         if note.label == role:
-            mask |= (times >= note.start - 1e-9) & (times <= note.stop + 1e-9)
+            mask[int(np.ceil(note.start * fps - 1e-6)) : int(np.floor(note.stop * fps + 1e-6)) + 1] = True
     return mask
 
 
@@ -65,7 +68,29 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
 
 def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
     """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
-    return move_limb(motion, side, LEG, offset)
+    if not np.any(np.linalg.norm(offset, axis=1) > 1e-7):
+        return motion
+    positions = joint_positions(motion)
+    hip, knee, ankle = (positions[:, motion.skeleton.landmark(f"{side}_{part}").joint] for part in LEG)
+    hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
+    hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
+    drawn = within_reach(hip, knee, ankle, ankle + offset) - ankle
+    return move_limb(motion, side, LEG, drawn, hinge)
+
+
+def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> FloatArray:
+    """Targets, shape ``(F, 3)`` metres, drawn in so that a leg is straightened gently or not at all.
+
+    A leg's length changes ever faster with its knee's angle as it gets straight: a foot that is pulled the last
+    centimetre makes the knee snap. A target further away than the ankle is now is approached in proportion at first,
+    and never beyond `STRETCHED` of the leg's length.
+    """
+    now = np.linalg.norm(ankle - hip, axis=-1, keepdims=True)
+    length = np.linalg.norm(knee - hip, axis=-1, keepdims=True) + np.linalg.norm(ankle - knee, axis=-1, keepdims=True)
+    wanted = np.linalg.norm(target - hip, axis=-1, keepdims=True)
+    room = np.maximum(STRETCHED * length - now, 1e-9)
+    eased = np.where(wanted > now, now + room * np.tanh((wanted - now) / room), wanted)
+    return np.asarray(hip + (target - hip) * (eased / np.maximum(wanted, 1e-9)))
 
 
 def _points(motion: Motion, roles: list[str]) -> FloatArray:

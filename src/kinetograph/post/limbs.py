@@ -20,10 +20,13 @@ def has_limb(motion: Motion, side: str, limb: tuple[str, str, str]) -> bool:
     return all(f"{side}_{part}" in motion.skeleton.roles for part in limb)
 
 
-def move_limb(motion: Motion, side: str, limb: tuple[str, str, str], offset: FloatArray) -> Motion:
+def move_limb(
+    motion: Motion, side: str, limb: tuple[str, str, str], offset: FloatArray, hinge: FloatArray | None = None
+) -> Motion:
     """Move a limb's end by ``offset``, shape ``(F, 3)`` metres, bending its two joints; the end keeps its world turn.
 
-    limb: `LEG` or `ARM`. Frames whose offset is nothing are left as they are, and no bone is lengthened.
+    limb: `LEG` or `ARM`. hinge: the axis ``(F, 3)`` about which the limb bends where it is straight. Frames whose
+    offset is nothing are left as they are, and no bone is lengthened.
     """
     changed = np.linalg.norm(offset, axis=1) > 1e-7
     if not changed.any():
@@ -31,7 +34,7 @@ def move_limb(motion: Motion, side: str, limb: tuple[str, str, str], offset: Flo
     upper, middle, end = (motion.skeleton.landmark(f"{side}_{part}").joint for part in limb)
     positions, turns = forward(motion)
     target = positions[:, end] + offset
-    upper_turn, lower_turn = reach(positions[:, upper], positions[:, middle], positions[:, end], target)
+    upper_turn, lower_turn = reach(positions[:, upper], positions[:, middle], positions[:, end], target, hinge)
     above = turns[:, motion.skeleton.parents[upper]]
     upper_turn, lower_turn = rot.multiply(upper_turn, turns[:, upper]), rot.multiply(lower_turn, turns[:, middle])
     before_middle, before_end = between_joints(motion, upper, middle), between_joints(motion, middle, end)
