@@ -88,7 +88,7 @@ def _from_leader(leader: Motion, points: FloatArray) -> FloatArray:
 
 def _features(leader: Motion) -> FloatArray:
     """The leader's limbs now, before and after, all seen from where the leader is now: ``(F, 9 R)``."""
-    points = role_positions(leader, ROLES)
+    points = role_positions(leader, [role for role in ROLES if role in leader.skeleton.roles])
     frames = np.arange(len(leader), dtype=np.float64)
     shift = CONTEXT * leader.fps
     windows = [_seen_from(leader, interpolate(points, frames + d)) for d in (-shift, 0.0, shift)]
