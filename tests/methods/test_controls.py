@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walkers import stick_figure, walk
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
@@ -19,6 +18,7 @@ from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.motion import Motion, place, resample
 from kinetograph.post.assemble import PostSettings
 from kinetograph.take import Annotation, Take
+from walkers import stick_figure, walk
 
 _FEET = {"left_toe": 1.0, "right_toe": 2.0}
 _ENDS = {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
@@ -76,7 +76,7 @@ def test_a_signal_is_read_by_its_names() -> None:
 
 
 def test_readings_that_make_no_sense() -> None:
-    with pytest.raises(RequestError, match="control points need positive weights by role, found {'head': 0}"):
+    with pytest.raises(RequestError, match="control points need positive weights by role, found"):
         PointsByRole({"head": 0})
     with pytest.raises(RequestError, match="velocity must be 0 s or more, found -1"):
         PointsByRole(velocity=-1)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walkers import walk
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
@@ -16,6 +15,7 @@ from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion, cut
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
+from walkers import walk
 
 _FPS = 30.0
 _METHOD = PerformanceControl(stretch=0.1)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walkers import walk
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.methods.rules import Rule, transcribe
 from kinetograph.take import Annotation, Take
+from walkers import walk
 
 _TURNS = {"straight": 0.0, "left": 0.7, "right": -0.7}
 

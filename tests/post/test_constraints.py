@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from walkers import walk
 
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.post.constraints import Hold, HoldSettings, ease_weights, follow_hands, hold_hands, hold_residuals
+from walkers import walk
 
 _STILL = HoldSettings(share=0.0)
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from naive import best_beats
-from walkers import walk
 
 from kinetograph.errors import RequestError
 from kinetograph.motion import cut
 from kinetograph.segmentation.beats import BeatSettings, detect_beats, subdivide, tempo, track_beats
+from naive import best_beats
+from walkers import walk
 
 
 @pytest.mark.parametrize("period", [0.7, 0.85, 1.0])

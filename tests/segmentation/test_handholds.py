@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from walkers import slide, walk
 
 from kinetograph.arrays import BoolArray
 from kinetograph.errors import RequestError
@@ -12,6 +11,7 @@ from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion, resample
 from kinetograph.segmentation import HoldThresholds, detect_handholds
 from kinetograph.skeleton import Skeleton
+from walkers import slide, walk
 
 
 def _pair(held: BoolArray) -> tuple[Motion, Motion]:
