@@ -10,7 +10,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
-from kinetograph.methods.rules import Rule, transcribe
+from kinetograph.methods.rules import Rule, alternatives, transcribe
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -70,3 +70,17 @@ def test_rules_that_cannot_be_met(tmp_path: Path) -> None:
         Rule(2.0, 1.0)
     with pytest.raises(RequestError, match="the library names no moves; annotate some of kind 'move'"):
         transcribe(model, _control())
+
+
+def test_alternatives_each_replace_a_piece_and_come_cheapest_first(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    best = model.interpret(x)
+    found = alternatives(model, x, 3)
+    scores = [path.score for _, path in found]
+    assert len(found) == 3
+    assert scores == sorted(scores)
+    assert scores[0] >= best.score * (1 - 1e-6)
+    for rule, path in found:
+        assert path.score == model.interpret(x, rules=(rule,)).score
+        assert path.states.tolist() != best.states.tolist() or path.starts.tolist() != best.starts.tolist()

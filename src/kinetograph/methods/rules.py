@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
 from kinetograph.motion import Motion
@@ -120,6 +120,26 @@ def transcribe(model: PerformanceModel, control: Signal | Motion) -> list[Transc
         other = model.interpret(x, rules=(Rule(start, stop, move=move, forbid=True),)).score if move else best.score
         rows.append(Transcript(move, start, stop, other / max(best.score, 1e-12) - 1.0))
     return rows
+
+
+def alternatives(
+    model: PerformanceModel, x: FloatArray, count: int, rules: Sequence[Rule] = ()
+) -> list[tuple[Rule, SegmentalPath]]:
+    """The ``count`` best sequences that each replace a piece of the best one, cheapest first, with what was forbidden.
+
+    x: control points ``(T + 1, P, 3)`` at the search's rate. Every alternative is the optimum without that piece's
+    recording there; those that forbid different pieces and come out the same count once.
+    """
+    best = model.interpret(x, rules=rules)
+    found: dict[tuple[tuple[int, int], ...], tuple[Rule, SegmentalPath]] = {}
+    for state, start, stop in zip(best.states, best.starts, best.stops, strict=True):
+        segment = model.instances.segments[model.instances.states[state, 0]]
+        middle = 0.5 * (segment.start + segment.stop)
+        begin, end = max(float(start), 0.0) / model.method.rate, float(stop) / model.method.rate
+        rule = Rule(begin, end, take=model.sources[segment.source].take, source=middle, forbid=True)
+        path = model.interpret(x, rules=(*rules, rule))
+        found.setdefault(tuple(zip(path.states.tolist(), path.starts.tolist(), strict=True)), (rule, path))
+    return sorted(found.values(), key=lambda pair: pair[1].score)[:count]
 
 
 def _runs(model: PerformanceModel, path: SegmentalPath) -> list[tuple[str, float, float]]:
