@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import role_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.learn.alignment import align
 from kinetograph.learn.linkage import complete_linkage, representatives
 from kinetograph.methods._handholds import grips
@@ -130,7 +130,7 @@ def _source(
 def _on_one_skeleton(sources: list[Source]) -> list[Source]:
     """All sources on the first one's skeleton, which may be another dancer's of nearly the same build.
 
-    Local turns are kept, and heights of the root are scaled by the length of the legs. Raises RequestError for
+    Local turns are kept, and the body is lifted to stand on the floor it stood on. Raises RequestError for
     skeletons of other joints, or of another build.
     """
     first = sources[0].motion.skeleton
@@ -146,8 +146,14 @@ def _on_one_skeleton(sources: list[Source]) -> list[Source]:
 def _rebuilt(motion: Motion, skeleton: Skeleton) -> Motion:
     if same_shape(motion.skeleton, skeleton, tolerance=1e-3):
         return motion
-    scale = np.array([1.0, skeleton.height / motion.skeleton.height, 1.0])
-    return replace(motion, skeleton=skeleton, translation=motion.translation * scale, bones=None)
+    rebuilt = replace(motion, skeleton=skeleton, bones=None)
+    rise = np.array([0.0, _floor(motion) - _floor(rebuilt), 0.0])
+    return replace(rebuilt, translation=rebuilt.translation + rise)
+
+
+def _floor(motion: Motion) -> float:
+    """The height in metres that a body stands on: of its lowest joint, in the frames where that is lowest."""
+    return float(np.quantile(joint_positions(motion)[..., 1].min(axis=1), 0.05))
 
 
 def segment_distances(
