@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+collect_ignore_glob = ["clients/*.py"]  # scripts for other programs' interpreters: make check-clients
+
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 # a failure in continuous integration must be the same failure on the next run
 settings.register_profile("ci", settings.get_profile("default"), derandomize=True)

@@ -17,19 +17,22 @@ _MODULES = sorted(path for path in _PACKAGE.rglob("*.py") if path != _PACKAGE / 
 _LAYERS = (
     {"__main__"},
     {"cli", "studio", "stream"},
-    {"evaluation", "pictures", "_figures"},
+    {"evaluation", "pictures", "_figures", "rendering"},
     {"pipeline"},
     {"methods", "post"},
     {"segmentation", "library", "formats"},
-    {"take", "signal", "synthesis"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "learn"},
+    {"take", "signal", "synthesis", "keys"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations"},
     {"errors", "arrays"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
-_BODIES = {"motion", "skeleton", "kinematics", "roles", "mirroring", "take", "signal", "synthesis"}
+_BODIES = {
+    *("motion", "skeleton", "character", "kinematics", "roles", "mirroring"),
+    *("take", "signal", "synthesis", "keys"),
+}
 _HEAVY = ("numba", "matplotlib", "scipy")
 
 

@@ -13,6 +13,8 @@ __version__ = "0.1.0"
 
 _EXPORTS = {
     "Annotation": "take",
+    "Key": "keys",
+    "KeyframeControl": "methods.keyframe",
     "Landmark": "skeleton",
     "Library": "library",
     "Motion": "motion",
@@ -28,6 +30,8 @@ _EXPORTS = {
 
 __all__ = [
     "Annotation",
+    "Key",
+    "KeyframeControl",
     "Landmark",
     "Library",
     "Motion",
@@ -55,7 +59,9 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from kinetograph.formats import load, save
+    from kinetograph.keys import Key
     from kinetograph.library import Library
+    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal

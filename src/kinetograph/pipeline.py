@@ -10,8 +10,10 @@ import numpy as np
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, ReadOptions, read
+from kinetograph.keys import Key
 from kinetograph.library import Library
 from kinetograph.methods._ground_path import smooth_path
+from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance import PerformanceControl, only_track
 from kinetograph.methods.rules import Rule
 from kinetograph.motion import Motion
@@ -187,3 +189,18 @@ def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:
     even = np.linspace(0, along[-1], int(along[-1] / speed * fps) + 1)
     x, z = (np.interp(even, along, dense[:, i]) for i in (0, 1))
     return Signal(np.stack([x, np.zeros_like(x), z], axis=-1)[:, None], ("path",), "m", fps)
+
+
+def inbetween(
+    keys: tuple[Key, ...],
+    library: Library,
+    method: KeyframeControl | None = None,
+    *,
+    exclude: tuple[str, ...] = (),
+    track: str | None = None,
+    seed: int = 0,
+) -> Synthesis:
+    """A motion through keys, made of a library's recordings. seed: of the paper's clusters. Raises RequestError."""
+    method = method or KeyframeControl()
+    model = method.fit(library, exclude=exclude, track=track, rng=np.random.default_rng(seed))
+    return model.synthesize(keys)

@@ -59,7 +59,9 @@ class Synthesis:
 
     pieces: in order of time, without gaps. annotations: those carried over from the pieces' takes (contacts, ...),
     on track ``"motion"``. cost: the score of the optimisation, split into ``costs``. statistics: figures of the run.
-    warnings: what a person should know, each one line.
+    warnings: what a person should know, each one line. edited: shape ``(F,)`` metres, how far each frame is from the
+    recording it came from (mean joint distance, the place on the ground and the heading put aside), where a method
+    tells; else empty.
     """
 
     motion: Motion
@@ -69,6 +71,7 @@ class Synthesis:
     annotations: tuple[Annotation, ...] = ()
     statistics: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    edited: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def piece_at(self, frame: int) -> Piece:
         """The piece that frame ``frame`` came from; a frame on a seam belongs to the later piece."""

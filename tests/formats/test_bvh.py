@@ -504,7 +504,7 @@ def test_the_written_file_by_hand(tmp_path: Path) -> None:
         options=WriteOptions("zxy", "centimetre"),
     )
     assert (tmp_path / "a.bvh").read_text() == (
-        "HIERARCHY\nROOT Hips\n{\n\tOFFSET 0.00000 100.00000 0.00000\n"
+        "HIERARCHY\nROOT Hips\n{\n\tOFFSET 0.00000 0.00000 0.00000\n"
         "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
         "\tJOINT Arm\n\t{\n\t\tOFFSET 100.00000 0.00000 0.00000\n\t\tCHANNELS 3 Zrotation Xrotation Yrotation\n"
         "\t\tEnd Site\n\t\t{\n\t\t\tOFFSET 0.00000 0.00000 0.00000\n\t\t}\n\t}\n}\n"

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
-from kinetograph.formats import Loaded, ReadOptions, load, read, save
+from kinetograph.formats import Loaded, ReadOptions, WriteOptions, load, read, save
+from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
@@ -197,12 +198,21 @@ def test_a_path_is_written_as_a_path(tmp_path: Path, height: float, header: str)
     np.testing.assert_array_equal(load(tmp_path / "path.csv").signal("path").values, path.values)
 
 
-def test_motions_are_refused(tmp_path: Path) -> None:
-    stick = Motion(Skeleton(("a",), np.array([-1]), np.zeros((1, 3))), np.zeros((1, 3)), rot.identity(1, 1), 30)
-    with pytest.raises(RequestError, match=r"a \.csv file holds a signal, found a motion; save it as \.bvh"):
-        save(stick, tmp_path / "a.csv")
-    with pytest.raises(RequestError, match=r"name one of its signals \(none\)"):
-        save(Take("t", {"motion": stick}), tmp_path / "a.csv")
+def test_a_motion_becomes_a_table_of_positions_or_of_angles(tmp_path: Path) -> None:
+    bone = Skeleton(("a", "b c"), np.array([-1, 0]), np.array([[0.0, 0, 0], [0, 1, 0]]))
+    turns = rot.from_euler(np.radians([[[10.0, 20, 30], [0, 0, 0]], [[12.0, 22, 32], [0, 0, 0]]]), "zxy")
+    motion = Motion(bone, np.array([[0.0, 1, 2], [0, 1, 3]]), turns, 30)
+    save(motion, tmp_path / "places.csv")
+    places = load(tmp_path / "places.csv").signal()
+    np.testing.assert_allclose(places.values, joint_positions(motion), atol=1e-8)
+    assert (places.names, places.fps) == (("a", "b c"), 30.0)
+    save(Take("t", {"motion": motion}), tmp_path / "angles.csv", options=WriteOptions(table="angles"))
+    rows = (tmp_path / "angles.csv").read_text().splitlines()
+    assert rows[0] == "# angles: degrees, intrinsic ZXY, outermost first; root in m, Y up"
+    assert rows[1] == "t,a.tx,a.ty,a.tz,a.rz,a.rx,a.ry,b c.rz,b c.rx,b c.ry"
+    np.testing.assert_allclose([float(cell) for cell in rows[2].split(",")], [0, 0, 1, 2, 10, 20, 30, 0, 0, 0])
+    with pytest.raises(RequestError, match="holds one of positions, angles, found 'speeds'"):
+        save(motion, tmp_path / "a.csv", options=WriteOptions(table="speeds"))
 
 
 ALPHABET = "t,xz.;\n\r\t 0159-+e#\"'nai\0é"

@@ -46,9 +46,9 @@ def test_load_and_read_differ_by_the_notes(tmp_path: Path) -> None:
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match=r"cannot read files of kind '\.xyz'; expected one of \.bvh, \.csv"):
+    with pytest.raises(RequestError, match=r"cannot read files of kind '\.xyz'; expected one of \.amc, \.asf, \.bvh"):
         load(tmp_path / "a.xyz")
-    with pytest.raises(RequestError, match=r"cannot write files of kind ''; expected one of \.bvh, \.csv, \.glb"):
+    with pytest.raises(RequestError, match=r"cannot write files of kind ''; expected one of \.bvh, \.csv, \.fbx"):
         save(STICK, tmp_path / "a")
     save(STICK, tmp_path / "a.bvh")
     with pytest.raises(RequestError, match="unknown units 'parsec'"):

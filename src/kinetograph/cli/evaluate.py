@@ -26,6 +26,7 @@ def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Held-out evaluation.", no_args_is_help=True)
     group.command()(performance)
+    group.command()(keyframe)
     app.add_typer(group, name="evaluate", rich_help_panel="Evidence")
 
 
@@ -67,3 +68,34 @@ def performance(
         else:
             rows = [asdict(row) for row in leave_one_take_out(method, takes, track=target, progress=progress)]
     table(rows, as_json)
+
+
+def keyframe(
+    library: LibraryFolder,
+    held_out: Annotated[list[str], typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")],
+    gap: Annotated[list[int] | None, typer.Option(help="Frames taken out. Repeatable; 5, 15, 30, 45 without.")] = None,
+    rate: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
+    mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Fill gaps in held-out takes from all others, by LAFAN1's protocol, beside its two baselines.
+
+    On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
+
+    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5"
+    """
+    import fnmatch
+    from dataclasses import asdict
+
+    from kinetograph.errors import RequestError
+    from kinetograph.evaluation.keyframe import inbetween_held_out
+    from kinetograph.methods.keyframe import KeyframeControl
+    from kinetograph.pipeline import open_library
+
+    takes = open_library(library)
+    names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
+    if not names:
+        raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
+    method = KeyframeControl(rate=rate, mirror=mirrored)
+    found = inbetween_held_out(takes, names, tuple(gap or (5, 15, 30, 45)), method)
+    table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in found.items()], as_json)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli._characters import Onto, Scale, Table, Wear, body, dressed
 from kinetograph.cli._shell import (
     AsJson,
     Force,
@@ -16,6 +17,7 @@ from kinetograph.cli._shell import (
     Up,
     note,
     parse_roles,
+    progress_bar,
     refuse_existing,
     result,
     table,
@@ -103,23 +105,31 @@ def convert(
     to_units: Annotated[str, typer.Option(help="Units to write where the format leaves a choice.")] = "metre",
     to_up: Annotated[str, typer.Option(help="Upward axis to write where the format leaves a choice.")] = "y",
     order: Annotated[str, typer.Option(help="Euler order to write, outermost first.")] = "zxy",
+    values: Annotated[str, typer.Option(help="What a CSV of a motion holds: positions or angles.")] = "positions",
     mirrored: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False,
+    skeleton: Annotated[Path | None, typer.Option(help="The bones of an .amc or of AMASS poses.")] = None,
+    onto: Onto = None,
+    character: Wear = None,
+    joint_table: Table = None,
+    scale: Scale = None,
     lenient: Lenient = False,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Convert a motion or signal to another format, rate, span, unit or axis.
+    """Convert a motion or signal to another format, rate, span, unit, axis or body.
 
-    Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8
+    Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8 --character human
     """
     from kinetograph.formats import ReadOptions, WriteOptions, read, save
 
     refuse_existing([target], force)
-    loaded = read(source, ReadOptions(units, up, file_fps, lenient))
+    loaded = read(source, ReadOptions(units, up, file_fps, lenient, skeleton))
     for text in loaded.notes:
         note(f"{source}: {text}")
     take = _edited(loaded.take, fps, start, end, mirrored)
-    save(take, target, force=force, options=WriteOptions(order, to_units, to_up))
+    worn = body(character, onto)
+    take = dressed(take, worn.skeleton, joint_table, scale)
+    save(take, target, force=force, options=WriteOptions(order, to_units, to_up, worn.character, values))
     first = next(iter(take.tracks.values()))
     result({"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}, as_json)
 
@@ -147,9 +157,11 @@ def _edited(take: Take, fps: float | None, start: float, end: float | None, mirr
 
 def view(
     file: Annotated[Path, typer.Argument(help="A motion file.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The picture to write, .png.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The picture to write, .png, or the film, .gif.")],
     path: Annotated[Path | None, typer.Option(help="A path CSV to draw beneath the root's.")] = None,
     frames: Annotated[int, typer.Option(help="How many poses.")] = 24,
+    character: Wear = None,
+    seconds: Annotated[float, typer.Option(help="Length of a film, .gif.")] = 8.0,
     strobe: Annotated[bool, typer.Option("--strobe", help="One strip of the figure along its way instead.")] = False,
     contacts: Annotated[bool, typer.Option(help="Detect and mark the contacts of the feet.")] = True,
     role: Annotated[list[str] | None, typer.Option(help="Override a role: role=joint. Repeatable.")] = None,
@@ -159,9 +171,9 @@ def view(
     lenient: Lenient = False,
     force: Force = False,
 ) -> None:
-    """Draw a contact sheet: poses, the way from above, the feet over time.
+    """Draw a contact sheet: poses, the way from above, the feet over time; or a person, or a film of one.
 
-    Example: kinetograph view walk.bvh -o walk.png
+    Example: kinetograph view walk.bvh -o walk.gif --character human
     """
     from kinetograph import pictures
     from kinetograph.formats import ReadOptions, load
@@ -174,6 +186,9 @@ def view(
     take, notes = read_take(file, ReadOptions(units, up, fps, lenient), parse_roles(role))
     for text in notes:
         note(f"{file}: {text}")
+    if character is not None or output.suffix.lower() == ".gif":
+        _view_character(take, output, character, frames, seconds)
+        return
     marks = take.annotations
     if contacts and not any(n.kind == "contact" for n in marks):
         found = [detect_contacts(t, track=n) for n, t in take.tracks.items() if isinstance(t, Motion)]
@@ -184,4 +199,18 @@ def view(
         pictures.strobe(take, output, path_signal=wanted, title=file.name)
     else:
         pictures.contact_sheet(take, output, path_signal=wanted, title=file.name, frames=frames)
+    result({"wrote": str(output)}, as_json=False)
+
+
+def _view_character(take: Take, output: Path, character: str | None, frames: int, seconds: float) -> None:
+    from kinetograph.formats._atomic import atomic_path
+    from kinetograph.rendering import film, sheet
+
+    worn = body(character, None)
+    take = dressed(take, worn.skeleton, None, None)
+    with progress_bar("drawing") as progress, atomic_path(output) as draft:
+        if output.suffix.lower() == ".gif":
+            film(take, draft, worn.character, seconds=seconds, progress=progress)
+        else:
+            sheet(take, draft, worn.character, frames=frames, progress=progress)
     result({"wrote": str(output)}, as_json=False)

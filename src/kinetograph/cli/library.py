@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from kinetograph.cli._shell import AsJson, Fps, Lenient, Units, Up, note, parse_roles, progress_bar, result, table
 from kinetograph.errors import RequestError
+
+if TYPE_CHECKING:
+    from kinetograph.formats import ReadOptions
+    from kinetograph.library import Library
+
+_LONG = 100_000_000  # bytes of BVH from which a file is read a block at a time
 
 Folder = Annotated[Path, typer.Argument(metavar="LIB", help="The library's folder.")]
 Roles = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
@@ -45,12 +51,27 @@ def create(
     library = Library.create(folder)
     with progress_bar("reading") as progress:
         for done, path in enumerate(paths, start=1):
+            if path.suffix.lower() == ".bvh" and path.stat().st_size > _LONG and not roles:
+                _add_long(library, path, options)
+                continue
             take, notes = read_take(path, options, roles)
             for text in notes:
                 note(f"{path.name}: {text}")
             library.add(take)
             progress(done, len(paths))
     _summary(folder, as_json)
+
+
+def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
+    """A file too long to be read at once."""
+    from kinetograph.formats import stream
+    from kinetograph.library import add_stream
+
+    opened = stream(path, options)
+    for text in opened.notes:
+        note(f"{path.name}: {text}")
+    with progress_bar(f"reading {path.name}") as progress:
+        add_stream(library, path.stem, opened, progress=progress)
 
 
 def add(

@@ -154,14 +154,15 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
     }
 
 
-def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion, title: str) -> None:
+def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
     """A contact sheet of a synthesis, and of its control, with its contacts and seams."""
+    from kinetograph.motion import Motion
     from kinetograph.pictures import contact_sheet
     from kinetograph.post.contacts import contacts_of
     from kinetograph.signal import Signal
 
     contact_sheet(
-        synthesis.motion if isinstance(control, Signal) else [synthesis.motion, control],
+        [synthesis.motion, control] if isinstance(control, Motion) else synthesis.motion,
         picture,
         contacts=contacts_of(synthesis.annotations),
         path_signal=control if isinstance(control, Signal) else None,
@@ -183,9 +184,18 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "warnings": synthesis.warnings,
         "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
         "annotations": [asdict(mark) for mark in synthesis.annotations],
+        "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:
         draft.write_text(json.dumps(content, indent=1))
+
+
+def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
+    """Where every frame came from and, where the method tells, how many metres it was edited by."""
+    rows: list[dict[str, Any]] = [{"take": take, "second": second} for take, second in synthesis.provenance()]
+    for row, edited in zip(rows, synthesis.edited, strict=False):
+        row["edited"] = float(edited)
+    return rows
 
 
 def write_transcript(model: PerformanceModel, control: Signal | Motion, path: Path, force: bool) -> None:

@@ -8,20 +8,63 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
+from kinetograph.arrays import FloatArray
+from kinetograph.character import Character, Skin
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats._atomic import atomic_path
 from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
+from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
-__all__ = ["READERS", "WRITERS", "Loaded", "ReadOptions", "WriteOptions", "load", "read", "save"]
+if TYPE_CHECKING:
+    from kinetograph.formats._bvh_stream import MotionStream
 
-READERS: dict[str, str] = {".bvh": "bvh", ".csv": "csv", ".json": "deepmimic", ".txt": "deepmimic"}
+__all__ = [
+    "READERS",
+    "WRITERS",
+    "Loaded",
+    "ReadOptions",
+    "WriteOptions",
+    "body_of",
+    "load",
+    "read",
+    "read_character",
+    "save",
+    "stream",
+]
+
+READERS: dict[str, str] = {
+    ".amc": "acclaim",
+    ".asf": "acclaim",
+    ".bvh": "bvh",
+    ".c3d": "c3d",
+    ".csv": "csv",
+    ".fbx": "fbx",
+    ".glb": "glb",
+    ".gltf": "glb",
+    ".json": "deepmimic",
+    ".npz": "npz",
+    ".txt": "deepmimic",
+    ".usd": "usd",
+    ".usda": "usd",
+    ".usdc": "usd",
+}
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 
-WRITERS: dict[str, str] = {".bvh": "bvh", ".csv": "csv", ".glb": "glb"}
+WRITERS: dict[str, str] = {
+    ".bvh": "bvh",
+    ".csv": "csv",
+    ".fbx": "fbx",
+    ".glb": "glb",
+    ".npz": "npz",
+    ".usd": "usd",
+    ".usda": "usd",
+    ".usdc": "usd",
+}
 """Suffix -> module with ``write(what, path, options)``, which writes to exactly that path."""
 
 
@@ -57,6 +100,44 @@ def load(
     Raises FormatError for a file that cannot be read, RequestError for a suffix or an option that is not known.
     """
     return read(path, ReadOptions(units, up, fps, lenient)).take
+
+
+def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
+    """A long BVH file of one character, to be read a block at a time; see `library.add_stream`.
+
+    Raises FormatError for a file that cannot be read so, RequestError for other kinds of files.
+    """
+    if Path(path).suffix.lower() != ".bvh":
+        raise RequestError(f"{path}: only .bvh files are read in blocks; load it whole")
+    from kinetograph.formats._bvh_stream import open_stream
+
+    try:
+        return open_stream(path, options)
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+
+
+def read_character(path: str | Path) -> Character:
+    """The body in a ``.glb`` or ``.gltf`` file with one skin, for `WriteOptions.character`.
+
+    Raises FormatError for a file that cannot be read or has no skinned character.
+    """
+    from kinetograph.formats import _gltf_character
+
+    try:
+        return _gltf_character.read_character(Path(path))
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+
+
+def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Skin, FloatArray]:
+    """The skin that a motion of a skeleton is written with, and where its joints are at rest, ``(J, 3)`` metres.
+
+    Raises RequestError where the skeleton is not the character's.
+    """
+    from kinetograph.formats import _body, _capsules
+
+    return _body.skin_of(skeleton, character), _capsules.rest_positions(skeleton)
 
 
 def save(

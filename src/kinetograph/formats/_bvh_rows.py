@@ -34,19 +34,25 @@ class Rows:
 
 def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> Rows:
     """Read what follows MOTION. Raises FormatError, with the line."""
-    frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
-    frames = _frame_count(path, frames_at)
-    time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")
-    fps = options.fps if options.fps is not None else _rate(path, time_at)
-    if not (math.isfinite(fps) and fps > 0):
-        raise FormatError(path, f"fps must be a positive number, found {fps}")
-    values, notes = _rows(path, data, time_at.next_position, time_at.next_line, hierarchy.width, options.lenient)
+    frames, fps, position, line = parse_header(path, data, hierarchy, options)
+    values, notes = _rows(path, data, position, line, hierarchy.width, options.lenient)
     if len(values) != frames:
         message = f"Frames: {frames}, but there are {len(values)} rows of numbers"
         if not options.lenient:
             raise FormatError(path, f"{message}; is the file cut short? --lenient takes the rows that are there")
         notes.append(f"{message}: took these")
     return Rows(values, fps, tuple(notes))
+
+
+def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> tuple[int, float, int, int]:
+    """The number of frames, their rate, and the byte and line where the rows begin. Raises FormatError."""
+    frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
+    frames = _frame_count(path, frames_at)
+    time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")
+    fps = options.fps if options.fps is not None else _rate(path, time_at)
+    if not (math.isfinite(fps) and fps > 0):
+        raise FormatError(path, f"fps must be a positive number, found {fps}")
+    return frames, fps, time_at.next_position, time_at.next_line
 
 
 class _Header(NamedTuple):

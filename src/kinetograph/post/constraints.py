@@ -57,7 +57,8 @@ def hold_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | N
     for side in ("left", "right"):
         mine = [hold for hold in holds if hold.hand == f"{side}_hand"]
         if mine and has_limb(motion, side, ARM):
-            motion = move_limb(motion, side, ARM, hand_correction(motion, mine, settings))
+            arm = [motion.skeleton.landmark(f"{side}_{part}").joint for part in ARM]
+            motion = move_limb(motion, arm, hand_correction(motion, mine, settings))
     return motion
 
 

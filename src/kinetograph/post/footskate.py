@@ -66,16 +66,19 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     return offset
 
 
-def move_foot(motion: Motion, side: str, offset: FloatArray) -> Motion:
-    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn."""
-    if not np.any(np.linalg.norm(offset, axis=1) > 1e-7):
-        return motion
-    positions = joint_positions(motion)
-    hip, knee, ankle = (positions[:, motion.skeleton.landmark(f"{side}_{part}").joint] for part in LEG)
+def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = True) -> Motion:
+    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn.
+
+    gently: straighten legs as `within_reach` does, else as far as `reach` can.
+    """
+    joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in LEG]
     hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
+    positions = joint_positions(motion)
     hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
-    drawn = within_reach(hip, knee, ankle, ankle + offset) - ankle
-    return move_limb(motion, side, LEG, drawn, hinge)
+    if gently:
+        hip, knee, ankle = (positions[:, joint] for joint in joints)
+        offset = np.where(offset == 0.0, 0.0, within_reach(hip, knee, ankle, ankle + offset) - ankle)
+    return move_limb(motion, joints, offset, hinge)
 
 
 def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,21 +21,19 @@ def has_limb(motion: Motion, side: str, limb: tuple[str, str, str]) -> bool:
     return all(f"{side}_{part}" in motion.skeleton.roles for part in limb)
 
 
-def move_limb(
-    motion: Motion, side: str, limb: tuple[str, str, str], offset: FloatArray, hinge: FloatArray | None = None
-) -> Motion:
-    """Move a limb's end by ``offset``, shape ``(F, 3)`` metres, bending its two joints; the end keeps its world turn.
+def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: FloatArray | None = None) -> Motion:
+    """Move the end of a limb, the last of three joints, by ``offset``, shape ``(F, 3)`` metres, as far as it reaches.
 
-    limb: `LEG` or `ARM`. hinge: the axis ``(F, 3)`` about which the limb bends where it is straight. Frames whose
-    offset is nothing are left as they are, and no bone is lengthened.
+    The end keeps its world turn, and no bone is lengthened. hinge: see `reach`. Frames whose offset is nothing are
+    left as they are.
     """
     changed = np.linalg.norm(offset, axis=1) > 1e-7
     if not changed.any():
         return motion
-    upper, middle, end = (motion.skeleton.landmark(f"{side}_{part}").joint for part in limb)
+    upper, middle, end = joints
     positions, turns = forward(motion)
-    target = positions[:, end] + offset
-    upper_turn, lower_turn = reach(positions[:, upper], positions[:, middle], positions[:, end], target, hinge)
+    limb = (positions[:, upper], positions[:, middle], positions[:, end])
+    upper_turn, lower_turn = reach(*limb, positions[:, end] + offset, hinge)
     above = turns[:, motion.skeleton.parents[upper]]
     upper_turn, lower_turn = rot.multiply(upper_turn, turns[:, upper]), rot.multiply(lower_turn, turns[:, middle])
     before_middle, before_end = between_joints(motion, upper, middle), between_joints(motion, middle, end)

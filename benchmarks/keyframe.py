@@ -1,0 +1,157 @@
+"""Keyframe control: the sample from lying to running, all getting up x all running, held-out gaps, a large index."""
+
+from __future__ import annotations
+
+import resource
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._recordings import data_folder
+from kinetograph import rotations as rot
+from kinetograph.errors import RequestError
+from kinetograph.evaluation.inbetweening import Score
+from kinetograph.evaluation.keyframe import (
+    PairFigures,
+    inbetween_held_out,
+    judge_pair,
+    key_miss,
+    recorded_jumps,
+)
+from kinetograph.formats import load
+from kinetograph.keys import key_at
+from kinetograph.library import Library, samples
+from kinetograph.methods.keyframe import KeyframeControl
+from kinetograph.motion import Motion, sample
+from kinetograph.take import Take
+
+GETTING_UP = ("111_06", "111_07", "111_08", "113_08", "114_02", "140_01", "140_02", "140_04", "140_08")
+GETTING_UP = (*GETTING_UP, "77_16", "77_17", "77_18")
+RUNNING = ("02_03", "09_01", "127_06", "35_17", "38_03", "143_42")
+LYING_AT = {"113_08": 4.5}  # it begins upright
+RUNNING_AT = {"143_42": 3.0}  # it stands half of the time
+FRAMES = 500_000
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        from_lying_to_running(Path(folder))
+        data = data_folder()
+        if data is None:
+            print("no recordings: set KINETOGRAPH_DATA to a folder with walks/ and actions/")
+            return
+        pairs(Path(folder), data)
+        gaps(Path(folder), data)
+        large_index(Path(folder), data)
+
+
+def library_of(folder: Path, files: Sequence[Path]) -> Library:
+    library = Library.create(folder)
+    for file in files:
+        take = load(file)
+        library.add(Take(file.stem.removeprefix("humanoid3d_"), take.tracks, take.annotations))
+    return library
+
+
+def from_lying_to_running(folder: Path) -> None:
+    clips = samples.where("deepmimic-clips") or samples.fetch("deepmimic-clips")
+    library = library_of(folder / "sample", [f for f in sorted(clips.glob("*.txt")) if "laikago" not in f.name])
+    first, last = (library.take(name).motion() for name in ("getup_facedown", "run"))
+    keys = [key_at(first, 0.0, label="lying"), key_at(last, 0.4, label="running")]
+    print("from lying to running on the sample")
+    for mode in ("search", "paper"):
+        try:
+            result = KeyframeControl(mode=mode).fit(library).synthesize(keys)
+        except RequestError as error:
+            print(f"  {mode:6s} refused: {error}")
+            continue
+        miss = [1000 * key_miss(result, k, f) for k, f in zip(keys, (0, len(result.motion) - 1), strict=True)]
+        takes = ", ".join(p.take for p in result.pieces)
+        print(f"  {mode:6s} {result.motion.duration:.1f} s of {takes}; keys met within {max(miss):.3f} mm")
+
+
+def pairs(folder: Path, data: Path) -> None:
+    library = library_of(folder / "actions", sorted((data / "actions").glob("*.bvh")))
+    print(f"data/actions: {len(GETTING_UP)} getting up x {len(RUNNING)} running")
+    print("  mode    solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm")
+    for mode in ("search", "paper"):
+        model = KeyframeControl(mode=mode).fit(library)
+        recorded = recorded_jumps(model.examples)
+        rows, began = [], time.perf_counter()
+        for lying in GETTING_UP:
+            for running in RUNNING:
+                a, b = (library.take(name).motion() for name in (lying, running))
+                first = key_at(a, LYING_AT.get(lying, 0.0), label=lying)
+                last = key_at(b, RUNNING_AT.get(running, b.duration / 2), label=running)
+                rows.append(judge_pair(model, first, last, recorded))
+        _print_pairs(mode, rows, (time.perf_counter() - began) / len(rows))
+
+
+def _print_pairs(mode: str, rows: list[PairFigures], each: float) -> None:
+    solved = [row for row in rows if row.solved]
+    jump, skate = np.array([r.jump for r in solved]), np.array([r.skate for r in solved])
+    print(
+        f"  {mode:7s} {len(solved)}/{len(rows)}   {each:.2f}               {np.median(jump):.2f}  "
+        f"{np.quantile(jump, 0.9):.2f}  {jump.max():.2f}           {np.median(skate):.2f}  {skate.max():.2f}"
+        f"        {np.mean([r.untouched for r in solved]):.2f}        {1000 * max(r.miss for r in solved):.3f}"
+    )
+    for row in rows:
+        if not row.solved:
+            print(f"    {row.first} to {row.last}: {row.reason}")
+
+
+def gaps(folder: Path, data: Path) -> None:
+    library = library_of(folder / "walks", sorted((data / "walks").glob("15_*.bvh")))
+    names = library.names()
+    print("held-out gaps at 30 Hz, one take of data/walks left out at a time (not LAFAN1's data)")
+    found: dict[tuple[str, int], list[Score]] = {}
+    for name in names:
+        for key, scored in inbetween_held_out(library, (name,)).items():
+            found.setdefault(key, []).append(scored)
+    print("  method           gap   NPSS    L2Q    L2P   windows  refused")
+    for (method, gap), scores in found.items():
+        weights = np.array([s.windows for s in scores])
+        npss, l2q, l2p = (np.average([getattr(s, f) for s in scores], weights=weights) for f in ("npss", "l2q", "l2p"))
+        refused = sum(s.refused for s in scores)
+        print(f"  {method:15s} {gap:4d}  {npss:.4f}  {l2q:.3f}  {l2p:.3f}   {weights.sum():5d}    {refused}")
+
+
+def large_index(folder: Path, data: Path) -> None:
+    """Half a million frames: the recordings again and again, each time at another speed and in another posture."""
+    files = [*sorted((data / "walks").glob("15_*.bvh")), *sorted((data / "actions").glob("*.bvh"))]
+    sources = [load(file).motion() for file in files]
+    skeleton, rng = sources[0].skeleton, np.random.default_rng(0)
+    library, count, number = Library.create(folder / "large"), 0, 0
+    while count < FRAMES:
+        source = sources[number % len(sources)]
+        even = sample(source, np.arange(0, source.duration, rng.uniform(0.85, 1.15) / 30), 30.0)
+        posture = rot.exp(rng.normal(0, 0.06, (len(skeleton), 3)))
+        posture[0] = rot.IDENTITY
+        varied = Motion(skeleton, even.translation, rot.multiply(even.rotations, posture), 30.0)
+        library.add(Take(f"take{number}", {"motion": varied}))
+        count, number = count + len(varied), number + 1
+    began = time.perf_counter()
+    model = KeyframeControl().fit(library)
+    built = time.perf_counter() - began
+    one, two = library.take("take0").motion(), library.take("take1").motion()
+    keys = [
+        key_at(one, 5.0),
+        key_at(two, 20.0, time=(2.7, 2.7)),
+        key_at(one, 30.0, time=(5.3, 5.3)),
+        key_at(two, 8.0, time=(8.0, 8.0)),
+    ]
+    times = []
+    for _ in range(3):
+        began = time.perf_counter()
+        model.synthesize(keys)
+        times.append(time.perf_counter() - began)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(f"index of {count} frames: built in {built:.1f} s, {memory:.1f} GB at most")
+    print(f"  4 keys over 8 s: {times[0]:.2f} s, then {min(times[1:]):.2f} s")
+
+
+if __name__ == "__main__":
+    main()

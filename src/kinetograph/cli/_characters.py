@@ -1,0 +1,105 @@
+"""The options that put a motion on another body: --character, --retarget, --joint-table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from kinetograph.cli._shell import note, progress_bar
+from kinetograph.errors import RequestError
+
+if TYPE_CHECKING:
+    from kinetograph.character import Character
+    from kinetograph.skeleton import Skeleton
+    from kinetograph.take import Take, Track
+
+Wear = Annotated[
+    str | None, typer.Option("--character", help="Whose body to wear: human, capsules, or a .glb file with a skin.")
+]
+Onto = Annotated[
+    Path | None, typer.Option("--retarget", help="A motion file with the skeleton to move the motion onto.")
+]
+Table = Annotated[
+    Path | None,
+    typer.Option("--joint-table", help="Which joints go together; written there where it does not exist yet."),
+]
+Scale = Annotated[float | None, typer.Option("--scale", help="Scale of the way; that of the legs without it.")]
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a motion is to be put on: the body to wear, if any, and the skeleton, if it is another."""
+
+    character: Character | None
+    skeleton: Skeleton | None
+
+
+def body(wear: str | None, onto: Path | None) -> Body:
+    """The body that the options name. Raises RequestError for both at once and for names that are not known."""
+    if wear in (None, "capsules"):
+        return Body(None, _skeleton(onto) if onto else None)
+    if onto is not None:
+        raise RequestError("--character brings its own skeleton: leave --retarget out")
+    if wear == "human":
+        return _human()
+    path = Path(str(wear))
+    if path.suffix.lower() not in (".glb", ".gltf"):
+        raise RequestError(f"unknown character {wear!r}; expected human, capsules or a .glb file with a skin")
+    from kinetograph.formats import read_character
+
+    character = read_character(path)
+    return Body(character, character.skeleton)
+
+
+def _human() -> Body:
+    from kinetograph.library import samples
+    from kinetograph.library.characters import SAMPLE, human
+
+    if samples.where(SAMPLE) is None:
+        note(f"fetching the sample {SAMPLE}")
+    with progress_bar("fetching the character") as progress:
+        character = human(progress=progress)
+    return Body(character, character.skeleton)
+
+
+def _skeleton(path: Path) -> Skeleton:
+    from kinetograph.formats import read
+    from kinetograph.motion import Motion
+
+    loaded = read(path)
+    motion = next((track for track in loaded.take.tracks.values() if isinstance(track, Motion)), None)
+    if motion is None:
+        raise RequestError(f"{path}: expected a file with a skeleton, found a signal")
+    return motion.skeleton
+
+
+def dressed(take: Take, skeleton: Skeleton | None, table: Path | None, scale: float | None) -> Take:
+    """The take with its motions on a skeleton; the joint table is read where it exists, else written."""
+    from kinetograph.motion import Motion
+    from kinetograph.take import Take
+
+    if skeleton is None:
+        if table is not None or scale is not None:
+            raise RequestError("--joint-table and --scale go with --retarget or --character")
+        return take
+    from kinetograph.post.joint_table import joint_table, parse_table
+    from kinetograph.post.retarget import retarget
+
+    given = parse_table(table.read_text(encoding="utf-8"), table) if table and table.exists() else None
+    tracks: dict[str, Track] = {}
+    for name, track in take.tracks.items():
+        if isinstance(track, Motion):
+            pairs = given or joint_table(track.skeleton, skeleton)
+            holds = take.annotated(name, "handhold")
+            done = retarget(track, skeleton, table=pairs, scale=scale, handholds=holds)
+            note(f"{name}: {len(pairs.pairs)} of {len(skeleton)} joints mapped, way scaled by {done.scale:.3f}")
+            if table and given is None:
+                table.write_text(str(pairs), encoding="utf-8")
+                note(f"wrote {table}: edit it and run again to map other joints")
+            tracks[name] = done.motion
+        else:
+            tracks[name] = track
+    return Take(take.name, tracks, take.annotations)

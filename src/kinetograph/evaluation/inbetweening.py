@@ -1,0 +1,127 @@
+"""Held-out in-betweening by LAFAN1's protocol (Harvey et al. 2020): ten past frames, a gap, the first frame after it.
+
+L2Q and L2P are means over frames of the Euclidean distance of all joints' world quaternions and of their normalised
+world positions; NPSS compares power spectra over time. All three are taken over the gap's frames only. Windows are
+turned and moved so that their last past frame stands over the origin and faces along z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.kinematics import forward, joint_positions
+from kinetograph.motion import Motion, cut, transform
+
+PAST = 10
+STRIDE = 40
+Filler = Callable[[Motion, int], Motion]
+"""Given a window and the gap's frames (it may look at `PAST` frames and the last one), the whole window filled."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Figures of one method at one gap, lower is better. windows: how many were filled, refused: how many were not."""
+
+    npss: float
+    l2q: float
+    l2p: float
+    windows: int
+    refused: int = 0
+
+
+def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
+    """Windows of `PAST` frames, a gap and one more frame, every ``stride`` frames; see this module for their place."""
+    length = PAST + gap + 1
+    return [_centred(cut(motion, low, low + length)) for low in range(0, len(motion) - length + 1, stride)]
+
+
+def _centred(window: Motion) -> Motion:
+    turn = rot.about("y", -float(rot.twist(window.rotations[PAST - 1, 0], "y")))
+    shift = -rot.rotate(turn, window.translation[PAST - 1]) * np.array([1.0, 0.0, 1.0])
+    return transform(window, turn, shift)
+
+
+def zero_velocity(window: Motion, gap: int) -> Motion:
+    """The baseline that holds the last past pose."""
+    return _with_gap(window, gap, np.zeros(gap))
+
+
+def interpolation(window: Motion, gap: int) -> Motion:
+    """The baseline that goes evenly from the last past pose to the one after the gap."""
+    return _with_gap(window, gap, np.arange(1, gap + 1) / (gap + 1))
+
+
+def _with_gap(window: Motion, gap: int, u: FloatArray) -> Motion:
+    inside = slice(PAST, PAST + gap)
+    a, b = PAST - 1, PAST + gap
+    root, turns = window.translation.copy(), window.rotations.copy()
+    root[inside] = (1 - u)[:, None] * root[a] + u[:, None] * root[b]
+    turns[inside] = rot.slerp(window.rotations[a], window.rotations[b], u[:, None])
+    return replace(window, translation=root, rotations=turns)
+
+
+def position_scale(motions: Sequence[Motion], gap: int) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation, each ``(J, 3)``, of the training windows' joints."""
+    windows = [w for motion in motions for w in windows_of(motion, gap)]
+    if not windows:
+        raise RequestError(f"no training clip is as long as a window of {PAST + gap + 1} frames")
+    points = np.concatenate([joint_positions(w) for w in windows])
+    return points.mean(axis=0), np.maximum(points.std(axis=0), 1e-3)
+
+
+def score(filler: Filler, windows: Sequence[Motion], gap: int, scale: tuple[FloatArray, FloatArray]) -> Score:
+    """A method's figures over windows; those that it refuses with a RequestError are filled by interpolation."""
+    truths, guesses, refused = [], [], 0
+    for window in windows:
+        try:
+            filled = filler(window, gap)
+        except RequestError:
+            filled, refused = interpolation(window, gap), refused + 1
+        truths.append(window)
+        guesses.append(filled)
+    truth, guess = (_world(motions, gap) for motions in (truths, guesses))
+    spread = [(points - scale[0]) / scale[1] for points in (truth[0], guess[0])]
+    return Score(
+        npss=npss(truth[1], guess[1]),
+        l2q=_l2(truth[1], guess[1]),
+        l2p=_l2(*(s.reshape(*s.shape[:2], -1) for s in spread)),
+        windows=len(truths),
+        refused=refused,
+    )
+
+
+def _world(motions: list[Motion], gap: int) -> tuple[FloatArray, FloatArray]:
+    """World positions ``(W, gap, J, 3)`` and quaternions ``(W, gap, 4 J)``, without jumps of sign from the past on."""
+    points, turns = zip(*(forward(m) for m in motions), strict=True)
+    inside = slice(PAST, PAST + gap)
+    first = np.stack(turns)
+    first = np.where(first[:, :1, :, :1] < 0, -first, first)
+    q = rot.unroll(first, axis=1)[:, inside]
+    return np.stack(points)[:, inside], q.reshape(*q.shape[:2], -1)
+
+
+def _l2(truth: FloatArray, guess: FloatArray) -> float:
+    return float(np.linalg.norm(truth - guess, axis=-1).mean())
+
+
+def npss(truth: FloatArray, guess: FloatArray) -> float:
+    """Normalised power spectrum similarity (Gopalakrishnan et al. 2019) of signals ``(W, T, D)``; 0 is the same.
+
+    The earth mover's distance between the two spectra of each signal, weighted by the true one's power. As in LAFAN1's
+    own code the power is that of the real parts.
+
+    >>> wave = np.sin(np.linspace(0, 6, 30))[None, :, None]
+    >>> npss(wave, wave)
+    0.0
+    """
+    powers = [np.square(np.real(np.fft.fft(x, axis=1))) for x in (truth, guess)]
+    totals = [p.sum(axis=1) for p in powers]
+    shares = [p / np.maximum(t, 1e-12)[:, None] for p, t in zip(powers, totals, strict=True)]
+    moved = np.abs(np.cumsum(shares[0], axis=1) - np.cumsum(shares[1], axis=1)).sum(axis=1)
+    return float(np.average(moved, weights=totals[0])) if totals[0].sum() > 0 else 0.0

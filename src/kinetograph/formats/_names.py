@@ -1,0 +1,27 @@
+"""Names that a format or a skeleton needs to be unique."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def unique(names: Sequence[str], what: str, notes: list[str]) -> list[str]:
+    """Names with ``_2``, ``_3``, ... after those that came before; every change is noted.
+
+    >>> unique(["a", "b", "a"], "joint", [])
+    ['a', 'b', 'a_2']
+    """
+    taken = set(names)
+    seen: set[str] = set()
+    counts: dict[str, int] = {}
+    found = []
+    for name in names:
+        fresh = name
+        while fresh in seen or (fresh != name and fresh in taken):
+            counts[name] = counts.get(name, 1) + 1  # kept, so that a thousand like names are not a million tries
+            fresh = f"{name}_{counts[name]}"
+        if fresh != name:
+            notes.append(f"{what} {name!r} occurs again: named {fresh!r}")
+        seen.add(fresh)
+        found.append(fresh)
+    return found

@@ -1,0 +1,140 @@
+"""NumPy archives: this package's own motions, and poses of AMASS and of SMPL bodies.
+
+Own files have per track ``track/names``, ``parents``, ``offsets``, ``end_parents``, ``end_offsets``, ``translation``,
+``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z. AMASS's have ``poses``
+(rotation vectors, three numbers a joint), ``trans`` and a rate; Z is up and joints rest in a T pose that faces z.
+"""
+
+from __future__ import annotations
+
+import ast
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats._body import characters
+from kinetograph.formats._smpl import motion_of_poses
+from kinetograph.formats.conventions import to_metres_y_up
+from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Take
+
+_FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "translation", "rotations", "fps", "bones")
+_POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets")
+_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+_ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
+_MAGIC = b"\x93NUMPY"
+_LARGEST = 1e12
+_LONGEST_HEADER = 10_000
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
+    """A ``.npz`` file as a take in metres, Y up.
+
+    Poses need joint offsets: those of ``options.skeleton``, of an array ``joint_offsets`` ``(22, 3)`` in the file, or
+    of an average body, which is noted.
+
+    Raises FormatError for other archives, objects in them, and arrays that claim more than the file can hold.
+    """
+    path = Path(path)
+    options = options or ReadOptions()
+    arrays = _arrays(path)
+    try:
+        if any(name.endswith("/rotations") for name in arrays):
+            take = Take(path.stem, _tracks(path, arrays, options))
+            return Loaded(take)
+        motion, notes = motion_of_poses(path, arrays, options)
+    except (FormatError, RequestError):
+        raise
+    except (ValueError, TypeError, KeyError) as error:
+        raise FormatError(path, f"its arrays do not make a motion: {str(error)[:120]}") from None
+    converted = to_metres_y_up([motion], options.units or "metre", options.up or "z")
+    return Loaded(Take(path.stem, {"motion": converted.motions[0]}), (*notes, *converted.notes))
+
+
+def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
+    """Write a motion, or every motion of a take, as arrays to exactly ``path``.
+
+    Raises RequestError for what holds no motion.
+    """
+    _, motions = characters(what, "NPZ")
+    arrays: Arrays = {}
+    for track, motion in motions.items():
+        skeleton = motion.skeleton
+        tree = (skeleton.names, skeleton.parents, skeleton.offsets, skeleton.end_parents, skeleton.end_offsets)
+        values: tuple[Any, ...] = (*tree, motion.translation, motion.rotations, motion.fps)
+        arrays |= {f"{track}/{field}": np.asarray(value) for field, value in zip(_FIELDS, values, strict=False)}
+        if motion.bones is not None:
+            arrays[f"{track}/bones"] = motion.bones
+    with Path(path).open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+
+
+def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motion]:
+    tracks = {}
+    for track in [name.removesuffix("/rotations") for name in arrays if name.endswith("/rotations")]:
+        parts = {field: arrays[f"{track}/{field}"] for field in _FIELDS if f"{track}/{field}" in arrays}
+        missing = [field for field in _FIELDS[:-1] if field not in parts]
+        if missing:
+            raise FormatError(path, f"track {track!r} has no {', '.join(missing)}")
+        if any(not np.all(np.abs(parts[f].astype(np.float64)) < _LARGEST) for f in parts if f != "names"):
+            raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
+        names = tuple(str(name) for name in parts["names"].ravel())
+        parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
+        skeleton = Skeleton(names, parents, offsets, end_parents, end_offsets)
+        fps = options.fps or float(parts["fps"])
+        motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
+        tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y").motions[0]
+    return tracks
+
+
+def _arrays(path: Path) -> Arrays:
+    """The arrays that are of use, read only where they can be as large as they say."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if _wanted(m.filename.removesuffix(".npy"))]
+            limit = _ROOM + _SWELL * path.stat().st_size
+            if sum(member.file_size for member in members) > limit:
+                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is it made to do harm?")
+            return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
+    except FormatError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
+        raise FormatError(path, f"expected a NumPy archive: {str(error)[:80]}") from None
+
+
+def _wanted(name: str) -> bool:
+    return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS
+
+
+def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
+    """An array out of its bytes; numpy's own reader makes room before it looks whether there is anything."""
+    if data[:6] != _MAGIC or len(data) < 12:
+        raise FormatError(path, f"{name}: expected a NumPy array")
+    wide = data[6] > 1
+    start = 12 if wide else 10
+    length = struct.unpack_from("<I" if wide else "<H", data, 8)[0]
+    try:
+        header = ast.literal_eval(data[start : start + min(length, _LONGEST_HEADER)].decode("latin-1").strip())
+        dtype, shape, fortran = np.dtype(header["descr"]), header["shape"], header["fortran_order"]
+        count = 1
+        for side in shape:
+            if not isinstance(side, int) or side < 0:
+                raise TypeError(f"a side of {side!r}")
+            count *= side
+    except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
+        raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
+    body = data[start + length :]
+    if dtype.hasobject or dtype.kind not in "fiuUS" or count * dtype.itemsize != len(body) or count < 0:
+        raise FormatError(path, f"{name}: expected {str(shape)[:40]} numbers or names, found {len(body)} bytes")
+    return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C") if count else np.zeros(shape, dtype)

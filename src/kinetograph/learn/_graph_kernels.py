@@ -1,0 +1,64 @@
+"""Compiled kernels of the transition graph: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+compiled = nb.njit(cache=True, nogil=True)
+
+
+@compiled
+def thin(frames, neighbours, distances, part, apart, limit, most, each, out):  # type: ignore[no-untyped-def]
+    """Mark in ``out`` ``(P, K)`` the neighbours worth a transition, nearest first; they come sorted by distance.
+
+    Left out: those further than ``limit``, those less than ``apart`` frames from the query itself in its own part or
+    from a neighbour that is kept already, and all after the first ``most``, or the first ``each`` of one part.
+    """
+    for row in range(neighbours.shape[0]):
+        kept = 0
+        for column in range(neighbours.shape[1]):
+            frame = neighbours[row, column]
+            if kept == most or not distances[row, column] <= limit:
+                break
+            fine = part[frame] != part[frames[row]] or abs(frame - frames[row]) >= apart
+            same = 0
+            for earlier in range(column):
+                if out[row, earlier] and part[neighbours[row, earlier]] == part[frame]:
+                    fine = fine and abs(neighbours[row, earlier] - frame) >= apart
+                    same += 1
+            fine = fine and same < each
+            if fine:
+                out[row, column] = True
+                kept += 1
+
+
+@compiled
+def relax(to_go, last, starts, target, cost, commit, step):  # type: ignore[no-untyped-def]
+    """One backward sweep of Bellman's equation over all frames, in place; returns whether any value fell.
+
+    to_go ``(N,)``; last ``(N,)``: the last frame of each frame's recording; transitions of frame i are
+    ``starts[i]`` to ``starts[i + 1]``. Playing on costs ``step``; a transition its cost and 1 + ``commit`` steps.
+    """
+    changed = False
+    for i in range(len(to_go) - 1, -1, -1):
+        best = to_go[i]
+        if i < last[i]:
+            best = min(best, to_go[i + 1] + step)
+        for e in range(starts[i], starts[i + 1]):
+            best = min(best, cost[e] + to_go[target[e] + commit] + step * (1 + commit))
+        if best < to_go[i]:
+            to_go[i] = best
+            changed = True
+    return changed
+
+
+@compiled
+def row_distances(rows, columns, row, out):  # type: ignore[no-untyped-def]
+    """Squared distances ``(N,)`` of some columns of rows ``(N, D)`` from as many numbers, added to ``out``."""
+    for i in range(rows.shape[0]):
+        total = np.float32(0.0)
+        for k in range(columns.shape[0]):
+            gap = rows[i, columns[k]] - row[k]
+            total += gap * gap
+        out[i] += total

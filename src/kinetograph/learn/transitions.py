@@ -1,0 +1,117 @@
+"""A graph over the frames of recordings: where one may be left for another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.learn import _graph_kernels
+
+_DIMENSIONS = 16
+_SAMPLE = 50_000
+_LEAVING = 60_000
+_PAIRS = 1_000_000
+MOST, EACH = 8, 2
+"""Matches kept of a frame, and of those in one recording."""
+APART = 5
+"""Frames between two transitions from one frame into one recording; a match has a whole neighbourhood of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Frames 0 to N - 1 of recordings laid end to end, and transitions between them.
+
+    last ``(N,)``: the last frame of the recording that a frame belongs to. starts ``(N + 1,)``: frame i has the
+    transitions ``starts[i]`` to ``starts[i + 1] - 1``. target, cost ``(E,)``: after frame i comes frame target, which
+    then is played on for ``commit`` steps at least.
+    """
+
+    last: IntArray
+    starts: IntArray
+    target: IntArray
+    cost: FloatArray
+    commit: int
+
+    def __len__(self) -> int:
+        return len(self.last)
+
+
+def lasts(lengths: list[int]) -> IntArray:
+    """The last frame of the recording of every frame, shape ``(N,)``, of recordings of these lengths.
+
+    >>> lasts([2, 3]).tolist()
+    [1, 1, 4, 4, 4]
+    """
+    return np.repeat(np.cumsum(lengths) - 1, lengths).astype(np.int64)
+
+
+def make_graph(last: IntArray, source: IntArray, target: IntArray, cost: FloatArray, commit: int) -> Graph:
+    """A graph from its transitions in any order; those into the last ``commit`` frames of a recording are left out."""
+    room = target + commit <= last[target]
+    source, target, cost = source[room], target[room], cost[room]
+    order = np.argsort(source, kind="stable")
+    starts = np.searchsorted(source[order], np.arange(len(last) + 1))
+    return Graph(last, starts.astype(np.int64), target[order].astype(np.int64), cost[order].astype(np.float64), commit)
+
+
+def find_transitions(
+    features: SingleArray, last: IntArray, commit: int, limit: float, scale: float, fee: float
+) -> Graph:
+    """Transitions wherever features meet: frame i may be followed by q where q is like i + 1.
+
+    features ``(N, D)``, whose distance is in metres; limit: metres, the furthest that counts as meeting; a transition
+    costs ``fee + (distance / scale) ** 2``. The nearest neighbours come from a KD-tree over the principal components;
+    their distances are then taken in full. A match serves both ways, so that a frame that is nobody's neighbour can
+    still be reached from its own. In a large library not every frame is matched, but every n-th.
+    """
+    frames = np.arange(len(last))
+    leaving = frames[1:][last[1:] == last[:-1]]
+    leaving = leaving[:: max(1, len(leaving) // _LEAVING)]
+    if len(leaving) == 0:
+        return make_graph(last, leaving, leaving, np.zeros(0), commit)
+    count = min(int(np.clip(_PAIRS // len(last), 24, 200)), len(last))
+    low = _project(features)
+    _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
+    near = near.reshape(len(leaving), count).astype(np.int64)
+    distances = _full_distances(features, leaving, near)
+    order = np.argsort(distances, axis=1, kind="stable")
+    near, distances = np.take_along_axis(near, order, axis=1), np.take_along_axis(distances, order, axis=1)
+    kept = np.zeros(near.shape, dtype=np.bool_)
+    _graph_kernels.thin(leaving, near, distances, last, APART, limit, MOST, EACH, kept)
+    row, column = np.nonzero(kept)
+    cost = fee + (distances[row, column].astype(np.float64) / scale) ** 2
+    one, other = leaving[row], near[row, column]
+    back = (other > 0) & (last[other - 1] == last[other])  # a recording's first frame has none before it to leave
+    source, target = np.concatenate([one, other[back]]) - 1, np.concatenate([other, one[back]])
+    return make_graph(last, source, target, np.concatenate([cost, cost[back]]), commit)
+
+
+def discourage(graph: Graph, edges: IntArray, fee: float, around: int) -> Graph:
+    """The graph with transitions like ``edges`` made dearer: those that leave and arrive within ``around`` frames."""
+    source = np.repeat(np.arange(len(graph)), np.diff(graph.starts))
+    cost = graph.cost.copy()
+    for edge in edges:
+        near = (abs(source - source[edge]) <= around) & (abs(graph.target - graph.target[edge]) <= around)
+        cost[near] += fee
+    return replace(graph, cost=cost)
+
+
+def _project(features: SingleArray) -> SingleArray:
+    step = max(1, len(features) // _SAMPLE)
+    sample = features[::step].astype(np.float64)
+    mean = sample.mean(axis=0)
+    _, axes = np.linalg.eigh((sample - mean).T @ (sample - mean))
+    kept = axes[:, ::-1][:, :_DIMENSIONS].astype(np.float32)
+    return np.asarray((features - mean.astype(np.float32)) @ kept, dtype=np.float32)
+
+
+def _full_distances(features: SingleArray, leaving: IntArray, near: IntArray) -> SingleArray:
+    out = np.empty(near.shape, dtype=np.float32)
+    for low in range(0, len(leaving), 4096):
+        part = slice(low, low + 4096)
+        gaps = features[near[part]] - features[leaving[part], None]
+        out[part] = np.sqrt(np.einsum("pkd,pkd->pk", gaps, gaps))
+    return out

@@ -1,0 +1,69 @@
+"""Compiled kernels of the renderer: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+
+
+@numba.njit(cache=True, nogil=True)
+def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: IntArray, colours: FloatArray) -> None:
+    """Draw triangles with a depth buffer, in place.
+
+    depth: ``(H, W)``, larger is further. image: ``(H, W, 3)``. corners: ``(V, 3)``, column and row of a pixel and
+    depth. triangles: ``(T, 3)``. colours: ``(V, 3)`` or, a colour a triangle's corner, ``(3 T, 3)``.
+    """
+    height, width = depth.shape
+    by_corner = len(colours) == 3 * len(triangles)
+    for t in range(len(triangles)):
+        i, j, k = triangles[t]
+        ax, ay = corners[i, 0], corners[i, 1]
+        bx, by = corners[j, 0], corners[j, 1]
+        cx, cy = corners[k, 0], corners[k, 1]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0.0:
+            continue
+        left, right = max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width - 1)
+        top, bottom = max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height - 1)
+        if by_corner:
+            i_colour, j_colour, k_colour = 3 * t, 3 * t + 1, 3 * t + 2
+        else:
+            i_colour, j_colour, k_colour = i, j, k
+        for row in range(top, bottom + 1):
+            for column in range(left, right + 1):
+                x, y = column + 0.5, row + 0.5
+                u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
+                v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+                w = 1.0 - u - v
+                if u < 0.0 or v < 0.0 or w < 0.0:
+                    continue
+                z = u * corners[i, 2] + v * corners[j, 2] + w * corners[k, 2]
+                if z < depth[row, column]:
+                    depth[row, column] = z
+                    for c in range(3):
+                        image[row, column, c] = (
+                            u * colours[i_colour, c] + v * colours[j_colour, c] + w * colours[k_colour, c]
+                        )
+
+
+@numba.njit(cache=True, nogil=True)
+def cover(mask: BoolArray, corners: FloatArray, triangles: IntArray) -> None:
+    """Mark the pixels, ``(H, W)``, that triangles cover, in place: shadows."""
+    height, width = mask.shape
+    for t in range(len(triangles)):
+        i, j, k = triangles[t]
+        ax, ay = corners[i, 0], corners[i, 1]
+        bx, by = corners[j, 0], corners[j, 1]
+        cx, cy = corners[k, 0], corners[k, 1]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0.0:
+            continue
+        for row in range(max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height - 1) + 1):
+            for column in range(max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width - 1) + 1):
+                x, y = column + 0.5, row + 0.5
+                u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
+                v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                    mask[row, column] = np.bool_(True)

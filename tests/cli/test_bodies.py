@@ -1,0 +1,78 @@
+"""Other bodies from the command line: retargeting with a table to edit, characters, films."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kinetograph as kg
+from kinetograph.formats import read_character, save
+from kinetograph.formats.deepmimic import skeleton
+from kinetograph.motion import cut
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def clip(folder: Path, clips_folder: Path) -> Path:
+    save(cut(kg.load(clips_folder / "humanoid3d_walk.txt").motion(), 0, 8), folder / "walk.glb")
+    return folder / "walk.glb"
+
+
+def test_a_table_is_written_edited_and_heeded(tmp_path: Path, clips_folder: Path) -> None:
+    walk, table = clip(tmp_path, clips_folder), tmp_path / "table.tsv"
+    arguments = ("convert", walk, tmp_path / "a.bvh", "--retarget", walk, "--joint-table", table, "--force")
+    done = run(*arguments)
+    assert done.returncode == 0, done.stderr
+    assert "15 of 15 joints mapped, way scaled by 1.000" in done.stderr
+    table.write_text(table.read_text().replace("left_knee\tleft_knee", "left_knee\t-"))
+    done = run(*arguments, "--json")
+    assert "14 of 15 joints mapped" in done.stderr
+    assert json.loads(done.stdout)["frames"] == 8
+    table.write_text("left_knee\tleft_wing\n")
+    done = run(*arguments)
+    assert (done.returncode, "no joint 'left_wing'" in done.stderr) == (1, True)
+
+
+def test_the_body_of_a_file_is_worn(tmp_path: Path, clips_folder: Path) -> None:
+    walk = clip(tmp_path, clips_folder)
+    done = run("convert", clips_folder / "humanoid3d_run.txt", tmp_path / "run.glb", "--character", walk)
+    assert done.returncode == 0, done.stderr
+    assert set(read_character(tmp_path / "run.glb").skeleton.names) == set(skeleton().names)
+
+
+def test_a_film(tmp_path: Path, clips_folder: Path) -> None:
+    walk = clip(tmp_path, clips_folder)
+    done = run("view", walk, "-o", tmp_path / "walk.gif", "--seconds", "0.1")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "walk.gif").read_bytes()[:3] == b"GIF"
+
+
+def test_what_goes_together(tmp_path: Path, clips_folder: Path) -> None:
+    walk = clip(tmp_path, clips_folder)
+    for options, says in (
+        (("--character", "robot"), "expected human, capsules or a .glb file"),
+        (("--character", walk, "--retarget", walk), "brings its own skeleton"),
+        (("--scale", "2"), "--joint-table and --scale go with --retarget or --character"),
+    ):
+        done = run("convert", walk, tmp_path / "b.glb", *options)
+        assert (done.returncode, says in done.stderr) == (1, True), done.stderr
+
+
+def test_a_very_long_file_is_read_in_blocks(
+    tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from kinetograph.cli import library as commands
+    from kinetograph.library import Library
+
+    walk = kg.load(clips_folder / "humanoid3d_walk.txt").motion()
+    save(walk, tmp_path / "long.bvh")
+    monkeypatch.setattr(commands, "_LONG", 1000)
+    commands.create(tmp_path / "library", [tmp_path / "long.bvh"], units="metre", up="y")
+    assert len(Library.open(tmp_path / "library").take("long").motion()) == len(walk)

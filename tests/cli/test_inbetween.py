@@ -1,0 +1,80 @@
+"""The commands inbetween, evaluate keyframe and reproduce, from outside."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import kinetograph as kg
+from kinetograph.cli import app
+from kinetograph.evaluation.reproduce import molina_tanco2000
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory: pytest.TempPathFactory, clips_folder: Path) -> Path:
+    library = tmp_path_factory.mktemp("inbetween") / "clips"
+    names = ("humanoid3d_getup_facedown", "humanoid3d_jump", "humanoid3d_punch", "humanoid3d_run", "humanoid3d_walk")
+    done = run("library", "create", library, *(clips_folder / f"{name}.txt" for name in names))
+    assert done.returncode == 0, done.stderr
+    return library
+
+
+def test_from_pose_to_pose(clips: Path, tmp_path: Path):
+    ends = ("--from", "take:humanoid3d_getup_facedown@0", "--to", "take:humanoid3d_run@0.4")
+    motion, report = tmp_path / "rise.bvh", tmp_path / "rise.json"
+    done = run("inbetween", *ends, "--seconds", 5, "-l", clips, "-o", motion, "--report", report, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["seconds"] == pytest.approx(5)
+    assert kg.load(motion).motion().duration == pytest.approx(5)
+    frames = json.loads(report.read_text())["frames"]
+    assert len(frames) == 151
+    assert frames[0]["take"] == "humanoid3d_getup_facedown"
+    assert frames[0]["edited"] < 0.05
+    done = run("inbetween", *ends, "--seconds", 1, "-l", clips, "-o", tmp_path / "no.bvh")
+    assert done.returncode == 1
+    assert "takes" in done.stderr
+    assert "s at least" in done.stderr
+    assert not (tmp_path / "no.bvh").exists()
+
+
+def test_keys_from_a_file_and_what_contradicts_them(clips: Path, tmp_path: Path):
+    keys = tmp_path / "keys.json"
+    keys.write_text('{"keys": [{"pose": "take:humanoid3d_walk@0.2"}, {"pose": "take:humanoid3d_walk@0.9", "time": 3}]}')
+    done = CliRunner().invoke(app, ["inbetween", str(keys), "-l", str(clips), "-o", str(tmp_path / "walk.bvh")])
+    assert done.exit_code == 0, done.output
+    for arguments, wanted in (
+        ((keys, "--to", "take:humanoid3d_walk@1"), "not both"),
+        (("--to", "take:humanoid3d_walk@1"), "give --from and --to"),
+        (("--from", "take:humanoid3d_walk@9", "--to", "take:humanoid3d_walk@1"), "9 s is outside its clip"),
+    ):
+        line = ["inbetween", *map(str, arguments), "-l", str(clips), "-o", str(tmp_path / "no.bvh")]
+        assert wanted in str(CliRunner().invoke(app, line).exception)
+
+
+def test_held_out_takes_are_named_or_refused(clips: Path):
+    line = ["evaluate", "keyframe", "-l", str(clips), "--held-out", "*subject5"]
+    refused = CliRunner().invoke(app, line).exception
+    assert "no take is called *subject5; there are humanoid3d_getup_facedown" in str(refused)
+
+
+def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(molina_tanco2000, "SEEDS", 2)
+    monkeypatch.setattr(molina_tanco2000, "RUNS", 6)
+    found = molina_tanco2000.reproduce(tmp_path / "paper")
+    numbers = json.loads((tmp_path / "paper" / "numbers.json").read_text())["section 4"]
+    assert numbers["examples_used"][0] == "getup_facedown"
+    assert numbers["examples_used"][-1] == "run"
+    assert numbers["share"] > 0.97
+    assert set(found) == {"section 4"}
+    for figure in (2, 5, 6, 8, 9):
+        assert (tmp_path / "paper" / f"figure{figure}.png").stat().st_size > 5_000

@@ -1,0 +1,220 @@
+"""Damaged files: bytes of a good file changed as disks, mailers and malice change them, and what readers do with them.
+
+By hand, for as many as one likes of every reader:
+
+    python tests/formats/mutations.py 10000
+
+Every file is read in this process, which may take 2 GB of address space more than it has; a reader must give a take
+or raise FormatError, within 5 seconds.
+"""
+
+from __future__ import annotations
+
+import io
+import resource
+import struct
+import sys
+import tempfile
+import time
+import warnings
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.errors import KinetographError
+from kinetograph.formats import read, save
+from kinetograph.motion import Motion
+from kinetograph.skeleton import Skeleton
+
+SLOW = 5.0  # seconds
+_SPECIAL = (
+    *(b"\x00" * 4, b"\xff" * 4, b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f"),
+    *(b"1e999", b"nan", b"-1", b"{", b"}", b"\n"),
+)
+
+
+def mutate(data: bytes, rng: np.random.Generator) -> bytes:
+    """One to eight changes to the bytes of a file."""
+    out = bytearray(data)
+    for _ in range(int(rng.integers(1, 9))):
+        at = int(rng.integers(0, max(len(out), 1)))
+        size = int(rng.integers(1, 32))
+        kind = int(rng.integers(0, 9))
+        if kind == 0:
+            out[at : at + 1] = bytes([int(rng.integers(0, 256))])
+        elif kind == 1:
+            del out[at : at + size]
+        elif kind == 2:
+            out[at:at] = bytes(rng.integers(0, 256, size, dtype=np.uint8))
+        elif kind == 3:
+            out[at:at] = out[at : at + size * 8]
+        elif kind == 4:
+            del out[at:]
+        elif kind == 5:
+            special = _SPECIAL[int(rng.integers(0, len(_SPECIAL)))]
+            out[at : at + len(special)] = special
+        elif kind == 6 and at + 8 <= len(out):
+            struct.pack_into("<I", out, at, int(rng.choice([0, 1, 255, 2**16, 10**9, 2**31, 2**32 - 1])))
+        elif kind == 7:  # another number where a number is
+            digits = [i for i in range(at, min(at + 200, len(out))) if 48 <= out[i] < 58]
+            if digits:
+                out[digits[0] : digits[0] + 1] = bytes(rng.choice([b"9" * 9, b"-0", b"1e9", b"0", b"."]))
+        elif kind == 8:
+            other = int(rng.integers(0, max(len(out), 1)))
+            out[at : at + size], out[other : other + size] = out[other : other + size], out[at : at + size]
+    return bytes(out)
+
+
+def mutate_archive(data: bytes, rng: np.random.Generator) -> bytes:
+    """One member of a zip archive changed, with a checksum that fits."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    chosen = list(members)[int(rng.integers(0, len(members)))]
+    members[chosen] = mutate(members[chosen], rng)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, member in members.items():
+            archive.writestr(name, member)
+    return out.getvalue()
+
+
+def fuzz(name: str, good: bytes, count: int, seed: int, folder: Path) -> tuple[int, int, float]:
+    """Read ``count`` damaged files: how many were still motions, how many were refused, and the slowest in seconds."""
+    rng = np.random.default_rng(seed)
+    fine = refused = 0
+    slowest, one_line = 0.0, True
+    path = folder / name
+    for number in range(count):
+        inside = good[:2] == b"PK" and rng.random() < 0.7
+        data = mutate_archive(good, rng) if inside else mutate(good, rng)
+        path.write_bytes(data)
+        start = time.perf_counter()
+        try:
+            read(path)
+            fine += 1
+        except KinetographError as error:
+            refused += 1
+            one_line = one_line and "\n" not in str(error)
+        except BaseException:
+            (folder / f"failed-{name}").write_bytes(data)
+            sys.stderr.write(f"{name}: file {number} of seed {seed} is kept in {folder}\n")
+            raise
+        took = time.perf_counter() - start
+        assert took < SLOW, f"{name} {number}: {took:.1f} s"
+        slowest = max(slowest, took)
+    assert one_line, f"{name}: an error of more than one line"
+    return fine, refused, slowest
+
+
+def small_motion(frames: int = 5) -> Motion:
+    """A small person who turns while walking."""
+    names = ("Hips", "Chest", "Head", "LeftArm", "RightArm")
+    names += ("LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg")
+    parents = np.array([-1, 0, 1, 1, 1, 0, 5, 6, 0, 8])
+    offsets = np.array(
+        [[0, 0.9, 0], [0, 0.4, 0], [0, 0.2, 0], [0.2, 0, 0], [-0.2, 0, 0], [0.1, 0, 0], [0, -0.4, 0], [0, -0.4, 0],
+         [-0.1, 0, 0], [0, -0.4, 0]]
+    )  # fmt: skip
+    turns = rot.exp(np.random.default_rng(5).normal(0, 0.2, (frames, len(names), 3)))
+    way = np.column_stack([np.zeros(frames), np.full(frames, 0.9), np.linspace(0, 0.1, frames)])
+    return Motion(Skeleton(names, parents, offsets), way, turns, 30.0)
+
+
+ASF = """:version 1.10
+:units
+  length 0.45
+  angle deg
+:root
+  order TX TY TZ RX RY RZ
+  axis XYZ
+  position 0 0 0
+  orientation 0 0 0
+:bonedata
+  begin
+    id 1
+    name leg
+    direction 0 -1 0
+    length 7
+    axis 0 0 20 XYZ
+    dof rx ry rz
+  end
+  begin
+    id 2
+    name shin
+    direction 0 -1 0
+    length 6
+    axis 10 0 0 XYZ
+    dof rx
+  end
+:hierarchy
+  begin
+    root leg
+    leg shin
+  end
+"""
+AMC = """:FULLY-SPECIFIED
+:DEGREES
+1
+root 1 17 2 10 20 30
+leg 5 6 7
+shin 20
+2
+root 1 17.5 2.5 11 21 31
+leg 5.5 6.5 7.5
+shin 25
+"""
+CSV = b"# units: m\nt,hand.x,hand.y,hand.z\n0,1,2,3\n0.1,1,,3\n0.2,1.5,2,3\n"
+
+
+def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
+    """A small C3D file: Intel, reals, millimetres."""
+
+    def parameter(group: int, name: bytes, kind: int, sides: bytes, data: bytes) -> bytes:
+        body = struct.pack("bB", kind, len(sides)) + sides + data + b"\x00"
+        return struct.pack("bb", len(name), group) + name + struct.pack("<h", len(body) + 2) + body
+
+    rate = struct.pack("<f", 50.0)
+    header = struct.pack("<BB5H f HH f", 2, 0x50, points, 0, 1, frames, 10, -1.0, 3, 0, 50.0).ljust(512, b"\x00")
+    body = b"\x01\x50\x01\x54" + struct.pack("bb", 5, -1) + b"POINT" + struct.pack("<h", 3) + b"\x00"
+    body += parameter(1, b"SCALE", 4, b"", struct.pack("<f", -1.0)) + parameter(1, b"RATE", 4, b"", rate)
+    body += parameter(1, b"UNITS", -1, b"\x02", b"mm") + parameter(1, b"LABELS", -1, b"\x04\x03", b"HEADHIP FOOT")
+    rows = np.zeros((frames, points, 4), dtype="<f4")
+    rows[..., :3] = np.arange(points)[::-1, None] * 700.0 + np.arange(frames)[:, None, None]
+    return header + body.ljust(512, b"\x00") + rows.tobytes()
+
+
+def good_files(folder: Path) -> dict[str, bytes]:
+    """A good file a reader, by the name to give it; an ``.asf`` lies in the folder for the ``.amc``."""
+    (folder / "small.asf").write_text(ASF)
+    files = {"small.amc": AMC.encode(), "skeleton.asf": ASF.encode(), "path.csv": CSV, "markers.c3d": c3d_bytes()}
+    for suffix in ("bvh", "glb", "fbx", "npz"):
+        path = folder / f"good.{suffix}"
+        save(small_motion(), path)
+        files[f"small.{suffix}"] = path.read_bytes()
+    side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
+    rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 3
+    files["clip.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    pose = folder / "pose.npz"
+    np.savez_compressed(pose, poses=np.full((4, 66), 0.1), trans=np.zeros((4, 3)), mocap_framerate=np.array(30.0))
+    files["pose.npz"] = pose.read_bytes()
+    return files
+
+
+def main(count: int) -> None:
+    warnings.simplefilter("error")
+    limit = 2 * 2**30
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + limit, used + limit))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for file, good in good_files(folder).items():
+            (folder / file).write_bytes(good)
+            read(folder / file)
+            fine, refused, slowest = fuzz(file, good, count, 1, folder)
+            print(f"{file:14} {count} files: {fine} read, {refused} refused, slowest {slowest:.3f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)

@@ -1,0 +1,125 @@
+"""Acclaim files: a textbook chain, every frame, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mutations
+import numpy as np
+import pytest
+
+from kinetograph.errors import FormatError
+from kinetograph.formats import ReadOptions, load, read
+from kinetograph.kinematics import end_positions, joint_positions
+
+INCH = 0.0254 / 0.45
+
+
+def files(folder: Path, amc: str = mutations.AMC, asf: str = mutations.ASF) -> Path:
+    (folder / "small.asf").write_text(asf)
+    (folder / "small_01.amc").write_text(amc)
+    return folder / "small_01.amc"
+
+
+def matrix(axis: str, degrees: float) -> np.ndarray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    out = np.eye(3)
+    out[i, i], out[j, j], out[i, j], out[j, i] = c, c, -s, s
+    return out
+
+
+def test_a_chain_by_hand(tmp_path: Path) -> None:
+    # the specification: L = C M C^-1, M of "rx ry rz" is Rz Ry Rx, and C of "axis 0 0 20 XYZ" turns about z
+    loaded = read(files(tmp_path))
+    motion = loaded.take.motion()
+    root = matrix("z", 30) @ matrix("y", 20) @ matrix("x", 10)
+    c = matrix("z", 20)
+    leg = root @ c @ matrix("z", 7) @ matrix("y", 6) @ matrix("x", 5) @ c.T
+    shin = leg @ matrix("x", 10) @ matrix("x", 20) @ matrix("x", 10).T
+    start = np.array([1.0, 17, 2])
+    knee = start + leg @ [0, -7, 0]
+    assert motion.skeleton.names == ("root", "leg", "shin")
+    np.testing.assert_allclose(joint_positions(motion)[0] / INCH, [start, start, knee], atol=1e-9)
+    np.testing.assert_allclose(end_positions(motion)[0, 0] / INCH, knee + shin @ [0, -6, 0], atol=1e-9)
+    assert len(motion) == 2
+    assert motion.fps == 120
+    assert any("rate not given" in note for note in loaded.notes)
+
+
+def test_radians_and_another_order(tmp_path: Path) -> None:
+    degrees = load(files(tmp_path)).motion()
+    words = [line.split() for line in mutations.AMC.splitlines()]
+    rows = []
+    for row in words:
+        angles = {"root": 3, "leg": 0, "shin": 0}.get(row[0])
+        scaled = [repr(float(np.radians(float(v)))) for v in row[1:][angles:]] if angles is not None else []
+        rows.append(" ".join([*row[: 1 + (angles or 0)], *scaled]))
+    asf = mutations.ASF.replace("angle deg", "angle rad").replace("0 0 20 XYZ", f"0 0 {np.radians(20)} XYZ")
+    asf = asf.replace("10 0 0 XYZ", f"{np.radians(10)} 0 0 XYZ")
+    (tmp_path / "other").mkdir()
+    radians = load(files(tmp_path / "other", "\n".join(rows), asf)).motion()
+    np.testing.assert_allclose(radians.rotations, degrees.rotations, atol=1e-12)
+
+
+def test_the_skeleton_alone_is_its_rest_pose(tmp_path: Path) -> None:
+    motion = load(files(tmp_path).with_name("small.asf")).motion()
+    np.testing.assert_allclose(joint_positions(motion)[0, 2], [0, -7 * INCH, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("shin 20\n", "", r"frame 2 has other bones than the first one"),
+        ("shin 20", "shin 20 1", r"small_01\.amc:6: expected 1 numbers after 'shin', found 2"),
+        ("leg 5 6 7", "leg 5 six 7", r"expected numbers after 'leg', found '5 six 7'"),
+        ("leg 5 6 7", "arm 5 6 7", r"expected a bone of the skeleton, found 'arm'"),
+        ("shin 25\n", "", r"frame 2 has other bones than the first one; is the file cut short"),
+        ("leg 5 6 7", "leg 5 6 nan", r"expected finite numbers after 'leg'"),
+    ],
+)
+def test_damaged_motions_say_where(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    path = files(tmp_path, mutations.AMC.replace(old, new))
+    with pytest.raises(FormatError, match=expected):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("leg shin", "leg leg", "bone 'leg' has two parents"),
+        ("root leg\n    leg shin", "leg shin\n    shin leg", "hang in a ring or on nothing"),
+        ("axis 10 0 0 XYZ", "axis 10 0 0 XYX", "expected an order of axes such as XYZ, found 'xyx'"),
+        ("length 6", "length six", "expected a finite number, found 'six'"),
+        (":hierarchy", ":tree", "expected the sections :bonedata and :hierarchy"),
+        ("dof rx\n", "dof rq\n", "expected degrees of freedom"),
+    ],
+)
+def test_damaged_skeletons_say_what(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    with pytest.raises(FormatError, match=expected):
+        load(files(tmp_path, asf=mutations.ASF.replace(old, new)))
+
+
+def test_lenient_takes_the_frames_before_the_damage(tmp_path: Path) -> None:
+    path = files(tmp_path, mutations.AMC.replace("shin 25\n", ""))
+    loaded = read(path, ReadOptions(lenient=True))
+    assert len(loaded.take.motion()) == 1
+    assert any("took 1 frames before it" in note for note in loaded.notes)
+
+
+def test_a_missing_skeleton_is_named(tmp_path: Path) -> None:
+    path = files(tmp_path)
+    path.with_name("small.asf").unlink()
+    with pytest.raises(FormatError, match=r"expected its skeleton small_01\.asf beside it, found 0 others"):
+        load(path)
+    path.with_name("elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "x.asf").write_text(mutations.ASF)
+    assert len(read(path, ReadOptions(skeleton=tmp_path / "elsewhere" / "x.asf")).take.motion()) == 2
+
+
+def test_every_frame_of_the_recordings_is_read(data_folder: Path) -> None:
+    for path in sorted((data_folder / "acclaim").glob("*.amc"))[:4]:
+        frames = sum(line.strip().isdigit() for line in path.read_text().splitlines())
+        motion = load(path).motion()
+        assert len(motion) == frames
+        assert 1.4 < motion.skeleton.height < 2.0
