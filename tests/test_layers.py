@@ -21,7 +21,7 @@ _LAYERS = (
     {"pipeline"},
     {"methods", "post"},
     {"segmentation", "library", "formats"},
-    {"take", "signal", "synthesis", "keys"},
+    {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations"},
     {"errors", "arrays"},

@@ -20,6 +20,8 @@ _EXPORTS = {
     "Motion": "motion",
     "PerformanceControl": "methods.performance",
     "Piece": "synthesis",
+    "Readings": "sensing.readings",
+    "SensorControl": "methods.sensor",
     "Signal": "signal",
     "Skeleton": "skeleton",
     "Synthesis": "synthesis",
@@ -37,6 +39,8 @@ __all__ = [
     "Motion",
     "PerformanceControl",
     "Piece",
+    "Readings",
+    "SensorControl",
     "Signal",
     "Skeleton",
     "Synthesis",
@@ -63,7 +67,9 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.methods.performance import PerformanceControl
+    from kinetograph.methods.sensor import SensorControl
     from kinetograph.motion import Motion
+    from kinetograph.sensing.readings import Readings
     from kinetograph.signal import Signal
     from kinetograph.skeleton import Landmark, Skeleton
     from kinetograph.synthesis import Piece, Synthesis

@@ -7,7 +7,7 @@ import sys
 import typer
 
 from kinetograph import __version__
-from kinetograph.cli import data, demo, evaluate, files, inbetween, library, perform, reproduce
+from kinetograph.cli import data, demo, evaluate, files, inbetween, library, perform, reproduce, sense
 from kinetograph.errors import KinetographError
 
 app = typer.Typer(
@@ -17,7 +17,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (demo, files, data, library, perform, inbetween, evaluate, reproduce):
+for group in (demo, files, data, library, perform, inbetween, sense, evaluate, reproduce):
     group.register(app)
 
 

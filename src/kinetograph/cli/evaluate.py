@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -27,6 +28,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Held-out evaluation.", no_args_is_help=True)
     group.command()(performance)
     group.command()(keyframe)
+    group.command()(sensor)
     app.add_typer(group, name="evaluate", rich_help_panel="Evidence")
 
 
@@ -99,3 +101,64 @@ def keyframe(
     method = KeyframeControl(rate=rate, mirror=mirrored)
     found = inbetween_held_out(takes, names, tuple(gap or (5, 15, 30, 45)), method)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in found.items()], as_json)
+
+
+def sensor(
+    library: LibraryFolder,
+    layout: Annotated[str, typer.Option(help="Layout: a .toml file, or wii, phone, imu, ideal.")] = "wii",
+    synthesis: Annotated[list[str] | None, typer.Option(help="Syntheses; by default all. Repeatable.")] = None,
+    reduction: Annotated[str, typer.Option(help="Reduction of the local models: pca or lle.")] = "pca",
+    smoothing: Annotated[str | None, typer.Option(help="Smoothing: window, causal or none.")] = None,
+    group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Take to hold out; by default each. Repeatable.")] = None,
+    sweep: Annotated[str | None, typer.Option(help="Instead: loss, offset, span or sensors, made worse.")] = None,
+    recordings: Annotated[Path | None, typer.Option(help="Instead: folder of real sensors' recordings.")] = None,
+    joints: Annotated[bool, typer.Option("--joints", help="Instead: the error of each joint in degrees.")] = False,
+    track: Annotated[str | None, typer.Option(help="The track to use, where takes have several.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Leave one take out: virtual sensors on it are the control, the other takes the library.
+
+    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+    """
+    from dataclasses import asdict
+
+    from kinetograph.evaluation.sensor import evaluate, grouped
+    from kinetograph.evaluation.sensor import sweep as run_sweep
+    from kinetograph.formats.readings import read_layout
+    from kinetograph.methods.sensor import SYNTHESES, LocalSettings, SensorControl
+    from kinetograph.pipeline import open_library
+
+    takes = open_library(library)
+    wanted = tuple(synthesis or SYNTHESES)
+    method = SensorControl(
+        layout=read_layout(layout),
+        synthesis=wanted[0],
+        smoothing=smoothing,
+        local=LocalSettings(reduction=reduction),
+    )
+    held = tuple(only or ())
+    with progress_bar("evaluating") as progress:
+        if recordings:
+            from kinetograph.evaluation.real_sensors import evaluate_recordings
+
+            table([asdict(row) for row in evaluate_recordings(recordings, takes, progress)], as_json)
+            return
+        if sweep:
+            table(
+                [asdict(row) for row in run_sweep(takes, method, sweep, track=track, only=held, progress=progress)],
+                as_json,
+            )
+            return
+        groups = grouped(takes.names(), tuple(group or ()))
+        rows, by_joint = evaluate(
+            takes, method, syntheses=wanted, groups=groups, track=track, only=held, progress=progress
+        )
+    if joints:
+        first = next(name for name in takes.names())
+        names = takes.take(first).motion(track).skeleton.names
+        table(
+            [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)], as_json
+        )
+        return
+    table([asdict(row) for row in rows], as_json)

@@ -1,0 +1,84 @@
+"""Sensor control: time of a frame, time and memory of a fit, and what the data need. One thread.
+
+The recordings are data/sports, simulated with the eight sensors of the preset wii; 69 s of them are performed.
+"""
+
+from __future__ import annotations
+
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._recordings import data_folder
+from kinetograph.evaluation.sensor import timed
+from kinetograph.formats import ReadOptions
+from kinetograph.learn.embedding import fit_pca
+from kinetograph.learn.mixture import fit_mixture
+from kinetograph.library import Library
+from kinetograph.methods.sensor import SYNTHESES, SensorControl
+from kinetograph.pipeline import read_take
+from kinetograph.sensing import simulate
+
+HELD_OUT = ("64_01_amass30", "135_10_amass30", "144_13_amass30", "124_07_amass30")
+
+
+def main() -> None:
+    folder = data_folder()
+    if folder is None or not (folder / "sports").is_dir():
+        print("no recordings: set KINETOGRAPH_DATA to a folder with sports/*_amass30.bvh")
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        library = Library.create(Path(scratch) / "sports")
+        for path in sorted((folder / "sports").glob("*_amass30.bvh")):
+            library.add(read_take(path, ReadOptions())[0])
+        fits(library)
+        frames(library)
+    needs(library_poses)
+
+
+library_poses: list[np.ndarray[tuple[int, int], np.dtype[np.float64]]] = []
+
+
+def fits(library: Library) -> None:
+    """Time and memory of fitting everything."""
+    print("fit                seconds   frames   peak MB")
+    for synthesis in SYNTHESES:
+        began = time.perf_counter()
+        model = SensorControl(synthesis=synthesis).fit(library)
+        taken = time.perf_counter() - began
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(f"{synthesis:16s} {taken:9.1f} {len(model.examples.poses):8d} {peak:9.0f}")
+        if model.local is not None:
+            print(f"   {model.local.notes[0]}; worst condition of a solve {model.local.condition:.2g}")
+    library_poses[:] = [model.examples.poses]
+
+
+def frames(library: Library) -> None:
+    """Time of a frame, readings taken in as they come."""
+    print("\nframe              p50 ms   p99 ms   latency ms")
+    for synthesis in SYNTHESES:
+        model = SensorControl(synthesis=synthesis).fit(library, exclude=HELD_OUT)
+        times: list[float] = []
+        for name in HELD_OUT:
+            readings = simulate(library.take(name).motion(), model.method.layout)
+            times += timed(model, readings)[1][30:]
+        p50, p99 = np.quantile(times, [0.5, 0.99]) * 1e3
+        print(f"{synthesis:16s} {p50:8.3f} {p99:8.3f} {1e3 * model.latency:12.0f}")
+
+
+def needs(poses: list[np.ndarray[tuple[int, int], np.dtype[np.float64]]]) -> None:
+    """Coordinates for a share of variance, and clusters by how oversampled the data are."""
+    pca = fit_pca(poses[0], 0.99)
+    shares = np.cumsum(pca.variances) / pca.variances.sum()
+    print(f"\npose vectors have {poses[0].shape[1]} components; ", end="")
+    print(
+        ", ".join(f"{int(np.searchsorted(shares, s)) + 1} coordinates hold {s:.0%}" for s in (0.9, 0.95, 0.99)), end=""
+    )
+    print(f", 7 hold {shares[6]:.1%}")
+    leading = pca.encode(poses[0])[:, :7]
+    for every in (4, 8, 16, 32):
+        found = fit_mixture(leading[::every], 1, 50, np.random.default_rng(0))
+        print(f"every {every:2d}th frame, {len(leading[::every]):5d} of them: {len(found)} clusters")

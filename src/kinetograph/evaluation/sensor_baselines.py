@@ -1,0 +1,33 @@
+"""What sensor control has to beat: four ways to a pose from one frame of readings without any model of movement."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.methods._sensor_examples import Examples
+
+BASELINES = ("mean pose", "nearest frame", "8 nearest frames", "ridge")
+
+
+def baseline(name: str, examples: Examples, readings: FloatArray) -> FloatArray:
+    """Pose vectors, shape ``(F, D)``, for scaled readings ``(F, C)``. Raises RequestError for an unknown baseline."""
+    if name == "mean pose":
+        return np.repeat(examples.poses.mean(axis=0)[None], len(readings), axis=0)
+    if name in ("nearest frame", "8 nearest frames"):
+        count = 1 if name == "nearest frame" else 8
+        near = np.asarray(cKDTree(examples.readings).query(readings, count)[1]).reshape(len(readings), -1)
+        return np.asarray(examples.poses[near].mean(axis=1))
+    if name == "ridge":
+        return ridge(examples.readings, examples.poses, readings)
+    raise RequestError(f"no baseline {name!r}; expected one of {', '.join(BASELINES)}")
+
+
+def ridge(inputs: FloatArray, outputs: FloatArray, new: FloatArray, weight: float = 1e-3) -> FloatArray:
+    """Linear regression with an intercept and a penalty of ``weight`` a frame on the slopes."""
+    centre, middle = inputs.mean(axis=0), outputs.mean(axis=0)
+    x = inputs - centre
+    slopes = np.linalg.solve(x.T @ x + weight * len(x) * np.eye(x.shape[1]), x.T @ (outputs - middle))
+    return np.asarray(middle + (new - centre) @ slopes)

@@ -1,0 +1,180 @@
+"""Readings as long comma-separated text, and layouts as TOML.
+
+A readings file has the header ``t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]``: seconds, the sensor's name, specific
+force in m/s^2 with gravity, angular velocity in rad/s, orientation. One row is one sample of one sensor, at any rate;
+rows may be missing, and lines that begin with ``#`` are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import DataError, FormatError, RequestError
+from kinetograph.formats._atomic import atomic_path
+from kinetograph.sensing.device import Device
+from kinetograph.sensing.layout import PRESETS, Layout, Sensor, preset
+from kinetograph.sensing.readings import GRAVITY, Readings
+
+FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
+_EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
+_LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
+
+
+def read_readings(path: str | Path) -> tuple[Readings, tuple[str, ...]]:
+    """Readings from CSV, and what had to be assumed: times that begin late are counted from the first.
+
+    Raises FormatError, with the line, for another header, cells that are not finite numbers, and a sensor with two rows
+    for one time or whose time runs backwards.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise FormatError(path, f"{_EXPECTED}, found bytes that are not text") from None
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
+        if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
+    ]
+    if not rows:
+        raise FormatError(path, f"{_EXPECTED}, found an empty file")
+    header = _header(path, *rows[0])
+    if len(rows) == 1:
+        raise FormatError(path, "expected rows of readings below the header, found none")
+    names: dict[str, int] = {}
+    last: dict[str, float] = {}
+    sensors, numbers = [], []
+    for number, row in rows[1:]:
+        sensor, values = _row(path, number, row, header)
+        if values[0] <= last.get(sensor, -math.inf):
+            what = "two rows" if values[0] == last[sensor] else "time runs backwards"
+            raise FormatError(path, f"sensor {sensor!r}: {what} at {values[0]:g} s; drop one, or sort", line=number)
+        last[sensor] = values[0]
+        sensors.append(names.setdefault(sensor, len(names)))
+        numbers.append(values)
+    return _assemble(tuple(names), np.array(sensors), np.array(numbers), header)
+
+
+def _header(path: Path, number: int, row: list[str]) -> list[str]:
+    header = [cell.strip().lower() for cell in row]
+    wanted = ["t", "sensor", *FORCE]
+    rest = header[len(wanted) :]
+    if header[: len(wanted)] != wanted or rest not in ([], [*ANGULAR], [*ORIENTATION], [*ANGULAR, *ORIENTATION]):
+        raise FormatError(path, f"{_EXPECTED}, found {','.join(row)[:80]!r}", line=number)
+    return header
+
+
+def _row(path: Path, number: int, row: list[str], header: list[str]) -> tuple[str, list[float]]:
+    if len(row) != len(header):
+        raise FormatError(path, f"expected {len(header)} cells, found {len(row)}", line=number)
+    values = []
+    for name, cell in zip(header, row, strict=True):
+        if name == "sensor":
+            continue
+        try:
+            value = float(cell)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise FormatError(
+                path, f"expected a finite number in column {name!r}, found {cell.strip()[:30]!r}", line=number
+            )
+        values.append(value)
+    if not row[1].strip():
+        raise FormatError(path, "expected a sensor's name, found an empty cell", line=number)
+    return row[1].strip(), values
+
+
+def _assemble(
+    names: tuple[str, ...], sensors: np.ndarray[Any, Any], numbers: FloatArray, header: list[str]
+) -> tuple[Readings, tuple[str, ...]]:
+    columns = [name for name in header if name != "sensor"]
+    times, notes = numbers[:, 0], []
+    if times.min() > _LATE or times.min() < 0:
+        notes.append(f"times begin at {times.min():g} s: counted from there")
+        times = times - times.min()
+    found: list[FloatArray | None] = []
+    for group in (FORCE, ANGULAR, ORIENTATION):
+        at = columns.index(group[0]) if group[0] in columns else None
+        found.append(None if at is None else numbers[:, at : at + len(group)])
+    force, angular, orientation = found
+    assert force is not None  # the header has it
+    return Readings(names, times, sensors, force, angular, orientation), tuple(notes)
+
+
+def write_readings(readings: Readings, path: str | Path, *, force: bool = True) -> None:
+    """Write readings as CSV, in order of time; the file appears whole or not at all."""
+    blocks = [(FORCE, readings.force), (ANGULAR, readings.angular), (ORIENTATION, readings.orientation)]
+    present = [(group, values) for group, values in blocks if values is not None]
+    columns = np.concatenate([values for _, values in present], axis=1)
+    with atomic_path(path, force=force) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(["t", "sensor", *(name for group, _ in present for name in group)]) + "\n")
+        rows = csv.writer(file, lineterminator="\n")
+        for time, sensor, values in zip(readings.times, readings.sensors, columns, strict=True):
+            rows.writerow([f"{time:.6f}", readings.names[sensor], *(f"{v:.6g}" for v in values)])
+
+
+def read_layout(which: str | Path) -> Layout:
+    """A layout from a TOML file, or a preset by name.
+
+    ``device`` is a table of `Device`'s fields, with ``span_g`` in place of ``span`` if that is easier. ``[[sensor]]``
+    tables have ``name``, ``joint`` (a role or a joint's name) and, where wanted, ``towards``, ``along``, ``offset`` in
+    metres, ``rotation`` (w, x, y, z) and ``width`` in seconds. ``preset`` begins with a preset's sensors and device.
+
+    Raises FormatError for a file that says something else, RequestError for an unknown preset.
+    """
+    path = Path(which)
+    if path.suffix.lower() != ".toml":
+        return preset(str(which))
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FormatError(path, f"expected TOML: {error}") from None
+    _known(path, table, {"name", "preset", "device", "sensor"}, "a layout")
+    try:
+        return _layout(path, table)
+    except (RequestError, DataError, TypeError) as error:
+        raise FormatError(path, str(error)) from None
+
+
+def _layout(path: Path, table: Mapping[str, Any]) -> Layout:
+    base = preset(table["preset"]) if "preset" in table else None
+    settings = dict(table.get("device", {}))
+    fields = {"span", "span_g", "bits", "noise", "rate", "offset", "jitter", "loss", "width"}
+    _known(path, settings, fields, "the device")
+    if "span_g" in settings:
+        settings["span"] = settings.pop("span_g") * GRAVITY
+    device = Device(**{**(vars(base.device) if base else {}), **settings})
+    sensors = [_sensor(path, entry) for entry in table.get("sensor", [])]
+    named = {s.name for s in sensors}
+    kept = [s for s in base.sensors if s.name not in named] if base else []
+    return Layout(str(table.get("name", path.stem)), (*kept, *sensors), device)
+
+
+def _sensor(path: Path, entry: Mapping[str, Any]) -> Sensor:
+    _known(path, entry, {"name", "joint", "towards", "along", "offset", "rotation", "width"}, "a sensor")
+    if "name" not in entry or "joint" not in entry:
+        raise FormatError(path, f"a sensor needs a name and a joint, found {', '.join(entry) or 'nothing'}")
+    rest = {key: value for key, value in entry.items() if key not in ("name", "joint")}
+    return Sensor(entry["name"], entry["joint"], **rest)
+
+
+def _known(path: Path, table: Mapping[str, Any], known: set[str], what: str) -> None:
+    for key in table:
+        if key not in known:
+            raise FormatError(path, f"{what} has no {key!r}; expected some of {', '.join(sorted(known))}")
+
+
+__all__ = ["PRESETS", "read_layout", "read_readings", "write_readings"]

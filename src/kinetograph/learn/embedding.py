@@ -1,0 +1,164 @@
+"""Dimensionality reduction: principal components and locally linear embedding (Xie 2009, section 5.1)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.spatial import cKDTree
+
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.errors import RequestError
+
+
+@dataclass(frozen=True, eq=False)
+class Pca:
+    """mean: ``(D,)``. basis: ``(D, b)``, orthonormal columns. variances: ``(D,)`` of all components, largest first."""
+
+    mean: FloatArray
+    basis: FloatArray
+    variances: FloatArray
+
+    @property
+    def dimensions(self) -> int:
+        """How many components are kept."""
+        return int(self.basis.shape[1])
+
+    @property
+    def share(self) -> float:
+        """The share of the variance that the components kept hold."""
+        return float(self.variances[: self.dimensions].sum() / max(self.variances.sum(), 1e-300))
+
+    def encode(self, data: FloatArray) -> FloatArray:
+        """Coordinates ``(..., b)`` of data ``(..., D)``."""
+        return np.asarray((data - self.mean) @ self.basis)
+
+    def decode(self, coordinates: FloatArray) -> FloatArray:
+        """Data ``(..., D)`` at coordinates ``(..., b)``."""
+        return np.asarray(self.mean + coordinates @ self.basis.T)
+
+
+def fit_pca(data: FloatArray, keep: float | int) -> Pca:
+    """Principal components of ``data``, shape ``(N, D)``.
+
+    keep: a whole number of components, or the share of variance, below 1, that they hold at least.
+
+    >>> fit_pca(np.array([[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]), 0.99).dimensions
+    1
+    """
+    if not 0 < keep <= data.shape[1]:
+        raise RequestError(f"keep must be a share below 1 or 1 to {data.shape[1]} components, found {keep}")
+    mean = data.mean(axis=0)
+    values, vectors = np.linalg.eigh(np.atleast_2d(np.cov(data.T, bias=True)))
+    variances = np.maximum(values[::-1], 0.0)
+    count = int(keep)
+    if keep < 1:
+        shares = np.cumsum(variances) / max(variances.sum(), 1e-300)
+        count = min(int(np.searchsorted(shares, keep - 1e-12)) + 1, len(shares))
+    return Pca(mean, np.ascontiguousarray(vectors[:, ::-1][:, :count]), variances)
+
+
+@dataclass(frozen=True, eq=False)
+class Lle:
+    """A locally linear embedding: examples ``(N, D)``, where each lies ``(N, b)``, and what it was made with.
+
+    error: root-mean-square distance of examples left out, embedded and brought back, from themselves.
+    """
+
+    examples: FloatArray
+    embedded: FloatArray
+    neighbours: int
+    regularisation: float
+    error: float = float("nan")
+
+    @property
+    def dimensions(self) -> int:
+        """How many coordinates there are."""
+        return int(self.embedded.shape[1])
+
+    def encode(self, data: FloatArray) -> FloatArray:
+        """Coordinates ``(N, b)`` of new data ``(N, D)``: its neighbours', weighted as they reconstruct it."""
+        return _carry(data, self.examples, self.embedded, self.neighbours, self.regularisation)
+
+    def decode(self, coordinates: FloatArray) -> FloatArray:
+        """Data ``(N, D)`` at coordinates ``(N, b)``, likewise the other way round."""
+        return _carry(coordinates, self.embedded, self.examples, self.neighbours, self.regularisation)
+
+
+def local_weights(points: FloatArray, neighbours: FloatArray, regularisation: float) -> FloatArray:
+    """Weights ``(N, k)``, rows summing to 1, with which ``(N, k, D)`` best reconstruct ``(N, D)`` (equation 5.3).
+
+    >>> local_weights(np.array([[1.0]]), np.array([[[0.0], [4.0]]]), 1e-9).round(6).tolist()
+    [[0.75, 0.25]]
+    """
+    away = neighbours - points[:, None]
+    gram = away @ np.swapaxes(away, 1, 2)
+    trace = np.trace(gram, axis1=1, axis2=2)
+    k = neighbours.shape[1]
+    gram[:, np.arange(k), np.arange(k)] += (regularisation * np.maximum(trace, 1e-12))[:, None]
+    weights = np.linalg.solve(gram, np.ones((len(points), k, 1)))[..., 0]
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def embed(data: FloatArray, dimensions: int, neighbours: int, regularisation: float) -> FloatArray:
+    """Coordinates ``(N, b)`` of unit variance that data's own reconstruction weights leave in place (equation 5.4)."""
+    count = len(data)
+    if count <= max(neighbours, dimensions) + 1:
+        raise RequestError(f"an embedding by {neighbours} neighbours needs more than {count} examples")
+    _, near = cKDTree(data).query(data, neighbours + 1)
+    near = _without_self(near)
+    weights = local_weights(data, data[near], regularisation)
+    residual = np.eye(count)
+    residual[np.arange(count)[:, None], near] -= weights
+    # dense: neighbourhoods that hang together loosely have many eigenvalues near 0, on which sparse solvers stall
+    _, vectors = eigh(residual.T @ residual, subset_by_index=[0, dimensions])
+    # the lowest eigenvector is constant: every row of weights sums to one
+    return np.asarray(vectors[:, 1:] * np.sqrt(count))
+
+
+def fit_lle(
+    data: FloatArray,
+    dimensions: int,
+    neighbours: Sequence[int] = (8, 12, 20),
+    regularisation: Sequence[float] = (1e-4, 1e-3, 1e-2),
+    most: int = 1000,
+) -> Lle:
+    """The embedding that brings every fourth example, held out, back with the least error (section 5.1.4).
+
+    most: examples used, evenly spaced; the eigenproblem grows faster than the data.
+    """
+    used = data[np.unique(np.linspace(0, len(data) - 1, min(len(data), most)).astype(np.int64))]
+    held = np.zeros(len(used), dtype=np.bool_)
+    held[3::4] = True
+    best: Lle | None = None
+    for k, delta in itertools.product(neighbours, regularisation):
+        trial = Lle(used[~held], embed(used[~held], dimensions, k, delta), k, delta)
+        error = float(np.sqrt(np.mean((trial.decode(trial.encode(used[held])) - used[held]) ** 2)))
+        if best is None or error < best.error:
+            best = Lle(trial.examples, trial.embedded, k, delta, error)
+    if best is None:
+        raise RequestError("an embedding needs numbers of neighbours and regularisations to try, found none")
+    return Lle(used, embed(used, dimensions, best.neighbours, best.regularisation), best.neighbours,
+               best.regularisation, best.error)  # fmt: skip
+
+
+def _without_self(near: IntArray) -> IntArray:
+    """Neighbours ``(N, k)`` of ``(N, k + 1)``, each without itself (identical examples may come in any order)."""
+    own = near == np.arange(len(near))[:, None]
+    own[~own.any(axis=1), -1] = True
+    first = own & (np.cumsum(own, axis=1) == 1)
+    return np.asarray(near[~first].reshape(len(near), -1))
+
+
+def _carry(points: FloatArray, source: FloatArray, target: FloatArray, k: int, regularisation: float) -> FloatArray:
+    points = np.atleast_2d(points)
+    if len(source) <= 2000 and len(points) == 1:
+        distance = ((source - points) ** 2).sum(axis=1)
+        near = np.argpartition(distance, k)[None, :k]
+    else:
+        _, near = cKDTree(source).query(points, k)
+    weights = local_weights(points, source[near], regularisation)
+    return np.asarray(np.einsum("nk,nkd->nd", weights, target[near]))

@@ -1,0 +1,100 @@
+"""Gaussian models, what they say of missing values, and nonlinear least squares (Xie 2009, 5.3.2 and 6.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussian:
+    """mean ``(D,)`` and covariance ``(D, D)``."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+    def whitening(self) -> FloatArray:
+        """``(D, D)`` matrix W with ``|W (x - mean)|^2`` the squared Mahalanobis distance (equation 5.12)."""
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(self.covariance)))
+
+    def fill(self, values: FloatArray, valid: BoolArray) -> FloatArray:
+        """``values``, shape ``(D,)``, with those not valid replaced by their expectation given the others.
+
+        >>> pair = Gaussian(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))
+        >>> pair.fill(np.array([2.0, 99.0]), np.array([True, False])).tolist()
+        [2.0, 1.0]
+        """
+        if valid.all():
+            return values
+        if not valid.any():
+            return self.mean.copy()
+        known = self.covariance[np.ix_(valid, valid)]
+        across = self.covariance[np.ix_(~valid, valid)]
+        out = np.where(valid, values, 0.0)
+        out[~valid] = self.mean[~valid] + across @ np.linalg.solve(known, values[valid] - self.mean[valid])
+        return out
+
+
+def fit_gaussian(data: FloatArray, ridge: float = 1e-3) -> Gaussian:
+    """The Gaussian of ``data``, shape ``(N, D)``; ``ridge`` times the mean variance keeps it from collapsing."""
+    covariance = np.atleast_2d(np.cov(data.T, bias=True)) if len(data) > 1 else np.zeros((data.shape[1],) * 2)
+    floor = ridge * max(float(np.trace(covariance)) / data.shape[1], 1e-9)
+    return Gaussian(data.mean(axis=0), covariance + floor * np.eye(data.shape[1]))
+
+
+def mixed(parts: Sequence[Gaussian], shares: FloatArray) -> Gaussian:
+    """The Gaussian with the mean and covariance of a mixture of Gaussians, by ``shares`` that sum to 1."""
+    means = np.array([part.mean for part in parts])
+    mean = shares @ means
+    away = means - mean
+    within = np.einsum("k,kij->ij", shares, np.array([part.covariance for part in parts]))
+    return Gaussian(mean, within + (shares[:, None] * away).T @ away)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """value ``(D,)``, its cost (the sum of squared residuals), and the number of evaluations."""
+
+    value: FloatArray
+    cost: float
+    evaluations: int
+
+
+def levenberg_marquardt(
+    residuals: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    start: FloatArray,
+    *,
+    most: int = 12,
+    tolerance: float = 1e-4,
+) -> Solution:
+    """Minimise a sum of squares by Levenberg and Marquardt's method.
+
+    residuals: gives residuals ``(R,)`` and their Jacobian ``(R, D)`` at ``(D,)``. most: evaluations. tolerance:
+    relative decrease of the cost at which to stop.
+    """
+    x, damping = start, 1e-3
+    r, jacobian = residuals(x)
+    cost = float(r @ r)
+    evaluations = 1
+    while evaluations < most:
+        normal, slope = jacobian.T @ jacobian, jacobian.T @ r
+        damped = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
+        trial = x - np.linalg.solve(damped, slope)
+        new_r, new_jacobian = residuals(trial)
+        new_cost = float(new_r @ new_r)
+        evaluations += 1
+        if new_cost >= cost:
+            damping *= 8.0
+            if damping > 1e8:
+                break
+            continue
+        done = cost - new_cost <= tolerance * cost
+        x, r, jacobian, cost = trial, new_r, new_jacobian, new_cost
+        damping *= 0.2
+        if done:
+            break
+    return Solution(x, cost, evaluations)

@@ -1,0 +1,110 @@
+"""Compiled kernels of resampling: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+SPIKE = 25.0
+"""m/s^2 that a row may differ from the line through its neighbours, besides what they differ from it themselves."""
+
+
+@numba.njit(cache=True, nogil=True)
+def line_through(times, values, low, high, skip, at, scale, out):  # type: ignore[no-untyped-def]
+    """Local least-squares line through rows ``low`` to ``high - 1`` but ``skip``, evaluated at ``at`` into ``out``.
+
+    Rows count by a triangle of half width ``scale`` about ``at`` that never quite reaches 0. Returns how many count.
+    """
+    channels = values.shape[1]
+    count = 0
+    s0 = s1 = s2 = 0.0
+    first = np.zeros(channels)
+    second = np.zeros(channels)
+    for row in range(low, high):
+        if row == skip:
+            continue
+        d = times[row] - at
+        w = max(1.0 - abs(d) / scale, 0.02)
+        count += 1
+        s0 += w
+        s1 += w * d
+        s2 += w * d * d
+        for c in range(channels):
+            first[c] += w * values[row, c]
+            second[c] += w * d * values[row, c]
+    determinant = s0 * s2 - s1 * s1
+    for c in range(channels):
+        if count >= 2 and determinant > 1e-12 * s0 * s0 * scale * scale:
+            out[c] = (s2 * first[c] - s1 * second[c]) / determinant
+        elif s0 > 0:
+            out[c] = first[c] / s0
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
+    """The row's values, or those of the line through its neighbours where it is a spike; true for a spike."""
+    low, high = max(row - 2, 0), min(row + 3, rows)
+    scale = 2.5 * max(times[high - 1] - times[low], 1e-6)
+    channels = values.shape[1]
+    fitted = np.zeros(channels)
+    count = line_through(times, values, low, high, row, times[row], scale, fitted)
+    away = 0.0
+    for c in range(channels):
+        out[c] = values[row, c]
+        away += (values[row, c] - fitted[c]) ** 2
+    if count < 4 or away < SPIKE * SPIKE:
+        return False
+    spread = 0.0
+    for other in range(low, high):
+        if other != row:
+            for c in range(channels):
+                spread = max(spread, (values[other, c] - fitted[c]) ** 2)
+    if away < (SPIKE + 3.0 * np.sqrt(spread)) ** 2:
+        return False
+    for c in range(channels):
+        out[c] = fitted[c]
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
+def sample_sensor(times, values, rows, at, smooth, gap, limit, out):  # type: ignore[no-untyped-def]
+    """A sensor's value at one time from rows not later than ``limit``, into ``out``; whether it is valid, and
+    spikes.
+    """
+    while rows > 0 and times[rows - 1] > limit:
+        rows -= 1
+    after = np.searchsorted(times[:rows], at)
+    if rows == 0 or (after == rows and at - times[rows - 1] > smooth) or (after == 0 and times[0] - at > smooth):
+        return False, 0
+    if 0 < after < rows and times[after] - times[after - 1] > gap:
+        return False, 0
+    low, high = max(after - 1, 0), min(after + 1, rows)
+    while low > 0 and times[low - 1] >= at - smooth:
+        low -= 1
+    while high < rows and times[high] <= at + smooth:
+        high += 1
+    clean = np.empty((high - low, values.shape[1]))
+    spikes = 0
+    for row in range(low, high):
+        if repaired(times, values, rows, row, clean[row - low]):
+            spikes += 1
+    scale = max(smooth, times[high - 1] - at, at - times[low], 1e-6) * 1.05
+    line_through(times[low:high], clean, 0, high - low, -1, min(max(at, times[low]), times[high - 1]), scale, out)
+    return True, spikes
+
+
+@numba.njit(cache=True, nogil=True)
+def sample_all(times, values, counts, ticks, smooth, gap, patience, out, valid):  # type: ignore[no-untyped-def]
+    """Every sensor, rows ``(S, R)`` and ``(S, R, C)`` of which ``counts`` count, at every tick; returns spikes met."""
+    spikes = 0
+    for sensor in range(times.shape[0]):
+        rows = counts[sensor]
+        for tick in range(ticks.shape[0]):
+            at = ticks[tick]
+            good, met = sample_sensor(
+                times[sensor, :rows], values[sensor], rows, at, smooth, gap, at + patience, out[tick, sensor]
+            )
+            valid[tick, sensor] = good
+            spikes += met
+    return spikes

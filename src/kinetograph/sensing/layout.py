@@ -1,0 +1,157 @@
+"""Layouts: which sensors there are, where each sits on the body, and how it is turned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.errors import RequestError
+from kinetograph.sensing.device import Device
+from kinetograph.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """One sensor on a bone.
+
+    place: the role, or else the name, of the joint whose frame the sensor moves with (a forearm's is the elbow).
+    towards, along: the sensor sits this share of the way from that joint to another one. offset: shape ``(3,)``
+    metres added to that, in the joint's frame. rotation: quaternion from the sensor's frame to the joint's. width:
+    seconds over which its second derivative is taken when it is simulated, or None for the device's own.
+    """
+
+    name: str
+    place: str
+    towards: str | None = None
+    along: float = 0.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rotation: FloatArray = field(default_factory=lambda: rot.IDENTITY)
+    width: float | None = None
+
+    def __post_init__(self) -> None:
+        offset = np.asarray(self.offset, dtype=np.float64)
+        rotation = np.asarray(self.rotation, dtype=np.float64)
+        object.__setattr__(self, "offset", offset)
+        if offset.shape != (3,) or not np.isfinite(offset).all():
+            raise RequestError(f"sensor {self.name!r}: an offset is three finite metres, found {offset.tolist()}")
+        if rotation.shape != (4,) or not np.isfinite(rotation).all() or not np.linalg.norm(rotation) > 1e-6:
+            raise RequestError(
+                f"sensor {self.name!r}: a rotation is a quaternion w, x, y, z, found {rotation.tolist()}"
+            )
+        object.__setattr__(self, "rotation", rot.normalize(rotation))
+        if self.width is not None and not (np.isfinite(self.width) and self.width > 0):
+            raise RequestError(f"sensor {self.name!r}: width must be a positive number of seconds, found {self.width}")
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Sensors, and the device they all are."""
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    device: Device = field(default_factory=Device)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sensors", tuple(self.sensors))
+        if not self.sensors or len({s.name for s in self.sensors}) != len(self.sensors):
+            raise RequestError(f"layout {self.name!r}: expected sensors with names of their own, found {self.names}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The sensors' names."""
+        return tuple(sensor.name for sensor in self.sensors)
+
+
+def keep(layout: Layout, names: tuple[str, ...]) -> Layout:
+    """The layout with some of its sensors. Raises RequestError for a name that it does not have."""
+    from kinetograph.sensing.readings import check_names
+
+    check_names(names, layout.names)
+    return replace(layout, sensors=tuple(s for s in layout.sensors if s.name in names))
+
+
+def attach(layout: Layout, skeleton: Skeleton) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Joints ``(S,)``, offsets ``(S, 3)`` metres and rotations ``(S, 4)`` of a layout's sensors on a skeleton.
+
+    Raises RequestError where the skeleton lacks a joint that the layout names.
+    """
+    joints = [_joint(layout, sensor, sensor.place, skeleton) for sensor in layout.sensors]
+    offsets = []
+    for sensor, joint in zip(layout.sensors, joints, strict=True):
+        offset = sensor.offset
+        if sensor.towards is not None:
+            offset = offset + sensor.along * _below(layout, sensor, joint, skeleton)
+        offsets.append(offset)
+    return np.array(joints), np.array(offsets), np.array([sensor.rotation for sensor in layout.sensors])
+
+
+def _joint(layout: Layout, sensor: Sensor, place: str, skeleton: Skeleton) -> int:
+    if place in skeleton.roles:
+        return skeleton.roles[place].joint
+    if place in skeleton.names:
+        return skeleton.index(place)
+    known = ", ".join(skeleton.roles) or ", ".join(skeleton.names[:12])
+    raise RequestError(
+        f"layout {layout.name!r}, sensor {sensor.name!r}: the skeleton has no joint or role {place!r}; it has {known}"
+    )
+
+
+def _below(layout: Layout, sensor: Sensor, joint: int, skeleton: Skeleton) -> FloatArray:
+    """Rest position, ``(3,)`` metres, of the joint that the sensor lies towards, in the frame of its own."""
+    there = _joint(layout, sensor, str(sensor.towards), skeleton)
+    position = np.zeros(3)
+    while there not in (joint, -1):
+        position = position + skeleton.offsets[there]
+        there = int(skeleton.parents[there])
+    if there != joint:
+        raise RequestError(
+            f"layout {layout.name!r}, sensor {sensor.name!r}: {sensor.towards!r} does not hang on {sensor.place!r}"
+        )
+    return position
+
+
+_LIMBS: Mapping[str, tuple[str, str]] = {
+    "forearm": ("elbow", "hand"),
+    "upper_arm": ("shoulder", "elbow"),
+    "shank": ("knee", "foot"),
+    "thigh": ("hip", "knee"),
+}
+
+
+def _on_limbs(*limbs: str) -> tuple[Sensor, ...]:
+    sensors = []
+    for limb in limbs:
+        above, below = _LIMBS[limb]
+        for side in ("left", "right"):
+            sensors.append(Sensor(f"{side}_{limb}", f"{side}_{above}", f"{side}_{below}", 0.6))
+    return tuple(sensors)
+
+
+_WII = Device(span=3 * 9.81, bits=8, noise=0.2, rate=100.0, jitter=0.002, loss=0.01)
+_PHONE = Device(span=8 * 9.81, bits=16, noise=0.05, rate=60.0, jitter=0.004, loss=0.0)
+_IMU = Device(span=16 * 9.81, bits=16, noise=0.03, rate=100.0, jitter=0.0, loss=0.0)
+
+PRESETS: Mapping[str, Layout] = {
+    "ideal": Layout("ideal", _on_limbs("forearm", "upper_arm", "shank", "thigh")),
+    "wii": Layout("wii", _on_limbs("forearm", "upper_arm", "shank", "thigh"), _WII),
+    "phone": Layout(
+        "phone",
+        (Sensor("hand", "right_hand"), Sensor("pocket", "right_hip", "right_knee", 0.3)),
+        _PHONE,
+    ),
+    "imu": Layout("imu", (*_on_limbs("forearm", "shank"), Sensor("pelvis", "hips"), Sensor("head", "head")), _IMU),
+}
+"""Layouts by name; `ideal` and `wii` have the paper's eight sensors (4.1)."""
+
+
+def preset(name: str) -> Layout:
+    """A layout of `PRESETS`. Raises RequestError for another name."""
+    try:
+        return PRESETS[name]
+    except KeyError:
+        known = ", ".join(PRESETS)
+        raise RequestError(f"no layout {name!r}; expected a .toml file or one of {known}") from None

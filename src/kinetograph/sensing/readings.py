@@ -1,0 +1,145 @@
+"""Readings: what several sensors report, each at its own pace."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.errors import DataError, RequestError
+
+GRAVITY = 9.81
+"""Standing acceleration of the Earth, m/s^2; a sensor at rest reads this much upwards."""
+
+_PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Rows of several sensors in order of time, at any rate, rows missing or not.
+
+    times: shape ``(R,)`` seconds. sensors: ``(R,)``, which of ``names`` a row is from. force: ``(R, 3)`` specific
+    force in m/s^2 in the sensor's own frame: acceleration less gravity, so that a sensor at rest reads 9.81 upwards.
+    angular: ``(R, 3)`` angular velocity in rad/s in the sensor's frame, or ``None``. orientation: ``(R, 4)``
+    quaternions from the sensor's frame to the world's (Y up), or ``None``.
+
+    Raises DataError for shapes that disagree, values that are not finite, a sensor whose times do not increase.
+    """
+
+    names: tuple[str, ...]
+    times: FloatArray
+    sensors: IntArray
+    force: FloatArray
+    angular: FloatArray | None = None
+    orientation: FloatArray | None = None
+    _checked: bool = field(default=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self._checked:
+            return
+        object.__setattr__(self, "names", tuple(self.names))
+        object.__setattr__(self, "times", np.asarray(self.times, dtype=np.float64).reshape(-1))
+        object.__setattr__(self, "sensors", np.asarray(self.sensors, dtype=np.int64).reshape(-1))
+        for name, width in (("force", 3), ("angular", 3), ("orientation", 4)):
+            if getattr(self, name) is not None:
+                _set_rows(self, name, width)
+        if len(set(self.names)) != len(self.names) or not self.names:
+            raise DataError(f"expected one or more sensors, each with its own name, found {self.names}")
+        if len(self.sensors) != len(self.times):
+            raise DataError(f"{len(self.times)} times but {len(self.sensors)} sensor numbers")
+        if len(self.sensors) and not 0 <= self.sensors.min() <= self.sensors.max() < len(self.names):
+            raise DataError(f"sensor numbers must be 0 to {len(self.names) - 1}, found {self.sensors.max()}")
+        if not np.isfinite(self.times).all():
+            raise DataError("times must be finite seconds, found NaN or inf")
+        self._check_order()
+
+    def _check_order(self) -> None:
+        for index, name in enumerate(self.names):
+            times = self.times[self.sensors == index]
+            steps = np.diff(times)
+            if np.any(steps <= 0):
+                at = int(np.argmax(steps <= 0))
+                what = "two rows for the time" if steps[at] == 0 else "time runs backwards at"
+                raise DataError(f"sensor {name!r}: {what} {times[at + 1]:g} s (after {times[at]:g} s); drop such rows")
+        order = np.argsort(self.times, kind="stable")
+        if np.any(np.diff(order) < 0):
+            for name in ("times", "sensors", "force", "angular", "orientation"):
+                value = getattr(self, name)
+                if value is not None:
+                    object.__setattr__(self, name, value[order])
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from 0 to the last row."""
+        return float(self.times[-1]) if len(self) else 0.0
+
+
+def _set_rows(readings: Readings, name: str, width: int) -> None:
+    value = np.asarray(getattr(readings, name), dtype=np.float64)
+    object.__setattr__(readings, name, value)
+    if value.shape != (len(readings.times), width):
+        raise DataError(f"{name} must be ({len(readings.times)}, {width}), found {value.shape}")
+    bad = ~np.isfinite(value).all(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        sensor = readings.names[readings.sensors[row]]
+        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must be finite; leave such rows out")
+
+
+def select(readings: Readings, rows: BoolArray) -> Readings:
+    """The rows for which ``rows``, shape ``(R,)``, is true; the sensors stay."""
+    return Readings(
+        readings.names,
+        readings.times[rows],
+        readings.sensors[rows],
+        readings.force[rows],
+        None if readings.angular is None else readings.angular[rows],
+        None if readings.orientation is None else readings.orientation[rows],
+    )
+
+
+def only(readings: Readings, names: Sequence[str]) -> Readings:
+    """The rows of some sensors, which are numbered in the order of ``names``.
+
+    Raises RequestError, naming what there is, for a sensor that is not there.
+    """
+    check_names(names, readings.names)
+    number = np.full(len(readings.names), -1)
+    for new, name in enumerate(names):
+        number[readings.names.index(name)] = new
+    sensors = number[readings.sensors]
+    kept = select(readings, sensors >= 0)
+    return Readings(tuple(names), kept.times, sensors[sensors >= 0], kept.force, kept.angular, kept.orientation)
+
+
+def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
+    """Raises RequestError where ``wanted`` has a sensor that is not among ``known``."""
+    for name in wanted:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 2)
+            hint = f"; did you mean {' or '.join(near)}?" if near else ""
+            raise RequestError(f"unknown sensor {name!r}; expected some of {', '.join(known)}{hint}")
+
+
+def check_units(readings: Readings) -> None:
+    """Raises RequestError where the magnitudes cannot be specific force in m/s^2.
+
+    Bodies spend most of their time near 1 g, so the median over all rows tells units of g, of milli-g or of counts,
+    and accelerations from which gravity has been taken, from m/s^2.
+    """
+    if len(readings) == 0:
+        return
+    median = float(np.median(np.linalg.norm(readings.force, axis=1)))
+    if _PLAUSIBLE[0] * GRAVITY <= median <= _PLAUSIBLE[1] * GRAVITY:
+        return
+    guess = "; is it in g? multiply by 9.81" if 0.4 <= median <= 2.5 else ""
+    guess = guess or ("; has gravity been taken out?" if median < 0.4 * GRAVITY else "; is it in counts or milli-g?")
+    raise RequestError(
+        f"expected specific force in m/s^2, about 9.8 at rest, found a median magnitude of {median:.3g}{guess}"
+    )

@@ -1,0 +1,149 @@
+"""Several sensors at their own varying rates, brought to one uniform signal with a validity mask.
+
+Each value is that of a least-squares line through the rows around its time, which evens out jitter, bridges lost
+packets and passes less noise, all at once. Rows that no such line explains are spikes and replaced by it. The same
+kernel serves whole recordings and live streams: a value depends on rows up to ``patience`` later, never on more, and
+not on how the rows were parcelled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.errors import DataError, RequestError
+from kinetograph.sensing._kernels import sample_all
+from kinetograph.sensing.readings import Readings
+from kinetograph.signal import Signal
+
+AXES = ("ax", "ay", "az")
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """smooth: seconds either way of a value over which rows are averaged. gap: seconds between two rows beyond which
+    values between them are missing. patience: seconds to wait for a sensor's rows before going on without it.
+    """
+
+    smooth: float = 0.025
+    gap: float = 0.1
+    patience: float = 0.12
+
+    def __post_init__(self) -> None:
+        if not 0 < self.smooth <= self.patience or not 0 < self.gap <= self.patience:
+            raise RequestError(f"expected 0 < smooth, gap <= patience, found {self}")
+
+
+def uniform(readings: Readings, fps: float, duration: float | None = None, how: Resampling | None = None) -> Signal:
+    """Readings as channels ``sensor.ax, .ay, .az`` at ``fps`` from time 0, with a mask of what is missing.
+
+    duration: seconds up to which to sample; by default up to the last row. Raises DataError for no rows.
+    """
+    if len(readings) == 0:
+        raise DataError("expected readings, found no rows")
+    how = how or Resampling()
+    end = readings.duration if duration is None else duration
+    ticks = np.arange(max(int(np.floor(end * fps * (1 + 1e-12) + 1e-6)), 0) + 1) / fps
+    buffer = _Buffer(len(readings.names))
+    buffer.add(readings)
+    values, valid = buffer.sample(ticks, how)
+    names = tuple(f"{name}.{axis}" for name in readings.names for axis in AXES)
+    return Signal(values.reshape(len(ticks), -1), names, "m/s^2", fps, np.repeat(valid, 3, axis=1))
+
+
+class _Buffer:
+    """The latest rows of every sensor."""
+
+    def __init__(self, sensors: int) -> None:
+        self.times = np.zeros((sensors, 64))
+        self.values = np.zeros((sensors, 64, 3))
+        self.counts = np.zeros(sensors, dtype=np.int64)
+        self.spikes = 0
+
+    def add(self, readings: Readings) -> None:
+        for sensor in range(len(readings.names)):
+            mine = np.flatnonzero(readings.sensors == sensor)
+            if len(mine) == 0:
+                continue
+            old = int(self.counts[sensor])
+            new = old + len(mine)
+            if old and readings.times[mine[0]] <= self.times[sensor, old - 1]:
+                raise DataError(
+                    f"sensor {readings.names[sensor]!r}: time runs backwards at {readings.times[mine[0]]:g} s "
+                    f"(after {self.times[sensor, old - 1]:g} s); give rows in order"
+                )
+            if new > self.times.shape[1]:
+                self._grow(2 * new)
+            self.times[sensor, old:new] = readings.times[mine]
+            self.values[sensor, old:new] = readings.force[mine]
+            self.counts[sensor] = new
+
+    def _grow(self, rows: int) -> None:
+        extra = rows - self.times.shape[1]
+        self.times = np.pad(self.times, ((0, 0), (0, extra)))
+        self.values = np.pad(self.values, ((0, 0), (0, extra), (0, 0)))
+
+    def drop_before(self, time: float) -> None:
+        """Forget rows before ``time``, which no later value needs, now and then."""
+        if self.counts.max() < 256:
+            return
+        for sensor, count in enumerate(self.counts):
+            gone = int(np.searchsorted(self.times[sensor, :count], time))
+            kept = count - gone
+            self.times[sensor, :kept] = self.times[sensor, gone:count].copy()
+            self.values[sensor, :kept] = self.values[sensor, gone:count].copy()
+            self.counts[sensor] = kept
+
+    def sample(self, ticks: FloatArray, how: Resampling) -> tuple[FloatArray, BoolArray]:
+        """Values ``(T, S, 3)`` and validity ``(T, S)``."""
+        values = np.zeros((len(ticks), len(self.counts), 3))
+        valid = np.zeros((len(ticks), len(self.counts)), dtype=np.bool_)
+        self.spikes += sample_all(
+            self.times, self.values, self.counts, ticks, how.smooth, how.gap, how.patience, values, valid
+        )
+        return values, valid
+
+
+class LiveUniform:
+    """`uniform`, as rows arrive: `add` them, then `ready` gives the values that no later row can change."""
+
+    def __init__(self, sensors: int, fps: float, how: Resampling | None = None) -> None:
+        self.fps, self.how = fps, how or Resampling()
+        self.frame = 0
+        self._buffer = _Buffer(sensors)
+        self._now = -np.inf
+
+    @property
+    def spikes(self) -> int:
+        """Spikes met so far; one that several values look at counts as often."""
+        return self._buffer.spikes
+
+    def add(self, readings: Readings) -> None:
+        """Take in rows, which must be later than those before, sensor by sensor."""
+        self._buffer.add(readings)
+        self._now = max(self._now, readings.duration if len(readings) else -np.inf)
+
+    def ready(self, now: float | None = None) -> tuple[FloatArray, BoolArray]:
+        """The next values ``(T, S, 3)`` and validity ``(T, S)``; ``now`` says that time has gone on without rows."""
+        self._now = max(self._now, -np.inf if now is None else now)
+        settled = self._now - self.how.patience
+        counts = self._buffer.counts
+        if counts.min() >= 3:
+            # two rows beyond the window settle a sensor's value: the second of them tells whether the first is a spike
+            last = min(self._buffer.times[s, c - 3] for s, c in enumerate(counts)) - self.how.smooth
+            settled = max(settled, float(last))
+        return self._take(settled)
+
+    def rest(self, until: float) -> tuple[FloatArray, BoolArray]:
+        """The values that are left up to ``until`` seconds, when no more rows will come."""
+        return self._take(until)
+
+    def _take(self, settled: float) -> tuple[FloatArray, BoolArray]:
+        stop = int(np.floor(settled * self.fps * (1 + 1e-12) + 1e-6)) + 1 if np.isfinite(settled) else 0
+        ticks = np.arange(self.frame, max(stop, self.frame)) / self.fps
+        self.frame = max(stop, self.frame)
+        found = self._buffer.sample(ticks, self.how)
+        self._buffer.drop_before(self.frame / self.fps - 1.0)
+        return found

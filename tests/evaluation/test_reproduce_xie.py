@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kinetograph.errors import RequestError
+from kinetograph.evaluation.reproduce.xie2009 import reproduce
+from kinetograph.library import Library
+from kinetograph.methods.sensor import LocalSettings
+from kinetograph.take import Take
+from walkers import walk
+
+
+def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
+    library = Library.create(tmp_path / "lib")
+    for name, speed in (("a", 0.8), ("b", 1.0), ("c", 1.2)):
+        library.add(Take(name, {"motion": walk(2.0, speed=speed)}))
+    small = LocalSettings(runs=1, clusters=4, frames=150, centres=40)
+    rows = reproduce(tmp_path / "out", library, takes=("b",), local=small)
+    assert [row.method for row in rows] == ["PCA, interpolation", "LLE, interpolation", "PCA, optimisation"]
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "Not comparable" in page
+    assert all(f"{row.rms:.3f}" in page for row in rows)
+    for picture in ("b_rms.png", "b_interpolation.png", "b_optimisation.png"):
+        assert picture in page
+        assert (tmp_path / "out" / picture).stat().st_size > 5000
+    with pytest.raises(RequestError, match="is not empty; name a new folder"):
+        reproduce(tmp_path / "out", library)

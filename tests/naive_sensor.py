@@ -1,0 +1,40 @@
+"""Obvious slow versions of what sensor control computes fast."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray
+
+
+def path_costs(
+    examples: FloatArray, queries: FloatArray, first: BoolArray, decay: float, warp: float, jump: float
+) -> FloatArray:
+    """Costs ``(N,)`` of the best path to each of examples ``(N, C)`` after all queries ``(T, C)``, the least one 0."""
+    count = len(examples)
+    costs = np.zeros(count)
+    for query in queries:
+        new = np.zeros(count)
+        for i in range(count):
+            ways = [costs[i] + warp, costs.min() + jump]
+            if not first[i]:
+                ways.append(costs[i - 1])
+                if i > 1 and not first[i - 1]:
+                    ways.append(costs[i - 2] + warp)
+            new[i] = decay * min(ways) + np.mean((examples[i] - query) ** 2)
+        costs = new - new.min()
+    return costs
+
+
+def line_fit(times: FloatArray, values: FloatArray, at: float, scale: float) -> float:
+    """The weighted least-squares line through points at ``at``, by numpy's polyfit."""
+    weights = np.maximum(1.0 - np.abs(times - at) / scale, 0.02)
+    return float(np.polyval(np.polyfit(times - at, values, 1, w=np.sqrt(weights)), 0.0))
+
+
+def radial(centres: FloatArray, widths: FloatArray, weights: FloatArray, mean: FloatArray, c: FloatArray) -> FloatArray:
+    """Equation 5.9, term by term."""
+    out = mean.copy()
+    for centre, width, weight in zip(centres, widths, weights, strict=True):
+        out = out + weight * np.exp(-np.sum((c - centre) ** 2) / width**2)
+    return out
