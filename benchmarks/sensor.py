@@ -15,8 +15,8 @@ import numpy as np
 from benchmarks._recordings import data_folder
 from kinetograph.evaluation.sensor import timed
 from kinetograph.formats import ReadOptions
-from kinetograph.learn.embedding import fit_pca
 from kinetograph.learn.mixture import fit_mixture
+from kinetograph.learn.reduction import fit_pca
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SYNTHESES, SensorControl
 from kinetograph.pipeline import read_take

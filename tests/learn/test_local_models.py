@@ -6,12 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import naive_sensor
-from kinetograph.errors import RequestError
+from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import continuity
-from kinetograph.learn.embedding import embed, fit_lle, fit_pca, local_weights
+from kinetograph.learn.embedding import embed, fit_lle, local_weights
 from kinetograph.learn.interpolation import fit_rbf, local_widths
 from kinetograph.learn.mixture import fit_mixture, join_small
 from kinetograph.learn.posterior import Gaussian, fit_gaussian, levenberg_marquardt, mixed
+from kinetograph.learn.reduction import fit_pca
 
 
 def swiss_roll(count: int = 800) -> tuple[np.ndarray, np.ndarray]:
@@ -28,7 +29,7 @@ def test_pca_of_a_plane_needs_two_components_and_loses_nothing():
     assert pca.share == pytest.approx(1.0)
     np.testing.assert_allclose(pca.decode(pca.encode(data)), data, atol=1e-9)
     np.testing.assert_allclose(pca.basis.T @ pca.basis, np.eye(2), atol=1e-12)
-    with pytest.raises(RequestError, match="keep must be a share below 1 or 1 to 6 components, found 7"):
+    with pytest.raises(DataError, match="keep a share of variance below 1 or 1 to 6 components, found 7"):
         fit_pca(data, 7)
 
 

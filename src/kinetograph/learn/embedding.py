@@ -1,4 +1,4 @@
-"""Dimensionality reduction: principal components and locally linear embedding (Xie 2009, section 5.1)."""
+"""Locally linear embedding (Xie 2009, section 5.1)."""
 
 from __future__ import annotations
 
@@ -12,53 +12,6 @@ from scipy.spatial import cKDTree
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-
-
-@dataclass(frozen=True, eq=False)
-class Pca:
-    """mean: ``(D,)``. basis: ``(D, b)``, orthonormal columns. variances: ``(D,)`` of all components, largest first."""
-
-    mean: FloatArray
-    basis: FloatArray
-    variances: FloatArray
-
-    @property
-    def dimensions(self) -> int:
-        """How many components are kept."""
-        return int(self.basis.shape[1])
-
-    @property
-    def share(self) -> float:
-        """The share of the variance that the components kept hold."""
-        return float(self.variances[: self.dimensions].sum() / max(self.variances.sum(), 1e-300))
-
-    def encode(self, data: FloatArray) -> FloatArray:
-        """Coordinates ``(..., b)`` of data ``(..., D)``."""
-        return np.asarray((data - self.mean) @ self.basis)
-
-    def decode(self, coordinates: FloatArray) -> FloatArray:
-        """Data ``(..., D)`` at coordinates ``(..., b)``."""
-        return np.asarray(self.mean + coordinates @ self.basis.T)
-
-
-def fit_pca(data: FloatArray, keep: float | int) -> Pca:
-    """Principal components of ``data``, shape ``(N, D)``.
-
-    keep: a whole number of components, or the share of variance, below 1, that they hold at least.
-
-    >>> fit_pca(np.array([[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]), 0.99).dimensions
-    1
-    """
-    if not 0 < keep <= data.shape[1]:
-        raise RequestError(f"keep must be a share below 1 or 1 to {data.shape[1]} components, found {keep}")
-    mean = data.mean(axis=0)
-    values, vectors = np.linalg.eigh(np.atleast_2d(np.cov(data.T, bias=True)))
-    variances = np.maximum(values[::-1], 0.0)
-    count = int(keep)
-    if keep < 1:
-        shares = np.cumsum(variances) / max(variances.sum(), 1e-300)
-        count = min(int(np.searchsorted(shares, keep - 1e-12)) + 1, len(shares))
-    return Pca(mean, np.ascontiguousarray(vectors[:, ::-1][:, :count]), variances)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Principal components by share of variance (Molina-Tanco & Hilton 2000, section 3.2)."""
+"""Principal components (Molina-Tanco & Hilton 2000, section 3.2; Xie 2009, section 5.1)."""
 
 from __future__ import annotations
 
@@ -11,50 +11,59 @@ from kinetograph.errors import DataError
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
-    """A linear map to fewer dimensions. mean ``(D,)``; components ``(M, D)``, orthonormal rows, the widest first;
-    variances ``(D,)`` of all components, kept or not.
+class Pca:
+    """A linear map to fewer dimensions and back.
+
+    mean: ``(D,)``. basis: ``(D, b)``, orthonormal columns, the widest first. variances: ``(D,)`` of all components,
+    kept or not.
     """
 
     mean: FloatArray
-    components: FloatArray
+    basis: FloatArray
     variances: FloatArray
+
+    @property
+    def dimensions(self) -> int:
+        """How many components are kept."""
+        return int(self.basis.shape[1])
 
     @property
     def share(self) -> float:
         """The share of the variance that the kept components hold; 1 where there is no variance at all."""
         total = float(self.variances.sum())
-        return float(self.variances[: len(self.components)].sum()) / total if total > 0 else 1.0
+        return float(self.variances[: self.dimensions].sum()) / total if total > 0 else 1.0
 
-    def project(self, x: FloatArray) -> FloatArray:
-        """Coefficients a, ``(..., M)``, of vectors ``(..., D)`` (equation 3)."""
-        return np.asarray((x - self.mean) @ self.components.T)
+    def encode(self, data: FloatArray) -> FloatArray:
+        """Coordinates ``(..., b)`` of data ``(..., D)``."""
+        return np.asarray((data - self.mean) @ self.basis)
 
-    def restore(self, a: FloatArray) -> FloatArray:
-        """The vectors ``(..., D)`` that coefficients ``(..., M)`` stand for (equation 3)."""
-        return np.asarray(self.mean + a @ self.components)
+    def decode(self, coordinates: FloatArray) -> FloatArray:
+        """Data ``(..., D)`` at coordinates ``(..., b)``."""
+        return np.asarray(self.mean + coordinates @ self.basis.T)
 
 
-def reduce(x: FloatArray, share: float = 0.97) -> Reduction:
-    """The fewest principal components that hold more than ``share`` of the variance of rows ``(N, D)``.
+def fit_pca(data: FloatArray, keep: float | int) -> Pca:
+    """Principal components of rows ``(N, D)``.
 
-    Raises DataError unless there are rows and 0 < share <= 1.
+    keep: a whole number of components, or the share of variance, below 1, that they hold at least. Raises DataError
+    for data that are not rows, or another ``keep``.
 
-    >>> line = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])
-    >>> found = reduce(line, 0.99)
-    >>> found.components.shape, round(found.share, 6)
-    ((1, 2), 1.0)
+    >>> found = fit_pca(np.array([[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]), 0.99)
+    >>> found.dimensions, round(found.share, 6)
+    (1, 1.0)
     """
-    x = np.asarray(x, dtype=np.float64)
-    if x.ndim != 2 or len(x) == 0:
-        raise DataError(f"components need rows of numbers (N, D), found shape {x.shape}")
-    if not 0 < share <= 1:
-        raise DataError(f"a share of variance lies in (0, 1], found {share}")
-    mean = x.mean(axis=0)
-    _, lengths, rows = np.linalg.svd(x - mean, full_matrices=False)
-    variances = lengths**2 / len(x)
-    held = np.cumsum(variances) / max(float(variances.sum()), 1e-300)
-    count = min(int(np.searchsorted(held, share - 1e-12)) + 1, len(rows))
+    data = np.asarray(data, dtype=np.float64)
+    if data.ndim != 2 or len(data) == 0:
+        raise DataError(f"components need rows of numbers (N, D), found shape {data.shape}")
+    if not 0 < keep <= data.shape[1]:
+        raise DataError(f"keep a share of variance below 1 or 1 to {data.shape[1]} components, found {keep}")
+    mean = data.mean(axis=0)
+    values, vectors = np.linalg.eigh(np.atleast_2d(np.cov(data.T, bias=True)))
+    variances, columns = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
+    count = int(keep)
+    if keep < 1:
+        held = np.cumsum(variances) / max(float(variances.sum()), 1e-300)
+        count = min(int(np.searchsorted(held, keep - 1e-12)) + 1, len(held))
     # a component's sign is arbitrary: its largest entry is made positive, so that pictures do not flip
-    signs = np.sign(rows[np.arange(len(rows)), np.abs(rows).argmax(axis=1)])
-    return Reduction(mean, rows[:count] * signs[:count, None], variances)
+    signs = np.sign(columns[np.abs(columns).argmax(axis=0), np.arange(len(values))])
+    return Pca(mean, np.ascontiguousarray((columns * signs)[:, :count]), variances)

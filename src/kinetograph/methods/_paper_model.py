@@ -13,7 +13,7 @@ from kinetograph.keys import Key
 from kinetograph.learn.hmm import outputs_by_bayes, viterbi
 from kinetograph.learn.kmeans import Quantiser, kmeans
 from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
-from kinetograph.learn.reduction import Reduction, reduce
+from kinetograph.learn.reduction import Pca, fit_pca
 from kinetograph.methods._examples import Example, adopt, headings, mean_heading
 from kinetograph.motion import Motion, resample
 
@@ -51,7 +51,7 @@ class PaperModel:
 
     settings: PaperSettings
     examples: tuple[Example, ...]
-    reduction: Reduction
+    reduction: Pca
     quantiser: Quantiser
     coordinates: tuple[FloatArray, ...]
     labels: tuple[IntArray, ...]
@@ -77,8 +77,8 @@ def fit_paper(examples: tuple[Example, ...], settings: PaperSettings, rng: np.ra
     together = np.concatenate(vectors)
     if len(together) < settings.clusters:
         raise RequestError(f"the library has {len(together)} frames, too few for {settings.clusters} clusters")
-    reduction = reduce(together, settings.share)
-    coordinates = tuple(reduction.project(v) for v in vectors)
+    reduction = fit_pca(together, settings.share)
+    coordinates = tuple(reduction.encode(v) for v in vectors)
     quantiser = kmeans(np.concatenate(coordinates), settings.clusters, rng, settings.restarts)
     labels = tuple(quantiser.assign(c) for c in coordinates)
     counts = np.stack([np.bincount(run, minlength=settings.clusters) for run in labels]).astype(np.float64)
@@ -106,7 +106,7 @@ def key_coordinates(model: PaperModel, key: Key) -> FloatArray:
         raise RequestError(f"{key.label}: the paper's mode compares whole poses; leave roles out, or use mode search")
     motion = model.examples[0].motion
     clip = adopt(resample(key.clip, key.clip.fps), motion.skeleton, key.label)
-    return model.reduction.project(pose_vectors(clip)[key.frame])
+    return model.reduction.encode(pose_vectors(clip)[key.frame])
 
 
 def plan(model: PaperModel, first: Key, last: Key) -> Plan:

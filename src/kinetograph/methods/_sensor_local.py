@@ -8,10 +8,11 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.embedding import Lle, Pca, fit_lle, fit_pca
+from kinetograph.learn.embedding import Lle, fit_lle
 from kinetograph.learn.interpolation import Rbf, fit_rbf
 from kinetograph.learn.mixture import fit_mixture, join_small
 from kinetograph.learn.posterior import Gaussian, fit_gaussian
+from kinetograph.learn.reduction import Pca, fit_pca
 from kinetograph.methods._sensor_examples import Examples
 
 REDUCTIONS = ("pca", "lle")

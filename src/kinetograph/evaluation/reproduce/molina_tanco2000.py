@@ -23,7 +23,7 @@ from kinetograph.evaluation.reproduce import _molina_tanco_figures as figures
 from kinetograph.formats import load
 from kinetograph.keys import Key, key_at
 from kinetograph.learn.kmeans import kmeans
-from kinetograph.learn.reduction import reduce
+from kinetograph.learn.reduction import fit_pca
 from kinetograph.library import Library, samples
 from kinetograph.methods._paper_model import PaperModel, PaperSettings, plan, pose_vectors
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
@@ -101,7 +101,7 @@ def reproduce(folder: Path, data: Path | None = None, report: Report | None = No
     paper = _paper(model)
     figures.draw_space(paper.coordinates, list(names), folder / "figure5.png")
     figures.draw_errors(quantisation_errors(paper), folder / "figure6.png")
-    path = paper.reduction.project(pose_vectors(result.motion))
+    path = paper.reduction.encode(pose_vectors(result.motion))
     figures.draw_space(paper.coordinates, list(names), folder / "figure8.png", result=path)
     _contact_sheet(result, folder / "figure9.png")
     found: dict[str, object] = {"section 4": asdict(numbers)}
@@ -154,7 +154,7 @@ def _numbers(model: KeyframeModel, keys: tuple[Key, Key], result: Synthesis, sol
         examples_in_library=len(model.examples),
         frames_in_library=sum(len(e.motion) for e in model.examples),
         dimensions=len(paper.reduction.mean),
-        components=len(paper.reduction.components),
+        components=paper.reduction.dimensions,
         share=paper.reduction.share,
         share_at_15=float(variances[:15].sum() / variances.sum()),
         clusters=paper.settings.clusters,
@@ -186,8 +186,8 @@ def _two_facings(model: KeyframeModel) -> tuple[list[FloatArray], list[FloatArra
 
 
 def _reduced(vectors: list[FloatArray]) -> list[FloatArray]:
-    reduction = reduce(np.concatenate(vectors))
-    return [reduction.project(v) for v in vectors]
+    reduction = fit_pca(np.concatenate(vectors), 0.97)
+    return [reduction.encode(v) for v in vectors]
 
 
 def _contact_sheet(result: Synthesis, path: Path) -> None:
