@@ -172,3 +172,15 @@ def complete_linkage(distances: FloatArray, threshold: float) -> set[frozenset[i
             break
         clusters = [c for c in clusters if c not in nearest] + [nearest[0] | nearest[1]]
     return set(clusters)
+
+
+def best_beats(pulse: FloatArray, period: float, evenness: float) -> tuple[float, int]:
+    """The best score of any row of beats that ends within two periods of the end, and the first frame it may end at."""
+    gaps = range(max(round(period / 2), 1), round(period * 2) + 1)
+
+    def best(t: int) -> float:
+        before = [best(t - g) - evenness * float(np.log(g / period)) ** 2 for g in gaps if g <= t]
+        return float(pulse[t]) + max([0.0, *before])
+
+    last = max(len(pulse) - round(2 * period), 0)
+    return max(best(t) for t in range(last, len(pulse))), last

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,15 +15,24 @@ from kinetograph.library import Library
 from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance import PerformanceControl, only_track
+from kinetograph.methods.rules import Rule
 from kinetograph.motion import Motion
-from kinetograph.segmentation import cuts_at_labels, cuts_by_length, detect_contacts, footplant_cuts
+from kinetograph.segmentation import (
+    cuts_at_labels,
+    cuts_by_length,
+    detect_beats,
+    detect_contacts,
+    detect_handholds,
+    footplant_cuts,
+    subdivide,
+)
 from kinetograph.signal import Signal
 from kinetograph.skeleton import with_roles
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
 
 Progress = Callable[[int, int], None]
-CUT_BY = ("footplants", "labels", "fixed")
+CUT_BY = ("footplants", "beats", "labels", "fixed")
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,23 @@ def open_library(path: str | Path) -> Library:
                 f"make one with: kinetograph library create LIB {folder}"
             )
     return Library.open(folder)
+
+
+def has_partners(library: Library, target: str | None) -> bool:
+    """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
+
+    Raises RequestError where no take has the target.
+    """
+    from kinetograph.library.store import contents
+
+    tracks = [(track.take, track.name) for track in contents(library)]
+    if target is None:
+        return False
+    with_target = {take for take, name in tracks if name == target}
+    if tracks and not with_target:
+        found = ", ".join(sorted({name for _, name in tracks}))
+        raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {found}")
+    return any(name != target for take, name in tracks if take in with_target)
 
 
 def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
@@ -70,28 +96,48 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
     return Take(path.stem, tracks, loaded.take.annotations), loaded.notes
 
 
-def segment_take(take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut") -> tuple[Annotation, ...]:
-    """Cuts, and for footplants the contacts too, of one motion, as annotations.
+def segment_take(
+    take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut", parts: int = 1
+) -> tuple[Annotation, ...]:
+    """Cuts and contacts of one motion, and the handholds with the take's other motion, as annotations.
 
-    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``.
+    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``; parts: cuts
+    a beat, for ``"beats"``, which are those of all the take's motions together.
     """
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
     if by == "footplants":
         cuts = footplant_cuts(motion, contacts)
+    elif by == "beats":
+        cuts = subdivide(detect_beats([t for t in take.tracks.values() if isinstance(t, Motion)]), parts)
     elif by == "fixed":
         cuts = cuts_by_length(take, track, length)
     elif by == "labels":
         cuts = cuts_at_labels(take, track, label)
     else:
         raise RequestError(f"cut by one of {', '.join(CUT_BY)}, found {by!r}")
-    return (*contacts, *(Annotation(track, "cut", by, time, time) for time in cuts))
+    return (*contacts, *_handholds(take, track), *(Annotation(track, "cut", by, time, time) for time in cuts))
+
+
+def _handholds(take: Take, track: str) -> tuple[Annotation, ...]:
+    """The handholds of one motion of a take that has two; none where there are more, or fewer."""
+    others = [t for name, t in take.tracks.items() if isinstance(t, Motion) and name != track]
+    own = take.motion(track)
+    if len(others) != 1 or len(others[0]) != len(own) or others[0].fps != own.fps:
+        return ()
+    return detect_handholds(own, others[0], track=track)
 
 
 def segment_library(
-    library: Library, by: str, *, length: float = 0.5, label: str = "cut", progress: Progress | None = None
+    library: Library,
+    by: str,
+    *,
+    length: float = 0.5,
+    label: str = "cut",
+    parts: int = 1,
+    progress: Progress | None = None,
 ) -> dict[str, int]:
-    """Cut every motion of a library and store cuts and contacts as annotations; number of cuts by take.
+    """Cut every motion of a library and store cuts, contacts and handholds as annotations; number of cuts by take.
 
     Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
     cycles.
@@ -104,8 +150,8 @@ def segment_library(
         for track, value in take.tracks.items():
             if not isinstance(value, Motion) or (by == "footplants" and take.annotated(track, "loop")):
                 continue
-            notes = segment_take(take, track, by, length=length, label=label)
-            for kind in ("contact", "cut"):
+            notes = segment_take(take, track, by, length=length, label=label, parts=parts)
+            for kind in ("contact", "handhold", "cut"):
                 library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
             counts[name] += sum(n.kind == "cut" for n in notes)
         if progress:
@@ -121,6 +167,7 @@ def perform(
     smoothing: Smoothing | None = None,
     exclude: tuple[str, ...] = (),
     track: str | None = None,
+    rules: Sequence[Rule] = (),
     progress: Progress | None = None,
 ) -> Synthesis:
     """The main job: a walker, made of the library's recordings, performs a control."""
@@ -128,7 +175,7 @@ def perform(
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
         wanted = smooth_path(wanted, smoothing.time, smoothing.space)
-    result = model.synthesize(wanted, progress)
+    result = model.synthesize(wanted, progress, rules)
     return replace(result, warnings=(*model.notes, *result.warnings))
 
 

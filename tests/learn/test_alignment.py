@@ -179,7 +179,7 @@ def test_ends_lie_as_far_apart_as_the_placed_points(group: str) -> None:
     scale = np.array([1.0, 0.5, 2.0])
     basis = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 3)))[0] * scale
     _, placement = align(group, x, a, w)
-    rows = [placement.ends(b, points, basis, 12) for b in (0, 1)]
+    rows = [placement.ends(b, basis @ points, basis.sum(axis=1), 12) for b in (0, 1)]
     placed = [np.stack([_placed(placement, b, n, points[n]) for n in range(5)]) for b in (0, 1)]
     assert rows[0].shape == (5, 12)
     assert rows[0].dtype == np.float32
@@ -194,7 +194,7 @@ def test_ground_ends_hold_ground_coordinates_first() -> None:
     _, placement = align("ground", x, a, w)
     (p, q) = _placed(placement, 0, 0, points[0])
     expected = [p[0], p[2], q[0], q[2], p[1], q[1], 0, 0]
-    np.testing.assert_allclose(placement.ends(0, points, np.eye(2), 8)[0], expected, rtol=1e-5)
+    np.testing.assert_allclose(placement.ends(0, points, np.ones(2), 8)[0], expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize("group", _GROUPS)

@@ -126,7 +126,8 @@ def test_a_control_that_begins_and_ends_within_a_step_is_recovered(tmp_path: Pat
 
 
 def test_blending_and_cleanup_leave_what_fits_nearly_as_it_is(tmp_path: Path) -> None:
-    recording = walk(6.0)
+    times = np.arange(181) / _FPS  # left steps a little longer, or the control could not tell them from right ones
+    recording = walk(6.0, speed=1.0 + 0.01 * np.sin(2 * np.pi * times))
     library = _library(tmp_path, _cut_every(recording))
     result = dataclasses.replace(_EXACT, post=PostSettings()).fit(library).synthesize(recording)
     assert joint_error(result.motion, recording) < 1e-3
@@ -223,7 +224,7 @@ def test_mirrored_contacts_are_those_of_the_other_foot(tmp_path: Path) -> None:
     noted = (Annotation("body", "contact", "left_toe", 1.0, 1.6), Annotation("body", "contact", "right_foot", 2.0, 2.5))
     take = _cut_every(walk(4.0))
     model = PerformanceControl(mirror=True).fit(_library(tmp_path, Take("walk", take.tracks, take.annotations + noted)))
-    own, mirrored = ([(n.label, n.start) for n in s.contacts] for s in model.sources)
+    own, mirrored = ([(n.label, n.start) for n in s.marks] for s in model.sources)
     assert own == [("left_toe", 1.0), ("right_foot", 2.0)]
     assert mirrored == [("right_toe", 1.0), ("left_foot", 2.0)]
 
@@ -386,7 +387,7 @@ def test_a_control_that_is_too_short_is_an_error(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("stretch", -0.1), ("rate", 0.0), ("rate", np.inf), ("hip_distance", 0.0), ("longest", np.nan)],
+    [("stretch", -0.1), ("rate", 0.0), ("rate", np.inf), ("longest", np.nan)],
 )
 def test_options_are_positive_numbers(option: str, value: float) -> None:
     with pytest.raises(RequestError, match=f"{option} must be a positive number, found"):

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from kinetograph.cli._method import (
+    Continuity,
+    ControlPoint,
+    Given,
+    Rate,
+    Span,
+    Stretch,
+    TargetPoint,
+    TargetTrack,
+    Velocity,
+    configured,
+)
 from kinetograph.cli._shell import AsJson, LibraryFolder, announce_compilation, progress_bar, table
 
 
@@ -21,28 +34,42 @@ def register(app: typer.Typer) -> None:
 
 def performance(
     library: LibraryFolder,
-    continuity: Annotated[float, typer.Option(help="Weight of continuity against following the control.")] = 0.2,
+    target: TargetTrack = None,
+    continuity: Continuity = None,
+    stretch: Stretch = None,
+    rate: Rate = None,
+    span: Span = None,
+    velocity: Velocity = None,
+    control_point: ControlPoint = None,
+    target_point: TargetPoint = None,
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
     cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
     mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
-    track: Annotated[str | None, typer.Option(help="The track to use, where takes have several.")] = None,
+    baselines: Annotated[bool, typer.Option(help="Simpler methods in the same table, for partners.")] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Leave one take out: its hips are the control, the other takes the library.
+    """Leave one take out: its hips, or the partner of the target, are the control, the other takes the library.
 
-    Example: kinetograph evaluate performance -l walks
+    Example: kinetograph evaluate performance -l dances --target follower
     """
     from dataclasses import asdict
 
+    from kinetograph.evaluation.dance import leave_one_dance_out, mean_rows
     from kinetograph.evaluation.protocol import leave_one_take_out
-    from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import has_partners, open_library
 
-    method = PerformanceControl(continuity=continuity, beam=beam, cluster=cluster, mirror=mirrored)
+    takes = open_library(library)
+    partners = has_partners(takes, target)
+    given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
+    method = replace(configured(given, partners), beam=beam, cluster=cluster, mirror=mirrored)
     announce_compilation()
     with progress_bar("evaluating") as progress:
-        rows = leave_one_take_out(method, open_library(library), track=track, progress=progress)
-    table([asdict(row) for row in rows], as_json)
+        if target is not None and partners:
+            dances = leave_one_dance_out(method, takes, target, baselines=baselines, progress=progress)
+            rows = [asdict(row) for row in (*dances, *mean_rows(dances))]
+        else:
+            rows = [asdict(row) for row in leave_one_take_out(method, takes, track=target, progress=progress)]
+    table(rows, as_json)
 
 
 def keyframe(

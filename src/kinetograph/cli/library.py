@@ -123,9 +123,10 @@ def remove(folder: Folder, take: Annotated[str, typer.Argument(help="The take's 
 
 def segment(
     folder: Folder,
-    by: Annotated[str, typer.Option(help="Where to cut: footplants, labels or fixed.")] = "footplants",
+    by: Annotated[str, typer.Option(help="Where to cut: footplants, beats, labels or fixed.")] = "footplants",
     length: Annotated[float, typer.Option(help="Seconds of a segment, for fixed.")] = 0.5,
     label: Annotated[str, typer.Option(help="Kind of annotation whose borders are cuts, for labels.")] = "move",
+    parts: Annotated[int, typer.Option(help="Cuts a beat, for beats.")] = 1,
     as_json: AsJson = False,
 ) -> None:
     """Cut every take and keep the cuts as annotations, which people can edit (library annotate).
@@ -135,7 +136,7 @@ def segment(
     from kinetograph.pipeline import open_library, segment_library
 
     with progress_bar("cutting") as progress:
-        counts = segment_library(open_library(folder), by, length=length, label=label, progress=progress)
+        counts = segment_library(open_library(folder), by, length=length, label=label, parts=parts, progress=progress)
     table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
 
 

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli._method import (
+    Continuity,
+    ControlPoint,
+    Given,
+    Rate,
+    Span,
+    Stretch,
+    TargetPoint,
+    TargetTrack,
+    Velocity,
+    configured,
+)
 from kinetograph.cli._shell import (
     AsJson,
     Force,
@@ -23,6 +36,9 @@ from kinetograph.cli._shell import (
 )
 
 if TYPE_CHECKING:
+    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.rules import Rule
+    from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
 
@@ -33,25 +49,32 @@ def register(app: typer.Typer) -> None:
 
 
 def perform(
-    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a walker's motion file.")],
+    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")],
     library: LibraryFolder,
     output: Annotated[list[Path], typer.Option("-o", "--output", help="Motion to write (.bvh, .glb). Repeatable.")],
     picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw, .png.")] = None,
     report: Annotated[Path | None, typer.Option(help="JSON to write: pieces, costs, where each came from.")] = None,
-    continuity: Annotated[float, typer.Option(help="Weight of continuity against following the control.")] = 0.2,
-    stretch: Annotated[float, typer.Option(help="Seconds a segment may be stretched or squeezed.")] = 0.2,
-    rate: Annotated[float, typer.Option(help="Rate of the search, Hz.")] = 10.0,
+    target: TargetTrack = None,
+    continuity: Continuity = None,
+    stretch: Stretch = None,
+    rate: Rate = None,
+    span: Span = None,
+    velocity: Velocity = None,
+    control_point: ControlPoint = None,
+    target_point: TargetPoint = None,
     alignment: Annotated[str, typer.Option(help="Group of the alignment: ground, rigid or fixed.")] = "ground",
-    target: Annotated[list[str] | None, typer.Option(help="Compared across seams: role=weight. Repeatable.")] = None,
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
     gap: Annotated[bool, typer.Option("--gap", help="Report the beam's gap to the exact score.")] = False,
     cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
     mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
     blend: Annotated[str, typer.Option(help="Blend at seams: inertialised, linear or none.")] = "inertialised",
     footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,
+    handholds: Annotated[bool, typer.Option(help="Bring hands to those of the partner where recordings do.")] = True,
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0,
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0,
-    track: Annotated[str | None, typer.Option(help="The library's track to use, where takes have several.")] = None,
+    pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
+    forbid: Annotated[list[str] | None, typer.Option(help="Use no such piece there. Repeatable.")] = None,
+    transcript: Annotated[Path | None, typer.Option(help="CSV to write: moves seen, with the margin of each.")] = None,
     exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
     units: Units = None,
     up: Up = None,
@@ -59,77 +82,90 @@ def perform(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Perform a control: a walker, made of recordings, follows a path or another walker.
+    """Perform a control: a character, made of recordings, follows a path, another walker, or a dance partner.
 
     Example: kinetograph perform path.csv -l walks -o walk.bvh -o walk.glb --picture walk.png
+    Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import ReadOptions, read, save
-    from kinetograph.methods.performance import END_EFFECTORS, PerformanceControl, only_track
-    from kinetograph.pipeline import Smoothing, open_library
+    from kinetograph.methods.performance import only_track
+    from kinetograph.pipeline import Smoothing, has_partners, open_library
     from kinetograph.pipeline import perform as run
     from kinetograph.post.assemble import PostSettings
-    from kinetograph.signal import Signal
+    from kinetograph.post.constraints import HoldSettings
 
-    written = [*output, *(p for p in (picture, report) if p)]
+    written = [*output, *(p for p in (picture, report, transcript) if p)]
     refuse_existing(written, force)
     loaded = read(control, ReadOptions(units, up, fps))
     for text in loaded.notes:
         note(f"{control}: {text}")
     wanted = only_track(loaded.take)
-    method = PerformanceControl(
-        continuity=continuity,
-        stretch=stretch,
-        rate=rate,
+    takes = open_library(library)
+    given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
+    method = replace(
+        configured(given, has_partners(takes, target)),
         alignment=alignment,
-        targets=_weights(target) or END_EFFECTORS,
         beam=beam,
         cluster=cluster,
         mirror=mirrored,
-        post=PostSettings(blend=blend, footskate=footskate),
+        post=PostSettings(blend=blend, footskate=footskate, handholds=HoldSettings() if handholds else None),
     )
-    takes = open_library(library)
     announce_compilation()
     smoothing = Smoothing(smooth_time, smooth_space)
+    rules = [*(_rule(text, False) for text in pin or ()), *(_rule(text, True) for text in forbid or ())]
     with progress_bar("searching") as progress:
         synthesis = run(
-            wanted, takes, method, smoothing=smoothing, exclude=tuple(exclude or ()), track=track, progress=progress
+            wanted,
+            takes,
+            method,
+            smoothing=smoothing,
+            exclude=tuple(exclude or ()),
+            track=target,
+            rules=rules,
+            progress=progress,
         )
     for text in synthesis.warnings:
         note(text)
     for path in output:
         save(synthesis.motion, path, force=force)
     if picture:
-        draw(synthesis, picture, wanted if isinstance(wanted, Signal) else None, control.name)
+        draw(synthesis, picture, wanted, control.name)
     summary = summarize(synthesis)
     if gap and beam is not None:
-        summary["beam_gap"] = method.fit(takes, exclude=tuple(exclude or ()), track=track).beam_gap(wanted)
+        summary["beam_gap"] = method.fit(takes, exclude=tuple(exclude or ()), track=target).beam_gap(wanted)
     if report:
         write_report(synthesis, report, force)
+    if transcript:
+        write_transcript(method.fit(takes, exclude=tuple(exclude or ()), track=target), wanted, transcript, force)
     result({"wrote": [str(p) for p in written], **summary}, as_json)
 
 
 def summarize(synthesis: Synthesis) -> dict[str, Any]:
     """The figures of a synthesis that a person wants to see."""
-    untouched = {piece.take for piece in synthesis.pieces}
+    takes = {piece.take for piece in synthesis.pieces}
     return {
         "seconds": synthesis.motion.duration,
         "frames": len(synthesis.motion),
         "pieces": len(synthesis.pieces),
-        "takes_used": len(untouched),
+        "takes_used": len(takes),
         "cost": synthesis.cost,
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith("handhold")},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }
 
 
-def draw(synthesis: Synthesis, picture: Path, path: Signal | None, title: str) -> None:
-    """A contact sheet of a synthesis with its contacts and seams."""
+def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
+    """A contact sheet of a synthesis, and of its control, with its contacts and seams."""
+    from kinetograph.motion import Motion
     from kinetograph.pictures import contact_sheet
+    from kinetograph.post.contacts import contacts_of
+    from kinetograph.signal import Signal
 
     contact_sheet(
-        synthesis.motion,
+        [synthesis.motion, control] if isinstance(control, Motion) else synthesis.motion,
         picture,
-        contacts=synthesis.annotations,
-        path_signal=path,
+        contacts=contacts_of(synthesis.annotations),
+        path_signal=control if isinstance(control, Signal) else None,
         title=title,
         seams=[piece.start for piece in synthesis.pieces[1:]],
     )
@@ -147,7 +183,7 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "statistics": dict(synthesis.statistics),
         "warnings": synthesis.warnings,
         "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
-        "contacts": [asdict(mark) for mark in synthesis.annotations],
+        "annotations": [asdict(mark) for mark in synthesis.annotations],
         "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:
@@ -162,14 +198,23 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     return rows
 
 
-def _weights(given: list[str] | None) -> dict[str, float]:
-    from kinetograph.errors import RequestError
+def write_transcript(model: PerformanceModel, control: Signal | Motion, path: Path, force: bool) -> None:
+    """The moves of a control as CSV: move, start and stop in seconds, margin; the file appears whole or not at all."""
+    from kinetograph.formats._atomic import atomic_path
+    from kinetograph.methods.rules import transcribe
 
-    weights = {}
-    for item in given or ():
-        role, separator, weight = item.partition("=")
-        try:
-            weights[role] = float(weight) if separator else 1.0
-        except ValueError:
-            raise RequestError(f"--target takes role=weight, as in left_toe=1; found {item!r}") from None
-    return weights
+    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
+    with atomic_path(path, force=force) as draft:
+        draft.write_text("\n".join(["move,start,stop,margin", *rows]) + "\n")
+
+
+def _rule(text: str, forbid: bool) -> Rule:
+    from kinetograph.errors import RequestError
+    from kinetograph.methods.rules import Rule
+
+    take, _, span = text.rpartition("@")
+    start, _, stop = span.partition("-")
+    try:
+        return Rule(float(start), float(stop), take=take or None, forbid=forbid)
+    except ValueError:
+        raise RequestError(f"a rule is take@start-stop in seconds, as in waltz@1.5-3; found {text!r}") from None

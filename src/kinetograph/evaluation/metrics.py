@@ -53,3 +53,35 @@ def near_seams(frames: int, fps: float, seams: FloatArray, within: float = 0.2) 
     if len(seams) == 0:
         return np.zeros(len(times), dtype=np.bool_)
     return np.asarray(np.abs(times[:, None] - np.asarray(seams)[None]).min(axis=1) <= within + 1e-9)
+
+
+def position_errors(joints: FloatArray, truth: FloatArray) -> tuple[float, float]:
+    """Mean distances in metres of joints ``(F, J, 3)``, and of joints relative to the first one, the root."""
+    absolute = np.linalg.norm(joints - truth, axis=-1).mean()
+    relative = np.linalg.norm((joints - joints[:, :1]) - (truth - truth[:, :1]), axis=-1).mean()
+    return float(absolute), float(relative)
+
+
+def jerk(joints: FloatArray, fps: float) -> float:
+    """Mean jerk in m/s^3 of joints ``(F, J, 3)``, by third differences."""
+    return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean() * fps**3)
+
+
+def hold_errors(
+    joints: FloatArray, truth: FloatArray, partner: Motion, own: Motion, holds: tuple[Annotation, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Over the frames and hands held in the recording: how far the hands' distance from the partner's differs from the
+    recorded one, and how far the hand is from where it was recorded; metres, each ``(N,)``.
+
+    joints, truth: ``(F, J, 3)`` of the skeleton of ``own``, the recorded motion; holds: as recorded, in its seconds.
+    """
+    gaps, places = [np.zeros(0)], [np.zeros(0)]
+    for label in sorted({note.label for note in holds}):
+        mine, theirs = label.split(":")
+        held = contact_mask(tuple(n for n in holds if n.label == label), label, len(joints), own.fps)
+        hand = own.skeleton.landmark(mine).joint
+        other = role_positions(partner, (theirs,))[: len(joints), 0][held]
+        made, real = joints[held, hand], truth[held, hand]
+        gaps.append(np.abs(np.linalg.norm(made - other, axis=1) - np.linalg.norm(real - other, axis=1)))
+        places.append(np.linalg.norm(made - real, axis=1))
+    return np.concatenate(gaps), np.concatenate(places)

@@ -13,6 +13,7 @@ from kinetograph.evaluation.metrics import accelerations, contact_speed, control
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion
+from kinetograph.post.contacts import contacts_of
 from kinetograph.segmentation import detect_contacts
 from kinetograph.synthesis import Synthesis
 
@@ -75,7 +76,7 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         pieces=len(result.pieces),
         control_cm=100 * control_error(result.motion, model.control_points(truth), truth.fps),
         joint_cm=100 * joint_error(result.motion, truth),
-        slide=contact_speed(result.motion, result.annotations),
+        slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(truth, detect_contacts(truth)),
         seam=ours / frame_limit,
         seam_recorded=real / frame_limit,

@@ -152,24 +152,23 @@ def extend(time, spans, costs, heads, continuity, last_back, ring, out_scores, o
 
 
 @compiled
-def place_on_ground(points, turn_re, turn_im, shift_re, shift_im, basis, out):  # type: ignore[no-untyped-def]
-    """Turn and shift points on the ground plane and lay them out in a basis: ``(S, P, 3)`` -> ``(S, K)``, K >= 3 P.
+def place_on_ground(mixed, turn_re, turn_im, shift_re, shift_im, sums, out):  # type: ignore[no-untyped-def]
+    """Turn and shift mixtures of points on the ground plane and lay them out: ``(S, P, 3)`` -> ``(S, K)``, K >= 3 P.
 
-    The plane is complex, z + i x, so that a turn about +Y is a product. ``basis`` ``(P, P)`` mixes the points. Ground
-    coordinates of all mixtures come first and heights last: the search may then rule a block out by its first four.
+    The plane is complex, z + i x, so that a turn about +Y is a product. ``sums`` ``(P,)`` says how much of the shift
+    each mixture takes. Ground coordinates of all mixtures come first and heights last: the search may then rule a
+    block out by its first four.
     """
-    states, count = points.shape[0], points.shape[1]
+    states, count = mixed.shape[0], mixed.shape[1]
     for s in range(states):
         c, i, u, v = turn_re[s], turn_im[s], shift_re[s], shift_im[s]
-        for k in range(out.shape[1]):
+        for m in range(count):
+            x, y, z = mixed[s, m, 0], mixed[s, m, 1], mixed[s, m, 2]
+            out[s, 2 * m] = z * i + x * c + v * sums[m]
+            out[s, 2 * m + 1] = z * c - x * i + u * sums[m]
+            out[s, 2 * count + m] = y
+        for k in range(3 * count, out.shape[1]):
             out[s, k] = 0.0
-        for p in range(count):
-            x, y, z = points[s, p, 0], points[s, p, 1], points[s, p, 2]
-            placed_x, placed_z = z * i + x * c + v, z * c - x * i + u
-            for m in range(count):
-                out[s, 2 * m] += basis[m, p] * placed_x
-                out[s, 2 * m + 1] += basis[m, p] * placed_z
-                out[s, 2 * count + m] += basis[m, p] * y
 
 
 @compiled

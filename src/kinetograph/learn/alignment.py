@@ -25,8 +25,12 @@ from kinetograph.learn import _kernels
 class Placement(Protocol):
     """The transforms M, one for each of ``(B, N)`` pairs of a window and an example."""
 
-    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
-        """Points ``(N, P, 3)`` placed for one window, mixed by a basis ``(P, P)`` and laid out flat: ``(N, width)``."""
+    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
+        """Mixtures of points ``(N, P, 3)`` placed for one window and laid out flat: ``(N, width)``.
+
+        A basis ``(P, P)`` mixes the points: ``mixed`` is its product with them, and ``sums`` ``(P,)``, the sums of its
+        rows, say how much of a shift each mixture takes.
+        """
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
         """Rotation, a quaternion ``(4,)``, and shift ``(3,)`` of one pair."""
@@ -42,11 +46,11 @@ class GroundPlacement:
     turn: ComplexArray
     shift: ComplexArray
 
-    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
+    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
         """See `Placement`."""
         turn, shift = self.turn[window], self.shift[window]
-        out = np.empty((len(points), width), dtype=np.float32)
-        _kernels.place_on_ground(points, turn.real, turn.imag, shift.real, shift.imag, basis, out)
+        out = np.empty((len(mixed), width), dtype=np.float32)
+        _kernels.place_on_ground(mixed, turn.real, turn.imag, shift.real, shift.imag, sums, out)
         return out
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
@@ -69,11 +73,11 @@ class RigidPlacement:
     rotation: FloatArray
     shift: FloatArray
 
-    def ends(self, window: int, points: FloatArray, basis: FloatArray, width: int) -> SingleArray:
+    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
         """See `Placement`."""
-        placed = points @ np.swapaxes(self.rotation[window], -1, -2) + self.shift[window][:, None]
-        out = np.zeros((len(points), width), dtype=np.float32)
-        out[:, : 3 * points.shape[1]] = (basis @ placed).reshape(len(points), -1)
+        placed = mixed @ np.swapaxes(self.rotation[window], -1, -2) + sums[:, None] * self.shift[window][:, None]
+        out = np.zeros((len(mixed), width), dtype=np.float32)
+        out[:, : 3 * mixed.shape[1]] = placed.reshape(len(mixed), -1)
         return out
 
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:

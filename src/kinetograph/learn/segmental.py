@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
 from kinetograph.learn import _kernels
 
@@ -188,6 +188,60 @@ def solve(
     return finish(search, state, partial)
 
 
+def keep_only(search: SegmentalSearch, state: SearchState, time: int, kept: BoolArray) -> None:
+    """Forget, in place, the hypotheses that end at step ``time`` with another state than those ``kept``, ``(S,)``.
+
+    A step that no segment reaches back to any more is left as it is.
+    """
+    ring = state.ring
+    if ring is None or not state.time - len(ring.live) < time <= state.time or time < 1:
+        return
+    slot = time % len(ring.live)
+    scores = np.where(kept, ring.scores[slot], np.inf)
+    _record(search, ring, time, scores, ring.tails[slot].copy())
+
+
+def descendants(search: SegmentalSearch, state: SearchState, time: int, ancestors: dict[int, BoolArray]) -> BoolArray:
+    """The states ``(S,)`` that end at ``time`` with a predecessor among ``ancestors``, states by step."""
+    back, origins = state.back[time - 1], time - search.durations
+    found = np.zeros(len(back), dtype=np.bool_)
+    for step_, mask in ancestors.items():
+        use = (origins == step_) & (back >= 0)
+        found[use] = mask[back[use]]
+    return found
+
+
+def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:
+    """The pieces (state, first step, last step) that all hypotheses share which later steps may continue.
+
+    They are looked for over eight of the longest segments; hypotheses that differ for longer share nothing yet.
+    """
+    ring, time, longest = state.ring, state.time, int(search.durations[-1])
+    if ring is None or time < longest:
+        return []
+    nodes: dict[int, BoolArray] = {}
+    for t in range(time - longest + 1, time + 1):
+        slot = t % len(ring.live)
+        if ring.live[slot]:
+            nodes[t] = np.zeros(len(search.durations), dtype=np.bool_)
+            nodes[t][ring.orders[slot, : ring.live[slot]]] = True
+    while len(nodes) > 1 or any(mask.sum() > 1 for mask in nodes.values()):
+        t = max(nodes)
+        last = np.flatnonzero(nodes.pop(t))
+        origins, back = t - search.durations[last], state.back[t - 1][last]
+        if (origins <= max(time - 8 * longest, 0)).any():
+            return []
+        for origin in np.unique(origins):
+            mask = nodes.setdefault(int(origin), np.zeros(len(search.durations), dtype=np.bool_))
+            mask[back[origins == origin]] = True
+    if not nodes:
+        return []
+    ((stop, mask),) = nodes.items()
+    winner = int(np.flatnonzero(mask)[0])
+    path = _trace(search, state, winner, int(search.durations[winner]), int(state.back[stop - 1][winner]), 0.0, 0, stop)
+    return [(int(s), int(a), int(b)) for s, a, b in zip(path.states, path.starts, path.stops, strict=True)]
+
+
 def _extend(
     search: SegmentalSearch,
     ring: Ring,
@@ -212,9 +266,17 @@ def _record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, 
 
 
 def _trace(
-    search: SegmentalSearch, state: SearchState, winner: int, length: int, back: int, score: float, pairs: int
+    search: SegmentalSearch,
+    state: SearchState,
+    winner: int,
+    length: int,
+    back: int,
+    score: float,
+    pairs: int,
+    time: int | None = None,
 ) -> SegmentalPath:
-    states, starts, stops = [winner], [state.time - length], [state.time]
+    time = state.time if time is None else time
+    states, starts, stops = [winner], [time - length], [time]
     if length < search.durations[winner]:
         stops[0] = starts[0] + int(search.durations[winner])
     while starts[-1] > 0:

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import role_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.learn.alignment import align
 from kinetograph.learn.linkage import complete_linkage, representatives
-from kinetograph.methods._ground_path import hips_on_ground
+from kinetograph.methods._handholds import grips
 from kinetograph.methods._instances import Segment, Source, build_instances, cut_segments, interpolate
-from kinetograph.motion import Motion, repeat
-from kinetograph.segmentation import detect_contacts, footplant_cuts
-from kinetograph.skeleton import same_shape
-from kinetograph.take import Annotation, Take
+from kinetograph.motion import Motion, repeat, resample
+from kinetograph.segmentation import detect_beats, detect_contacts, detect_handholds, footplant_cuts
+from kinetograph.signal import Signal
+from kinetograph.skeleton import Skeleton, opposite, same_shape
+from kinetograph.take import Annotation, Take, Track
 
 if TYPE_CHECKING:
     from kinetograph.arrays import FloatArray
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+
+ALIKE = 0.05
+"""Metres by which bones of two recordings of one library may differ."""
 
 CYCLES = 4
 """How often a looping clip is played: the segments of its second cycle have real motion on both sides."""
@@ -37,14 +42,14 @@ def collect(
         if name in exclude:
             continue
         take = library.take(name)
-        found, cut_here = _sources_of(method, take, track)
+        found, cut_at = _sources_of(method, take, track)
         sources += found
-        if cut_here:
-            notes.append(f"{name}: no cuts in the library; cut at footplants")
+        if cut_at:
+            notes.append(f"{name}: no cuts in the library; cut at {cut_at}")
     if not sources:
         raise RequestError("the library has no take to use; add recordings, or exclude fewer")
-    _check_one_skeleton(sources)
-    segments = cut_segments(tuple(sources), method.longest)
+    sources = _on_one_skeleton(sources)
+    segments = cut_segments(tuple(sources), method.longest, method.span)
     if method.cluster is not None:
         kept = cluster_segments(tuple(sources), segments, method)
         notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
@@ -53,26 +58,45 @@ def collect(
     return PerformanceModel(method, tuple(sources), instances, tuple(notes))
 
 
-def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], bool]:
+def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], str]:
+    """The sources of a take, and where it was cut if the library does not say.
+
+    Partners are cut at their common beats, others at their footplants.
+    """
     motion = take.motion(track)
     name = next(key for key, value in take.tracks.items() if value is motion)
-    loops = any(note.kind == "loop" for note in take.annotated(name, "loop"))
+    recorded = method.control.recorded(take, name)
+    partner = None if recorded is motion else recorded
+    loops = partner is None and any(note.kind == "loop" for note in take.annotated(name, "loop"))
     period = motion.duration if loops else 0.0
     long = repeat(motion, CYCLES) if loops else motion
     noted = () if loops else take.annotated(name, "contact")
     cuts = _annotated_cuts(take, name, period)
     contacts = noted or detect_contacts(long, track=name)
-    cut_here = not cuts
-    if cut_here:
+    cut_at = "" if cuts else "beats" if isinstance(partner, Motion) else "footplants"
+    if cut_at == "footplants":
         cuts = footplant_cuts(long, contacts)
-    found = [_source(method, take.name, name, False, long, contacts, cuts, period)]
+    elif isinstance(partner, Motion) and cut_at:
+        cuts = detect_beats([motion, partner])
+    holds = take.annotated(name, "handhold")
+    if not holds and isinstance(partner, Motion):
+        holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
+    marks = (*contacts, *holds, *take.annotated(name, "move"))
+    found = [_source(method, take.name, name, False, long, partner, marks, cuts, period)]
     if method.mirror:
         from kinetograph.mirroring import mirror
-        from kinetograph.skeleton import opposite
 
-        swapped = tuple(Annotation(n.track, n.kind, opposite(n.label), n.start, n.stop) for n in contacts)
-        found.append(_source(method, take.name, name, True, mirror(long), swapped, cuts, period))
-    return found, cut_here
+        if isinstance(partner, Signal):
+            raise RequestError(f"take {take.name!r}: a signal cannot be mirrored; leave mirroring off")
+        swapped = tuple(replace(note, label=opposite_label(note.label)) for note in marks)
+        other = None if partner is None else mirror(partner)
+        found.append(_source(method, take.name, name, True, mirror(long), other, swapped, cuts, period))
+    return found, cut_at
+
+
+def opposite_label(label: str) -> str:
+    """A label with every role in it, ``left_hand:right_hand``, on the other side of the body."""
+    return ":".join(opposite(role) for role in label.split(":"))
 
 
 def _annotated_cuts(take: Take, track: str, period: float) -> tuple[float, ...]:
@@ -90,23 +114,46 @@ def _source(
     track: str,
     mirrored: bool,
     motion: Motion,
-    contacts: tuple[Annotation, ...],
+    partner: Track | None,
+    marks: tuple[Annotation, ...],
     cuts: tuple[float, ...],
     period: float,
 ) -> Source:
-    control = hips_on_ground(motion, method.hip_distance)
+    control = method.control.points(motion if partner is None else partner)
+    if partner is not None:
+        control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))
-    return Source(take, track, mirrored, motion, control, target, contacts, cuts, period)
+    held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
+    return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
 
 
-def _check_one_skeleton(sources: list[Source]) -> None:
-    first = sources[0]
+def _on_one_skeleton(sources: list[Source]) -> list[Source]:
+    """All sources on the first one's skeleton, which may be another dancer's of nearly the same build.
+
+    Local turns are kept, and the body is lifted to stand on the floor it stood on. Raises RequestError for
+    skeletons of other joints, or of another build.
+    """
+    first = sources[0].motion.skeleton
     for other in sources[1:]:
-        if not same_shape(first.motion.skeleton, other.motion.skeleton, tolerance=0.02):
+        if not same_shape(first, other.motion.skeleton, tolerance=ALIKE):
             raise RequestError(
-                f"takes {first.take!r} ({len(first.motion.skeleton)} joints) and {other.take!r} "
+                f"takes {sources[0].take!r} ({len(first)} joints) and {other.take!r} "
                 f"({len(other.motion.skeleton)} joints) have different skeletons; put them in libraries of their own"
             )
+    return [replace(s, motion=_rebuilt(s.motion, first)) for s in sources]
+
+
+def _rebuilt(motion: Motion, skeleton: Skeleton) -> Motion:
+    if same_shape(motion.skeleton, skeleton, tolerance=1e-3):
+        return motion
+    rebuilt = replace(motion, skeleton=skeleton, bones=None)
+    rise = np.array([0.0, _floor(motion) - _floor(rebuilt), 0.0])
+    return replace(rebuilt, translation=rebuilt.translation + rise)
+
+
+def _floor(motion: Motion) -> float:
+    """The height in metres that a body stands on: of its lowest joint, in the frames where that is lowest."""
+    return float(np.quantile(joint_positions(motion)[..., 1].min(axis=1), 0.05))
 
 
 def segment_distances(

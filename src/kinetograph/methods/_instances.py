@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,7 +18,8 @@ class Source:
     """A recording that segments are cut from: a take's track, mirrored or not, a looping clip played several times.
 
     control ``(F, P, 3)`` and target ``(F, Q, 3)``: its point clouds in metres, one frame a frame of the motion.
-    contacts: on the motion's own time. period: seconds of one cycle of a looping clip, else 0.
+    marks: annotations that are carried to a result: contacts, handholds, moves. period: seconds of one cycle of a
+    looping clip, else 0. grips: by a handhold's label, where the own hand is in the frame of the partner's, ``(F, 3)``.
     """
 
     take: str
@@ -27,9 +28,10 @@ class Source:
     motion: Motion
     control: FloatArray
     target: FloatArray
-    contacts: tuple[Annotation, ...]
+    marks: tuple[Annotation, ...]
     cuts: tuple[float, ...]
     period: float = 0.0
+    grips: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -72,14 +74,14 @@ class Instances:
         return slice(int(low), int(high))
 
 
-def cut_segments(sources: tuple[Source, ...], longest: float) -> tuple[Segment, ...]:
-    """The segments between consecutive cuts, those longer than ``longest`` seconds left out.
+def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> tuple[Segment, ...]:
+    """The segments from every cut to the ``span``-th after it, those longer than ``longest`` seconds left out.
 
     A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it.
     """
     segments = []
     for index, source in enumerate(sources):
-        for start, stop in zip(source.cuts[:-1], source.cuts[1:], strict=True):
+        for start, stop in zip(source.cuts[:-span], source.cuts[span:], strict=True):
             inside = source.period == 0 or source.period <= start < 2 * source.period - 1e-9
             if inside and stop - start <= longest:
                 segments.append(Segment(index, start, stop))

@@ -10,41 +10,61 @@ from kinetograph.arrays import FloatArray
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.retiming import Span, retime
 from kinetograph.learn.segmental import SegmentalPath, padded_width
+from kinetograph.methods._handholds import carried_holds
 from kinetograph.methods._instances import Segment, interpolate
-from kinetograph.post.assemble import Part, assemble
+from kinetograph.motion import Motion
+from kinetograph.post.assemble import Part, assemble, constrain
+from kinetograph.post.constraints import Hold, hold_residuals
+from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
 
 
-def realize(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> Synthesis:
-    """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``."""
-    from kinetograph.methods.performance import out_of_range
+def realize(
+    model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath, partner: Motion | None = None
+) -> Synthesis:
+    """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``.
 
+    partner: the control where it is a character, whose hands are held.
+    """
     method = model.method
     rate = method.fine_rate or method.rate
     duration = (len(points) - 1) / fps
     x = interpolate(points, np.arange(int(np.floor(duration * rate + 1e-6)) + 1) / rate * fps)
     borders = fine_borders(model, x, rate, path) if method.fine_rate else _coarse_borders(path)
     segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
-    pieces = _pieces(model, x, rate, segments, borders)
+    pieces = pieces_of(model, x, rate, segments, borders)
     parts = []
     for piece, segment in zip(pieces, segments, strict=True):
         source = model.sources[segment.source]
-        parts.append(Part(piece, source.motion, source.contacts))
+        parts.append(Part(piece, source.motion, source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    motion, contacts = assemble(parts, out_fps, frames, method.post)
+    marks = carry((part.piece, part.marks) for part in parts)
+    holds: tuple[Hold, ...] = ()
+    if partner is not None and method.post.handholds:
+        taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
+        holds = carried_holds(taken, marks, partner, frames, out_fps)
+    motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
+    statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
-        annotations=contacts,
-        statistics={"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)},
-        warnings=out_of_range(model, points, fps),
+        annotations=marks,
+        statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
+        warnings=method.control.warnings(points, fps, model.speed_range()),
     )
+
+
+def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
+    if len(residuals) == 0:
+        return {}
+    median, most = (float(np.quantile(residuals, q)) for q in (0.5, 0.95))
+    return {"handhold_residual_median": median, "handhold_residual_p95": most}
 
 
 def _coarse_borders(path: SegmentalPath) -> FloatArray:
@@ -87,14 +107,15 @@ def _span(
             cost, placement = _place(model, x, rate, segment, int(start), int(stop))
             head, tail = _ends(model, segment)
             span.costs[a, b] = cost
-            span.heads[a, b] = placement.ends(0, head, model.basis, width)[0]
-            span.tails[a, b] = placement.ends(0, tail, model.basis, width)[0]
+            span.heads[a, b] = placement.ends(0, head, model.basis_sums, width)[0]
+            span.tails[a, b] = placement.ends(0, tail, model.basis_sums, width)[0]
     return span
 
 
 def _ends(model: PerformanceModel, segment: Segment) -> tuple[FloatArray, FloatArray]:
     index = model.instances.segments.index(segment)
-    return model.instances.heads[index][None], model.instances.tails[index][None]
+    heads, tails = model.mixed_ends
+    return heads[index][None], tails[index][None]
 
 
 def _place(
@@ -110,9 +131,10 @@ def _place(
     return float(costs[0, 0]), placement
 
 
-def _pieces(
+def pieces_of(
     model: PerformanceModel, x: FloatArray, rate: float, segments: list[Segment], borders: FloatArray
 ) -> list[Piece]:
+    """The pieces that segments become between their borders in steps of ``rate``, placed by control points ``x``."""
     width = padded_width(3 * len(model.basis))
     pieces: list[Piece] = []
     tail: FloatArray | None = None
@@ -120,9 +142,9 @@ def _pieces(
         source = model.sources[segment.source]
         cost, placement = _place(model, x, rate, segment, int(start), int(stop))
         head_points, tail_points = _ends(model, segment)
-        head = placement.ends(0, head_points, model.basis, width)[0]
+        head = placement.ends(0, head_points, model.basis_sums, width)[0]
         seam = 0.0 if tail is None else model.method.continuity * float(np.sum((tail - head).astype(np.float64) ** 2))
-        tail = placement.ends(0, tail_points, model.basis, width)[0]
+        tail = placement.ends(0, tail_points, model.basis_sums, width)[0]
         rotation, shift = placement.transform(0, 0)
         pieces.append(
             Piece(

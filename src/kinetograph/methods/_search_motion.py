@@ -15,6 +15,7 @@ from kinetograph.methods._examples import Example, headings
 from kinetograph.methods._search_model import SearchModel, pinned
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Part, PostSettings, assemble
+from kinetograph.post.contacts import carry
 from kinetograph.post.footskate import clean_feet
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.skeleton import same_shape
@@ -32,7 +33,8 @@ def realize_walk(
     pieces, examples = place_pieces(model, keys, walk)
     parts = [_part(piece, model.examples[number]) for piece, number in zip(pieces, examples, strict=True)]
     frames = round(walk.clocks[-1]) + 1
-    motion, contacts = assemble(parts, fps, frames, replace(post, footskate=False))
+    motion = assemble(parts, fps, frames, post)
+    contacts = carry((part.piece, part.marks) for part in parts)
     points = waypoints(model, keys, walk)
     motion = meet_poses(bend(motion, points), points, model.settings.decay)
     if post.footskate:

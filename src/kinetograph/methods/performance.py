@@ -6,7 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -18,8 +18,8 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
-from kinetograph.methods._ground_path import hips_on_ground, path_on_ground, path_speeds
 from kinetograph.methods._instances import Instances, Source, interpolate
+from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.signal import Signal
@@ -28,10 +28,15 @@ from kinetograph.take import Take
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
+    from kinetograph.methods.live import Live
+    from kinetograph.methods.rules import Rule
 
 Progress = Callable[[int, int], None]
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
+)
+BODY: Mapping[str, float] = MappingProxyType(
+    {"hips": 2.0, "chest": 2.0, "left_toe": 0.5, "right_toe": 0.5, "left_hand": 0.5, "right_hand": 0.5}
 )
 
 
@@ -42,11 +47,12 @@ class PerformanceControl:
     continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
     stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
     constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"rigid"`` or
-    ``"fixed"``. hip_distance: metres that the two control points are set apart, which weighs facing against position.
-    targets: weights of the roles whose positions are compared across seams. beam: width of the beam search, or None
-    for the exact one. cluster: metres; segments closer than this to one another are represented by one of them, or
-    None. mirror: also use every recording mirrored. longest: seconds of the longest segment used. post: what happens
-    to the chosen segments afterwards.
+    ``"fixed"``. control: how control points are read: `GroundPath` for walks, `PointsByRole` for partners. span:
+    cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the roles
+    whose positions are compared across seams. beam: width of the beam search, or None for the exact one. cluster:
+    metres; segments closer than this to one another are represented by one of them, or None. mirror: also use every
+    recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen segments
+    afterwards.
     """
 
     continuity: float = 0.2
@@ -54,7 +60,8 @@ class PerformanceControl:
     rate: float = 10.0
     fine_rate: float | None = 30.0
     alignment: str = "ground"
-    hip_distance: float = 0.3
+    control: ControlReading = field(default_factory=GroundPath)
+    span: int = 1
     targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
     beam: float | None = None
     cluster: float | None = None
@@ -65,10 +72,12 @@ class PerformanceControl:
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("stretch", "rate", "hip_distance", "longest"):
+        for name in ("stretch", "rate", "longest"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0) or (name != "stretch" and value == 0):
                 raise RequestError(f"{name} must be a positive number, found {value}")
+        if self.span < 1:
+            raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
 
     def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> PerformanceModel:
@@ -109,42 +118,80 @@ class PerformanceModel:
         return np.asarray(vectors.T[::-1] * scale)
 
     @cached_property
+    def mixed_ends(self) -> tuple[FloatArray, FloatArray]:
+        """The basis' mixtures of the target points ``(N, Q, 3)`` at the head and the tail of every segment."""
+        return self.basis @ self.instances.heads, self.basis @ self.instances.tails
+
+    @cached_property
     def state_ends(self) -> tuple[FloatArray, FloatArray]:
-        """Target points ``(S, Q, 3)`` at the head and the tail of every state's segment."""
+        """The same for every state, ``(S, Q, 3)``."""
         segments = self.instances.states[:, 0]
-        return self.instances.heads[segments], self.instances.tails[segments]
+        heads, tails = self.mixed_ends
+        return heads[segments], tails[segments]
+
+    @cached_property
+    def basis_sums(self) -> FloatArray:
+        """How much of a shift each mixture takes, shape ``(Q,)``."""
+        return np.asarray(self.basis.sum(axis=1))
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
-        """The control points of a path or of another walker's motion, shape ``(F, P, 3)``, at its own rate."""
-        if isinstance(control, Motion):
-            return hips_on_ground(control, self.method.hip_distance)
-        return path_on_ground(control, self.method.hip_distance)
+        """The control points of a control, shape ``(F, P, 3)``, at its own rate.
+
+        Raises RequestError for a signal with samples missing.
+        """
+        if isinstance(control, Signal) and not control.valid.all():
+            frame = int(np.flatnonzero(~control.valid.all(axis=1))[0])
+            raise RequestError(
+                f"the control misses {int((~control.valid).sum())} samples, the first at {frame / control.fps:.2f} s; "
+                "fill them in first"
+            )
+        return self.method.control.points(control)
 
     def at_search_rate(self, points: FloatArray, fps: float) -> FloatArray:
         """Control points ``(F, P, 3)`` at ``fps``, resampled to the rate of the search: ``(T + 1, P, 3)``."""
         count = int(np.floor((len(points) - 1) / fps * self.method.rate + 1e-6)) + 1
         return interpolate(points, np.arange(count) / self.method.rate * fps)
 
-    def interpret(self, x: FloatArray, progress: Progress | None = None) -> SegmentalPath:
-        """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate."""
+    def interpret(self, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()) -> SegmentalPath:
+        """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate.
+
+        rules: what is pinned or forbidden.
+        """
         steps = len(x) - 1
         if steps < 1:
             raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
-        partial = {e: self._left_early(x, e) for e in range(1, min(self.instances.longest, steps + 1))}
-        return solve(self.search, self._arrivals(x, progress), partial)
+        arrivals, partial = self._arrivals(x, progress), self.left_early(x)
+        if not rules:
+            return solve(self.search, arrivals, partial)
+        from kinetograph.methods.rules import bind, bind_partial
 
-    def synthesize(self, control: Take | Signal | Motion, progress: Progress | None = None) -> Synthesis:
+        return solve(self.search, bind(self, rules, arrivals), bind_partial(self, rules, partial, steps))
+
+    def start(self, fps: float, lag: float | None = None) -> Live:
+        """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
+
+        Where velocities are among the control points, they are known a frame later.
+        """
+        from kinetograph.methods.live import Live
+
+        if not (np.isfinite(fps) and fps > 0) or (lag is not None and not lag >= 0):
+            raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
+        return Live(self, fps, lag)
+
+    def synthesize(
+        self, control: Take | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
+    ) -> Synthesis:
         """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number. Raises RequestError for a control without direction,
-        or too short for the search's rate.
+        progress is called with the steps done and their number. rules: what is pinned or forbidden. Raises
+        RequestError for a control without direction, or too short for the search's rate.
         """
         from kinetograph.methods._realize import realize
 
         track = only_track(control) if isinstance(control, Take) else control
         points = self.control_points(track)
-        path = self.interpret(self.at_search_rate(points, track.fps), progress)
-        return realize(self, points, track.fps, path)
+        path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
+        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
@@ -156,8 +203,7 @@ class PerformanceModel:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         for t in range(1, min(longest, steps + 1)):
-            costs, placement = self._align(x[None, : t + 1], slice(-t - 1, None))
-            yield self._arrival(costs, placement, 0)
+            yield self.arrivals_at(x[: t + 1])
         for low in range(longest, steps + 1, 256):
             high = min(low + 256, steps + 1)
             windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
@@ -166,6 +212,16 @@ class PerformanceModel:
                 yield self._arrival(costs, placement, i)
             if progress:
                 progress(high - 1, steps)
+
+    def arrivals_at(self, x: FloatArray) -> Arrivals:
+        """The input of the step at the last of the samples ``x``: at most the longest state's, fewer at the start."""
+        costs, placement = self._align(x[None], slice(-len(x), None))
+        return self._arrival(costs, placement, 0)
+
+    def left_early(self, x: FloatArray, used: Sequence[int] | None = None) -> dict[int, Arrivals]:
+        """By number of steps used, all or some, the states that are left before their end where ``x`` ends."""
+        steps = range(1, min(self.instances.longest, len(x))) if used is None else used
+        return {e: self._left_early(x, e) for e in steps}
 
     def _left_early(self, x: FloatArray, used: int) -> Arrivals:
         """The states of which only the first ``used`` steps fit before the control's end."""
@@ -187,11 +243,11 @@ class PerformanceModel:
         """Weights ``(samples, P)`` of the trapezium rule in seconds: neighbours share the sample on their border."""
         w = np.full(samples, 1.0 / (rate or self.method.rate))
         w[[0, -1]] *= 0.5
-        return np.repeat(w[:, None], self.sources[0].control.shape[1], axis=1)
+        return np.outer(w, self.method.control.weights())
 
     def _arrival(self, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
         width = padded_width(3 * len(self.basis))
-        heads, tails = (placement.ends(window, ends, self.basis, width) for ends in self.state_ends)
+        heads, tails = (placement.ends(window, ends, self.basis_sums, width) for ends in self.state_ends)
         return Arrivals(costs[window], heads, tails)
 
     def speed_range(self) -> tuple[float, float]:
@@ -205,29 +261,20 @@ class PerformanceModel:
         return float(together.min()), float(together.max())
 
 
+def partner_control() -> PerformanceControl:
+    """The configuration for partner dance, as it was found on held-out dances: two-beat segments that overlap."""
+    return PerformanceControl(
+        continuity=0.1,
+        stretch=0.15,
+        rate=7.5,
+        control=PointsByRole(velocity=0.2),
+        span=2,
+        targets=BODY,
+    )
+
+
 def only_track(take: Take) -> Signal | Motion:
     """The one track of a take. Raises RequestError where there are several."""
     if len(take.tracks) != 1:
         raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
     return next(iter(take.tracks.values()))
-
-
-def out_of_range(model: PerformanceModel, control: FloatArray, fps: float) -> tuple[str, ...]:
-    """Warnings where a control asks, over half a second, for more or for less speed than the library has."""
-    window = max(round(0.5 * fps), 1)
-    speeds = path_speeds(control, fps)
-    if len(speeds) < window:
-        return ()
-    asked = np.convolve(speeds, np.ones(window) / window, mode="valid")
-    (slowest, fastest), warnings = model.speed_range(), []
-    if asked.max() > fastest * 1.05:
-        warnings.append(
-            f"the path asks for {asked.max():.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
-            f"performed as well as it can be; slow it down by {asked.max() / fastest:.1f} or add faster recordings"
-        )
-    if asked.min() < slowest * 0.95:
-        warnings.append(
-            f"the path slows to {asked.min():.2f} m/s where the library's slowest segment gives {slowest:.2f} m/s: "
-            "the steps there are squeezed together; add recordings of slow walking and of standing"
-        )
-    return tuple(warnings)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from kinetograph.motion import Motion
 from kinetograph.post.blend import Clip, join
-from kinetograph.post.contacts import carry
+from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
+from kinetograph.post.contacts import contacts_of
 from kinetograph.post.footskate import clean_feet
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
@@ -20,28 +21,27 @@ class PostSettings:
 
     blend: ``"inertialised"``, ``"linear"`` (the thesis) or ``"none"``. blend_duration: seconds a seam is felt on
     either side. footskate: whether planted feet are held by inverse kinematics. ease: seconds over which a foot's
-    correction comes and goes.
+    correction comes and goes. handholds: how hands are brought to those of the partner, or None to leave them.
     """
 
     blend: str = "inertialised"
     blend_duration: float = 0.4
     footskate: bool = True
     ease: float = 0.2
+    handholds: HoldSettings | None = field(default_factory=HoldSettings)
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A piece, the recording it is taken from and that recording's contacts, in the recording's seconds."""
+    """A piece, the recording it is taken from and that recording's annotations, in the recording's seconds."""
 
     piece: Piece
     motion: Motion
-    contacts: tuple[Annotation, ...]
+    marks: tuple[Annotation, ...]
 
 
-def assemble(
-    parts: list[Part], fps: float, frames: int, settings: PostSettings
-) -> tuple[Motion, tuple[Annotation, ...]]:
-    """The motion of ``frames`` frames at ``fps`` and the contacts carried over to it."""
+def assemble(parts: list[Part], fps: float, frames: int, settings: PostSettings) -> Motion:
+    """The pieces placed and joined: a motion of ``frames`` frames at ``fps``."""
     clips = [
         Clip(
             part.motion,
@@ -54,8 +54,16 @@ def assemble(
         )
         for part in parts
     ]
-    motion = join(clips, fps, frames, settings.blend, settings.blend_duration)
-    contacts = carry((part.piece, part.contacts) for part in parts)
+    return join(clips, fps, frames, settings.blend, settings.blend_duration)
+
+
+def constrain(motion: Motion, marks: tuple[Annotation, ...], holds: tuple[Hold, ...], settings: PostSettings) -> Motion:
+    """The motion with what its annotations demand: the body goes where its hands are held, the feet stand, the hands
+    hold."""
+    if settings.handholds:
+        motion = follow_hands(motion, holds, settings.handholds)
     if settings.footskate:
-        motion = clean_feet(motion, contacts, ease=settings.ease)
-    return motion, contacts
+        motion = clean_feet(motion, contacts_of(marks), ease=settings.ease)
+    if settings.handholds:
+        motion = hold_hands(motion, holds, settings.handholds)
+    return motion

@@ -7,16 +7,12 @@ is chosen to make the mean correction zero. In swing the correction passes smoot
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.kinematics import forward
+from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
-from kinetograph.post.inverse_kinematics import reach
+from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
@@ -35,7 +31,7 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
     comes back as it was.
     """
     for side in SIDES:
-        if all(f"{side}_{part}" in motion.skeleton.roles for part in ("hip", "knee", "foot")):
+        if has_limb(motion, side, LEG):
             offset = foot_correction(motion, contacts, side, ease)
             motion = move_foot(motion, side, offset)
     return motion
@@ -75,40 +71,14 @@ def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = T
 
     gently: straighten legs as `within_reach` does, else as far as `reach` can.
     """
-    joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in ("hip", "knee", "foot")]
+    joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in LEG]
     hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
-    positions, _ = forward(motion)
+    positions = joint_positions(motion)
     hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
     if gently:
         hip, knee, ankle = (positions[:, joint] for joint in joints)
         offset = np.where(offset == 0.0, 0.0, within_reach(hip, knee, ankle, ankle + offset) - ankle)
     return move_limb(motion, joints, offset, hinge)
-
-
-def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: FloatArray | None = None) -> Motion:
-    """Move the end of a limb, the last of three joints, by ``offset``, shape ``(F, 3)`` metres, as far as it reaches.
-
-    The end keeps its world turn. hinge: see `reach`.
-    """
-    changed = np.linalg.norm(offset, axis=1) > 1e-7
-    if not changed.any():
-        return motion
-    hip, knee, ankle = joints
-    positions, turns = forward(motion)
-    leg = (positions[:, hip], positions[:, knee], positions[:, ankle])
-    upper, lower = reach(*leg, positions[:, ankle] + offset, hinge)
-    parents = motion.skeleton.parents
-    hip_turn, knee_turn = rot.multiply(upper, turns[:, hip]), rot.multiply(lower, turns[:, knee])
-    above = turns[:, parents[hip]]
-    between_hip_and_knee = _between(motion, hip, knee)
-    between_knee_and_ankle = _between(motion, knee, ankle)
-    rotations = motion.rotations.copy()
-    rotations[changed, hip] = rot.multiply(rot.conjugate(above), hip_turn)[changed]
-    local_knee = rot.multiply(rot.conjugate(rot.multiply(hip_turn, between_hip_and_knee)), knee_turn)
-    rotations[changed, knee] = local_knee[changed]
-    local_ankle = rot.multiply(rot.conjugate(rot.multiply(knee_turn, between_knee_and_ankle)), turns[:, ankle])
-    rotations[changed, ankle] = local_ankle[changed]
-    return replace(motion, rotations=rot.normalize(rotations))
 
 
 def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> FloatArray:
@@ -124,19 +94,6 @@ def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: F
     room = np.maximum(STRETCHED * length - now, 1e-9)
     eased = np.where(wanted > now, now + room * np.tanh((wanted - now) / room), wanted)
     return np.asarray(hip + (target - hip) * (eased / np.maximum(wanted, 1e-9)))
-
-
-def _between(motion: Motion, above: int, below: int) -> FloatArray:
-    """Turn, ``(F, 4)``, of the parent of ``below`` in the frame of ``above``: twist bones may lie between them."""
-    chain = []
-    joint = int(motion.skeleton.parents[below])
-    while joint != above:
-        chain.append(joint)
-        joint = int(motion.skeleton.parents[joint])
-    turn = rot.identity(len(motion))
-    for joint in reversed(chain):
-        turn = rot.multiply(turn, motion.rotations[:, joint])
-    return turn
 
 
 def _points(motion: Motion, roles: list[str]) -> FloatArray:

@@ -17,8 +17,9 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.post.footskate import SIDES, move_foot, move_limb
+from kinetograph.post.footskate import SIDES, move_foot
 from kinetograph.post.joint_table import JointTable, joint_table
+from kinetograph.post.limbs import move_limb
 from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation

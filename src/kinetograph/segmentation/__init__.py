@@ -1,6 +1,20 @@
-"""Where recordings are cut into segments: at footplants, at labels, or at fixed lengths."""
+"""Where recordings are cut into segments: at footplants, beats, labels, or at fixed lengths; and what they are labelled
+with: contacts and handholds."""
 
+from kinetograph.segmentation.beats import BeatSettings, detect_beats, subdivide
 from kinetograph.segmentation.cuts import cuts_at_labels, cuts_by_length
 from kinetograph.segmentation.footplants import ContactThresholds, detect_contacts, footplant_cuts
+from kinetograph.segmentation.handholds import HoldThresholds, detect_handholds
 
-__all__ = ["ContactThresholds", "cuts_at_labels", "cuts_by_length", "detect_contacts", "footplant_cuts"]
+__all__ = [
+    "BeatSettings",
+    "ContactThresholds",
+    "HoldThresholds",
+    "cuts_at_labels",
+    "cuts_by_length",
+    "detect_beats",
+    "detect_contacts",
+    "detect_handholds",
+    "footplant_cuts",
+    "subdivide",
+]

@@ -42,7 +42,7 @@ def detect_contacts(
     roles = [role for role in CONTACT_ROLES if role in motion.skeleton.roles]
     found: list[Annotation] = []
     for role, positions in zip(roles, np.moveaxis(role_positions(motion, roles), 1, 0), strict=True):
-        for start, stop in _intervals(_planted(positions, motion.fps, thresholds)):
+        for start, stop in intervals(_planted(positions, motion.fps, thresholds)):
             found.append(Annotation(track, "contact", role, start / motion.fps, (stop - 1) / motion.fps))
     return tuple(sorted(found, key=lambda note: (note.start, note.label)))
 
@@ -88,18 +88,18 @@ def _planted(positions: FloatArray, fps: float, thresholds: ContactThresholds) -
     begin = (height < thresholds.height[0]) & (speed < thresholds.speed[0])
     stay = (height < thresholds.height[1]) & (speed < thresholds.speed[1])
     planted = np.zeros(len(positions), dtype=np.bool_)
-    for start, stop in _intervals(stay):
+    for start, stop in intervals(stay):
         planted[start:stop] = begin[start:stop].any()
-    for start, stop in _intervals(~planted):
+    for start, stop in intervals(~planted):
         if start > 0 and stop < len(planted) and (stop - start) / fps < thresholds.gap:
             planted[start:stop] = True
-    for start, stop in _intervals(planted):
+    for start, stop in intervals(planted):
         if (stop - start) / fps < thresholds.shortest:
             planted[start:stop] = False
     return planted
 
 
-def _intervals(mask: BoolArray) -> list[tuple[int, int]]:
+def intervals(mask: BoolArray) -> list[tuple[int, int]]:
     """Runs of true as half-open intervals of frames."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

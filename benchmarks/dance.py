@@ -1,0 +1,88 @@
+"""The search at the size of the thesis' dance: about 168 segments, 150 s of control at 7.5 Hz, one thread."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._recordings import data_folder
+from kinetograph.formats import ReadOptions
+from kinetograph.library import Library
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.motion import Motion, concatenate, cut, resample
+from kinetograph.pipeline import read_take
+from kinetograph.take import Take
+
+CONTROL = ("Easy_01", "Medium_01", "Medium_02", "Easy_03")
+SEGMENTS, SECONDS = 168, 150.0
+
+
+def main() -> None:
+    folder = data_folder()
+    if folder is None or not (folder / "salsa").is_dir():
+        print("no dances: set KINETOGRAPH_DATA to a folder that holds salsa/")
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        library = _dances(folder / "salsa", Path(scratch) / "dances")
+        model = _clustered(partner_control(), library)
+        leaders = concatenate([_motion(library, name, "leader") for name in CONTROL])
+        leader = cut(leaders, 0, round(SECONDS * leaders.fps) + 1)
+        _time(model, leader)
+        _live(model, leader)
+
+
+def _dances(folder: Path, where: Path) -> Library:
+    library = Library.create(where)
+    options = ReadOptions("inch", "z")
+    for path in sorted(folder.glob("*_leader.bvh")):
+        name = path.stem.removesuffix("_leader")
+        pair = {t: read_take(folder / f"{name}_{t}.bvh", options)[0].motion() for t in ("leader", "follower")}
+        library.add(Take(name, {track: resample(motion, 30.0) for track, motion in pair.items()}))
+    return library
+
+
+def _motion(library: Library, name: str, track: str) -> Motion:
+    return library.take(name).motion(track)
+
+
+def _clustered(method: PerformanceControl, library: Library) -> PerformanceModel:
+    """The model whose number of segments is nearest the thesis', by bisection of the clustering threshold."""
+    low, high = 0.0, 0.5
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        model = replace(method, cluster=middle).fit(library, exclude=CONTROL[:3], track="follower")
+        low, high = (middle, high) if len(model.instances.segments) > SEGMENTS else (low, middle)
+    return model
+
+
+def _time(model: PerformanceModel, leader: Motion) -> None:
+    x = model.at_search_rate(model.control_points(leader), leader.fps)
+    taken = []
+    for _ in range(5):
+        began = time.thread_time()
+        model.interpret(x)
+        taken.append(time.thread_time() - began)
+    size = f"{len(model.instances.segments)} segments, {len(model.instances.states)} states, {(len(x) - 1) / 7.5:.0f} s"
+    print(f"dance, exact search, {size}: {1000 * min(taken):.0f} ms of processor time")
+
+
+def _live(model: PerformanceModel, leader: Motion) -> None:
+    leader = cut(leader, 0, round(40 * leader.fps))
+    best = model.interpret(model.at_search_rate(model.control_points(leader), leader.fps)).score
+    for lag in (0.1, 0.25, 0.5, 1.0, 2.0, None):
+        live, taken = model.start(leader.fps, lag), []
+        for frame in range(len(leader)):
+            began = time.thread_time()
+            live.step(cut(leader, frame, frame + 1))
+            taken.append(time.thread_time() - began)
+        score = live.finish().cost / best - 1
+        p99 = 1000 * float(np.quantile(taken, 0.99))
+        print(f"live, lag {lag}: score {100 * score:+.1f} % over offline, p99 of a step {p99:.1f} ms of processor time")
+
+
+if __name__ == "__main__":
+    main()
