@@ -387,10 +387,10 @@ def test_a_control_that_is_too_short_is_an_error(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("stretch", -0.1), ("rate", 0.0), ("rate", np.inf), ("longest", np.nan)],
+    [("stretch", -0.1), ("continuity", -1.0), ("continuity", np.nan), ("rate", 0.0), ("rate", np.inf), ("longest", 0)],
 )
-def test_options_are_positive_numbers(option: str, value: float) -> None:
-    with pytest.raises(RequestError, match=f"{option} must be a positive number, found"):
+def test_options_are_numbers_in_range(option: str, value: float) -> None:
+    with pytest.raises(RequestError, match=f"{option} must be (a positive number|0 or more), found"):
         PerformanceControl(**{option: value})  # type: ignore[arg-type]
 
 

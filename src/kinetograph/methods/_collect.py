@@ -12,7 +12,7 @@ from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.learn.alignment import align
 from kinetograph.learn.linkage import complete_linkage, representatives
 from kinetograph.methods._handholds import grips
-from kinetograph.methods._instances import Segment, Source, build_instances, cut_segments, interpolate
+from kinetograph.methods._instances import Instances, Segment, Source, build_instances, cut_segments, interpolate
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.segmentation import detect_beats, detect_contacts, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
@@ -22,7 +22,7 @@ from kinetograph.take import Annotation, Take, Track
 if TYPE_CHECKING:
     from kinetograph.arrays import FloatArray
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+    from kinetograph.methods.performance import PerformanceControl
 
 ALIKE = 0.05
 """Metres by which bones of two recordings of one library may differ."""
@@ -32,11 +32,13 @@ CYCLES = 4
 
 
 def collect(
-    method: PerformanceControl, library: Library, exclude: tuple[str, ...], track: str | None
-) -> PerformanceModel:
-    """Sources, segments and instances of a library for one configuration."""
-    from kinetograph.methods.performance import PerformanceModel
-
+    method: PerformanceControl,
+    library: Library,
+    exclude: tuple[str, ...],
+    track: str | None,
+    rng: np.random.Generator | None,
+) -> tuple[tuple[Source, ...], Instances, tuple[str, ...]]:
+    """Sources, instances and notes of a library for one configuration; ``rng`` draws the clusters' representatives."""
     sources, notes = [], []
     for name in library.names():
         if name in exclude:
@@ -51,11 +53,11 @@ def collect(
     sources = _on_one_skeleton(sources)
     segments = cut_segments(tuple(sources), method.longest, method.span)
     if method.cluster is not None:
-        kept = cluster_segments(tuple(sources), segments, method)
+        kept = cluster_segments(tuple(sources), segments, method, rng)
         notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
         segments = tuple(segments[i] for i in kept)
     instances = build_instances(tuple(sources), segments, method.rate, method.stretch)
-    return PerformanceModel(method, tuple(sources), instances, tuple(notes))
+    return tuple(sources), instances, tuple(notes)
 
 
 def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], str]:

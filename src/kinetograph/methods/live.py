@@ -16,6 +16,7 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import segmental
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
+from kinetograph.methods._realize import pieces_of, realize
 from kinetograph.motion import Motion, concatenate
 from kinetograph.synthesis import Piece, Synthesis
 
@@ -76,8 +77,6 @@ class Live:
 
     def finish(self) -> Synthesis:
         """Close the control: the whole motion, made as that of a control which was known from the start."""
-        from kinetograph.methods._realize import realize
-
         if len(self._points) < len(self._frames):
             self._take(self.model.control_points(concatenate(self._frames[-3:]))[-1])
         partner = concatenate(self._frames) if len(self._frames) == len(self._points) > 0 else None
@@ -178,8 +177,6 @@ class Live:
         return [link for link in links if link[1] >= self._decided() or not self._committed]
 
     def _pieces(self, links: list[Link]) -> tuple[Piece, ...]:
-        from kinetograph.methods._realize import pieces_of
-
         x = np.stack(self._samples) if self._samples else np.zeros((0, 0, 3))
         made = []
         for state, start, stop in links:

@@ -18,7 +18,9 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
+from kinetograph.methods._collect import collect
 from kinetograph.methods._instances import Instances, Source, interpolate
+from kinetograph.methods._realize import realize
 from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
@@ -72,22 +74,30 @@ class PerformanceControl:
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("stretch", "rate", "longest"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0) or (name != "stretch" and value == 0):
-                raise RequestError(f"{name} must be a positive number, found {value}")
+        for name in ("continuity", "stretch"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
+        for name in ("rate", "longest"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
         if self.span < 1:
             raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
 
-    def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> PerformanceModel:
-        """Cut the library's takes into mapping instances (chapter 3). ``exclude`` leaves takes out, by name.
+    def fit(
+        self,
+        library: Library,
+        *,
+        exclude: tuple[str, ...] = (),
+        track: str | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> PerformanceModel:
+        """Cut the library's takes into mapping instances (chapter 3).
 
-        Raises RequestError where takes have different skeletons, or no segment is found.
+        exclude leaves takes out, by name. rng draws the segments that represent clusters, as the thesis does; without
+        it they are the medoids. Raises RequestError where takes have different skeletons, or no segment is found.
         """
-        from kinetograph.methods._collect import collect
-
-        return collect(self, library, exclude, track)
+        return PerformanceModel(self, *collect(self, library, exclude, track, rng))
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +196,6 @@ class PerformanceModel:
         progress is called with the steps done and their number. rules: what is pinned or forbidden. Raises
         RequestError for a control without direction, or too short for the search's rate.
         """
-        from kinetograph.methods._realize import realize
-
         track = only_track(control) if isinstance(control, Take) else control
         points = self.control_points(track)
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
