@@ -266,8 +266,8 @@ def test_predecessors_that_score_badly_are_not_scanned(spread: float, least: flo
     assert least <= path.pairs / states**2 <= most
 
 
-@pytest.mark.parametrize(("used", "padded"), [(1, 4), (4, 4), (5, 8), (12, 12)])
-def test_rows_are_padded_to_four(used: int, padded: int) -> None:
+@pytest.mark.parametrize(("used", "padded"), [(1, 8), (8, 8), (9, 12), (12, 12), (13, 16)])
+def test_rows_are_padded_to_what_the_kernels_take(used: int, padded: int) -> None:
     assert padded_width(used) == padded
 
 

@@ -11,7 +11,7 @@ import pytest
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import DataError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.evaluation.metrics import control_error, joint_error
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods._instances import legal_steps
@@ -399,12 +399,17 @@ def test_a_target_is_named() -> None:
         PerformanceControl(targets={})
 
 
-def test_continuity_is_not_negative(tmp_path: Path) -> None:
-    model = PerformanceControl(continuity=-1.0).fit(_library(tmp_path, _cut_every(walk(4.0))))
-    with pytest.raises(DataError, match="continuity must be 0 or more, found -1"):
-        model.synthesize(_straight(2.0, 1.0))
-
-
 def test_the_walkers_hips_are_at_their_height() -> None:
     np.testing.assert_allclose(walk(1.0).translation[:, 1], HIP_HEIGHT)
     assert rot.angle_between(walk(1.0).rotations[0, 0], rot.IDENTITY) == 0.0
+
+
+def test_clusters_are_represented_by_their_medoid_or_drawn(tmp_path: Path) -> None:
+    library = _library(tmp_path, _cut_every(walk(12.0)))
+    method = PerformanceControl(cluster=1.0)
+    steady = [method.fit(library).instances.segments for _ in range(2)]
+    assert steady[0] == steady[1]
+    drawn = {method.fit(library, rng=np.random.default_rng(seed)).instances.segments for seed in range(12)}
+    assert len(drawn) > 1
+    assert {len(segments) for segments in drawn} == {len(steady[0])}
+    assert len(steady[0]) < len(PerformanceControl().fit(library).instances.segments)

@@ -76,15 +76,18 @@ def scan(heads, packed_scores, packed_tails, order, live, span):  # type: ignore
                 continue
             pairs += LANES
             h0, h1, h2, h3 = heads[j, 0], heads[j, 1], heads[j, 2], heads[j, 3]
+            h4, h5, h6, h7 = heads[j, 4], heads[j, 5], heads[j, 6], heads[j, 7]
             for lane in range(LANES):
                 a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
-                total[lane] = start[lane] + (a * a + b * b + c * c + d * d)
+                e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
+                near = (a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h)
+                total[lane] = start[lane] + near
             least = np.int32(0x7FFFFFFF)
             for lane in range(LANES):
                 least = min(least, bits[lane])
             if least >= bound_bits[j]:
                 continue
-            for k in range(4, width, 4):
+            for k in range(8, width, 4):
                 h0, h1, h2, h3 = heads[j, k], heads[j, k + 1], heads[j, k + 2], heads[j, k + 3]
                 for lane in range(LANES):
                     a, b, c, d = t[k, lane] - h0, t[k + 1, lane] - h1, t[k + 2, lane] - h2, t[k + 3, lane] - h3
@@ -105,14 +108,14 @@ def scan(heads, packed_scores, packed_tails, order, live, span):  # type: ignore
 def extend(time, spans, costs, heads, continuity, last_back, ring, out_scores, out_back):  # type: ignore[no-untyped-def]
     """Equation 4.6 for every state whose segment ends at ``time``; returns how many pairs were evaluated.
 
-    spans ``(S,)`` steps, ascending; costs ``(S,)``; heads ``(S, K)``, K a multiple of 4; last_back ``(S,)``: the
-    predecessors of the same states a step ago, which make good first bounds. ring: arrays of the latest R steps, at
-    index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores ``(R, S)``, tails
+    spans ``(S,)`` steps, ascending; costs ``(S,)``; heads ``(S, K)``, K a multiple of 4, 8 at least; last_back
+    ``(S,)``: the predecessors of the same states a step ago, which make good first bounds. ring: arrays of the latest
+    R steps, at index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores ``(R, S)``, tails
     ``(R, S, K)``, packed scores ``(R, B, LANES)``, packed tails ``(R, B, K, LANES)``.
 
     States of one span have the same predecessors and are taken together. A state is done with the first block whose
     least score reaches its best total so far, since no later predecessor can do better, and leaves a block whose
-    first four coordinates rule it out: the minimum is exact. It is found in float32, relative to the least score, and
+    first eight coordinates rule it out: the minimum is exact. It is found in float32, relative to the least score, and
     its value taken in float64.
     """
     live, orders, seeds, scores, tails, packed_scores, packed_tails = ring
@@ -157,7 +160,7 @@ def place_on_ground(mixed, turn_re, turn_im, shift_re, shift_im, sums, out):  # 
 
     The plane is complex, z + i x, so that a turn about +Y is a product. ``sums`` ``(P,)`` says how much of the shift
     each mixture takes. Ground coordinates of all mixtures come first and heights last: the search may then rule a
-    block out by its first four.
+    block out by its first eight.
     """
     states, count = mixed.shape[0], mixed.shape[1]
     for s in range(states):

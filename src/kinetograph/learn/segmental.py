@@ -57,12 +57,19 @@ class SegmentalSearch:
 class Arrivals:
     """One step's input: for each state, if its segment ends here, the cost ``(S,)`` and the placed ends ``(S, K)``.
 
-    States of d > t steps are partial at the control's start; an illegal state has an infinite cost.
+    States of d > t steps are partial at the control's start; an illegal state has an infinite cost. Ends narrower than
+    the kernels take are filled up with zeros.
     """
 
     costs: FloatArray
     heads: SingleArray
     tails: SingleArray
+
+    def __post_init__(self) -> None:
+        missing = padded_width(self.heads.shape[1]) - self.heads.shape[1]
+        if missing:
+            for name in ("heads", "tails"):
+                object.__setattr__(self, name, np.pad(getattr(self, name), ((0, 0), (0, missing))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +141,8 @@ class SegmentalPath:
 
 
 def padded_width(width: int) -> int:
-    """Coordinates a row of heads or tails must have for ``width`` used ones: the kernels take four at a time."""
-    return -(-width // 4) * 4
+    """Coordinates in a row of heads or tails for ``width`` used ones: the kernels take eight, then four at a time."""
+    return max(-(-width // 4) * 4, 8)
 
 
 def init(search: SegmentalSearch) -> SearchState:
