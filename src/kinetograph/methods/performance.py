@@ -119,7 +119,7 @@ class PerformanceModel:
         """Mixtures of the target points, shape ``(Q, Q)``, whose squared distances add up to the weighted ones.
 
         They are the principal ones of how ends of segments differ on the ground: most of any distance lies in the
-        first two, by which the search rules most predecessors out.
+        first ones, by which the search rules most predecessors out.
         """
         scale = np.sqrt(np.array(list(self.method.targets.values()), dtype=np.float64))
         ends = np.concatenate([self.instances.heads, self.instances.tails]) * scale[:, None]
