@@ -61,8 +61,7 @@ def embed(data: FloatArray, dimensions: int, neighbours: int, regularisation: fl
     count = len(data)
     if count <= max(neighbours, dimensions) + 1:
         raise RequestError(f"an embedding by {neighbours} neighbours needs more than {count} examples")
-    _, near = cKDTree(data).query(data, neighbours + 1)
-    near = _without_self(near)
+    near = _without_self(np.asarray(cKDTree(data).query(data, neighbours + 1)[1]))
     weights = local_weights(data, data[near], regularisation)
     residual = np.eye(count)
     residual[np.arange(count)[:, None], near] -= weights
@@ -112,6 +111,6 @@ def _carry(points: FloatArray, source: FloatArray, target: FloatArray, k: int, r
         distance = ((source - points) ** 2).sum(axis=1)
         near = np.argpartition(distance, k)[None, :k]
     else:
-        _, near = cKDTree(source).query(points, k)
+        near = np.asarray(cKDTree(source).query(points, k)[1])
     weights = local_weights(points, source[near], regularisation)
     return np.asarray(np.einsum("nk,nkd->nd", weights, target[near]))

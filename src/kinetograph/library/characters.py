@@ -101,7 +101,7 @@ def _covered(vertices: FloatArray, faces: IntArray, tints: IntArray) -> BoolArra
     borders, counts = np.unique(edges, axis=0, return_counts=True)
     hem = cKDTree(vertices[np.unique(borders[counts == 1])])
     cloth = cKDTree(vertices[np.unique(suit)])
-    under = (cloth.query(vertices)[0] < _UNDER) & (hem.query(vertices)[0] > _HEM)
+    under = (np.asarray(cloth.query(vertices)[0]) < _UNDER) & (np.asarray(hem.query(vertices)[0]) > _HEM)
     return np.asarray((tints == 0) & under[faces].all(axis=1), dtype=np.bool_)
 
 
