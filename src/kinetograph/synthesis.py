@@ -61,7 +61,8 @@ class Synthesis:
     on track ``"motion"``. cost: the score of the optimisation, split into ``costs``. statistics: figures of the run.
     warnings: what a person should know, each one line. edited: shape ``(F,)`` metres, how far each frame is from the
     recording it came from (mean joint distance, the place on the ground and the heading put aside), where a method
-    tells; else empty.
+    tells; else empty. weights: shape ``(F,)``, the share that the recording of its piece has in each frame, the rest
+    being that of the neighbour it is blended with; empty where no frame mixes two recordings.
     """
 
     motion: Motion
@@ -72,6 +73,7 @@ class Synthesis:
     statistics: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     edited: FloatArray = field(default_factory=lambda: np.zeros(0))
+    weights: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def piece_at(self, frame: int) -> Piece:
         """The piece that frame ``frame`` came from; a frame on a seam belongs to the later piece."""

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -78,3 +79,31 @@ def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path, monkey
     assert set(found) == {"section 4"}
     for figure in (2, 5, 6, 8, 9):
         assert (tmp_path / "paper" / f"figure{figure}.png").stat().st_size > 5_000
+
+
+_ENDS = ("--from", "take:humanoid3d_getup_facedown@0", "--to", "take:humanoid3d_run@0.4")
+
+
+def test_alternatives_get_files_of_their_own(clips: Path, tmp_path: Path):
+    done = run("inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "rise.bvh", "--alternatives", 2, "--json")
+    assert done.returncode == 0, done.stderr
+    written = [Path(path) for path in json.loads(done.stdout)["wrote"]]
+    assert [path.name for path in written] == ["rise.bvh", "rise_2.bvh"]
+    one, two = (kg.load(path).motion() for path in written)
+    assert len(one) != len(two) or not np.allclose(one.rotations, two.rotations)
+
+
+@pytest.mark.parametrize("mode", ["search", "paper"])
+def test_the_report_tells_each_frames_share(clips: Path, tmp_path: Path, mode: str):
+    report, motion = tmp_path / "rise.json", tmp_path / "rise.bvh"
+    options = ("--mode", mode, "--clusters", 5, "-o", motion, "--report", report)
+    done = run("inbetween", *_ENDS, "-l", clips, *options)
+    assert done.returncode == 0, done.stderr
+    frames = json.loads(report.read_text())["frames"]
+    assert len(frames) == len(kg.load(motion).motion())
+    shares = np.array([frame["weight"] for frame in frames])
+    if mode == "search":  # nothing is mixed: pieces give way by offsets, which "edited" tells
+        np.testing.assert_array_equal(shares, 1.0)
+    else:  # around a seam the piece that a frame belongs to has the greater share
+        assert 0.4 < shares.min() < 0.6
+        assert np.mean(shares == 1.0) > 0.5

@@ -191,8 +191,12 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
 
 
 def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
-    """Where every frame came from and, where the method tells, how many metres it was edited by."""
-    rows: list[dict[str, Any]] = [{"take": take, "second": second} for take, second in synthesis.provenance()]
+    """Where every frame came from, its share in the frame and, where the method tells, the metres it was edited by."""
+    rows: list[dict[str, Any]] = [
+        {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
+    ]
+    for row, weight in zip(rows, synthesis.weights, strict=False):
+        row["weight"] = float(weight)
     for row, edited in zip(rows, synthesis.edited, strict=False):
         row["edited"] = float(edited)
     return rows

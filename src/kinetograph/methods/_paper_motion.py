@@ -16,7 +16,7 @@ from kinetograph.methods._examples import headings
 from kinetograph.methods._paper_model import PaperModel, Plan
 from kinetograph.motion import Motion, cut, place
 from kinetograph.post.contacts import carry
-from kinetograph.post.crossfade import crossfade
+from kinetograph.post.crossfade import crossfade, smooth_weights
 from kinetograph.synthesis import Piece, Synthesis
 
 _JUMP = 1e3  # weighs a seam against a distance in PCA space: fewer seams come first
@@ -46,8 +46,14 @@ def realize_paper(model: PaperModel, found: Plan, keys: tuple[Key, Key]) -> Synt
     stretches = trim(model, choose_segments(model, found), found)
     motions, pieces, seams = chain(model, stretches, keys[0])
     motion = motions[0]
-    for after, overlap in zip(motions[1:], seams, strict=True):
+    weights = [np.ones(len(motion))]
+    for piece, after, overlap in zip(pieces[1:], motions[1:], seams, strict=True):
+        begun, seam = len(motion) - overlap, round(piece.start * motion.fps)
         motion = crossfade(motion, after, overlap)
+        rising = smooth_weights(overlap)
+        weights.append(np.where(np.arange(begun, begun + overlap) < seam, 1 - rising, rising))
+        weights[-2] = weights[-2][: len(weights[-2]) - overlap]
+        weights.append(np.ones(len(after) - overlap))
     contacts = carry((p, model.examples[s.example].contacts) for p, s in zip(pieces, stretches, strict=True))
     notes = [f"{k.label}: the paper's mode leaves times and places free" for k in keys if k.time or k.position]
     return Synthesis(
@@ -64,6 +70,7 @@ def realize_paper(model: PaperModel, found: Plan, keys: tuple[Key, Key]) -> Synt
             "untouched": 1 - sum(seams) / len(motion),
         },
         warnings=tuple(notes),
+        weights=np.concatenate(weights),
     )
 
 
