@@ -1,4 +1,4 @@
-"""Time of reading a BVH file of 31 joints and 20,000 frames, beside pybvh's: ``python benchmarks/bench_bvh.py``."""
+"""Time of reading a BVH file of 31 joints and 20,000 frames, beside pybvh's: ``python -m benchmarks bvh``."""
 
 from __future__ import annotations
 
@@ -51,7 +51,3 @@ def main() -> None:
         print(f"kinetograph  {median_seconds(lambda: read(path, known)):.3f} s  to unit quaternions in metres")
         print(f"  guessing   {median_seconds(lambda: read(path)):.3f} s  units and up as well")
         print(f"pybvh        {median_seconds(lambda: pybvh.read_bvh_file(str(path))):.3f} s  to Euler angles")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""An hour of 120 Hz BVH, 31 joints, into a library: ``python benchmarks/bench_stream.py [FRAMES]``.
+"""An hour of 120 Hz BVH, 31 joints, into a library: ``python -m benchmarks stream``.
 
 Prints frames a second and the peak of memory over that of the interpreter with the package imported.
 """
@@ -6,24 +6,24 @@ Prints frames a second and the peak of memory over that of the interpreter with 
 from __future__ import annotations
 
 import resource
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-import bench_bvh
 import numpy as np
 
+from benchmarks import bvh
 from kinetograph.formats import ReadOptions, load, stream
 from kinetograph.library import Library, add_stream
 
 BLOCK = 6_000
+HOUR = 432_000
 
 
 def generate(path: Path, frames: int) -> None:
     """The benchmark's character, its block of motion over and over."""
-    bench_bvh.FRAMES = BLOCK
-    bench_bvh.generate(path, np.random.default_rng(0))
+    bvh.FRAMES = BLOCK
+    bvh.generate(path, np.random.default_rng(0))
     head, _, body = path.read_text().partition("Frame Time: 0.008333\n")
     with path.open("w") as file:
         file.write(head.replace(f"Frames: {BLOCK}", f"Frames: {frames}") + "Frame Time: 0.008333\n")
@@ -31,7 +31,7 @@ def generate(path: Path, frames: int) -> None:
             file.write(body)
 
 
-def main(frames: int) -> None:
+def main(frames: int = HOUR) -> None:
     with tempfile.TemporaryDirectory() as name:
         short, long = Path(name) / "short.bvh", Path(name) / "long.bvh"
         generate(short, BLOCK)
@@ -48,7 +48,3 @@ def main(frames: int) -> None:
         size = long.stat().st_size / 1e6
         print(f"{frames} frames, {size:.0f} MB: {seconds:.1f} s, {frames / seconds:,.0f} frames/s")
         print(f"peak memory {peak / 1024:.0f} MB, {(peak - before) / 1024:.0f} MB over that of a short file")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 432_000)
