@@ -127,3 +127,12 @@ def test_convert_changes_rate_span_and_format(tmp_path: Path, clips_folder: Path
     assert done.returncode == 0, done.stderr
     motion = kg.load(target).motion()
     assert (len(motion), motion.fps) == (31, 30.0)
+
+
+def test_an_output_of_no_known_format_is_refused_before_anything_is_written(
+    walks: Path, path_csv: Path, tmp_path: Path
+):
+    done = run("perform", path_csv, "-l", walks, "-o", tmp_path / "walk.bvh", "-o", tmp_path / "walk.xyz")
+    assert done.returncode == 1
+    assert "cannot write files of kind '.xyz'; expected one of" in done.stderr
+    assert not (tmp_path / "walk.bvh").exists()

@@ -121,3 +121,13 @@ def refuse_existing(paths: Sequence[Path], force: bool) -> None:
             raise RequestError(f"{path} exists; give --force to overwrite it, or another name")
         if not path.parent.is_dir():
             raise RequestError(f"{path}: the folder {path.parent} does not exist; make it first")
+
+
+def refuse_unknown_formats(outputs: Sequence[Path]) -> None:
+    """Raise RequestError, before any work is done, where no writer knows an output's suffix."""
+    from kinetograph.formats import WRITERS
+
+    for path in outputs:
+        if path.suffix.lower() not in WRITERS:
+            known = ", ".join(sorted(WRITERS))
+            raise RequestError(f"{path}: cannot write files of kind {path.suffix!r}; expected one of {known}")

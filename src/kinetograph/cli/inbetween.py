@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli._shell import AsJson, Force, LibraryFolder, Units, Up, note, refuse_existing, result
+from kinetograph.cli._shell import (
+    AsJson,
+    Force,
+    LibraryFolder,
+    Units,
+    Up,
+    note,
+    refuse_existing,
+    refuse_unknown_formats,
+    result,
+)
 
 if TYPE_CHECKING:
     from kinetograph.formats import ReadOptions
@@ -57,6 +67,7 @@ def inbetween(
     from kinetograph.post.assemble import PostSettings
 
     named = [*output, *(p for p in (picture, report) if p)]
+    refuse_unknown_formats(output)
     refuse_existing([_numbered(path, i) for path in named for i in range(1, alternatives + 1)], force)
     takes = open_library(library)
     wanted = _keys(keys, first, last, seconds, takes, ReadOptions(units, up))

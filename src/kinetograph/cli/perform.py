@@ -32,6 +32,7 @@ from kinetograph.cli._shell import (
     note,
     progress_bar,
     refuse_existing,
+    refuse_unknown_formats,
     result,
 )
 
@@ -95,6 +96,7 @@ def perform(
     from kinetograph.post.constraints import HoldSettings
 
     written = [*output, *(p for p in (picture, report, transcript) if p)]
+    refuse_unknown_formats(output)
     refuse_existing(written, force)
     loaded = read(control, ReadOptions(units, up, fps))
     for text in loaded.notes:

@@ -16,6 +16,7 @@ from kinetograph.cli._shell import (
     note,
     progress_bar,
     refuse_existing,
+    refuse_unknown_formats,
     result,
 )
 
@@ -59,6 +60,7 @@ def sense(
     from kinetograph.pipeline import open_library
 
     written = [*output, *(p for p in (picture, report) if p)]
+    refuse_unknown_formats(output)
     refuse_existing(written, force)
     rows, notes = read_readings(readings)
     for text in notes:

@@ -195,11 +195,11 @@ def _ends(
             ends.append((-1, mark.offset))
     if ends or skeleton.children[joint]:
         return ends
-    stub = _stub(skeleton.offsets[joint], joint, scale, axes, part)
-    return [] if stub is None else [(-1, stub)]
+    guess = _guessed_tip(skeleton.offsets[joint], joint, scale, axes, part)
+    return [] if guess is None else [(-1, guess)]
 
 
-def _stub(
+def _guessed_tip(
     offset: FloatArray, joint: int, scale: float, axes: tuple[FloatArray, FloatArray, FloatArray], part: str
 ) -> FloatArray | None:
     _, up, forward = axes
