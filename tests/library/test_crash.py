@@ -41,14 +41,15 @@ class State:
 
 
 def killed_writer(folder: Path, seed: int, delay: float) -> list[str]:
-    """Run a writer for ``delay`` seconds after its first change; what it said."""
+    """Run a writer for ``delay`` seconds after its first change; the lines that it finished saying."""
     with subprocess.Popen([sys.executable, str(WRITER), str(folder), str(seed)], stdout=subprocess.PIPE) as child:
         assert child.stdout is not None
         first = child.stdout.readline()
         time.sleep(delay)
         child.kill()
         rest = child.stdout.read()
-    return (first + rest).decode().splitlines()
+    said = (first + rest).decode()
+    return said[: said.rindex("\n")].split("\n")  # a kill may fall into a line
 
 
 def replay(state: State, lines: list[str]) -> tuple[State, State]:
