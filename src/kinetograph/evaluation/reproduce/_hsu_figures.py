@@ -74,14 +74,13 @@ def draw_growth(
     return figure
 
 
-def draw_curves(x: Sequence[float], curves: Mapping[str, Sequence[float]], xlabel: str, *, log: bool = False) -> Figure:
-    """Several measures over one setting, a panel each."""
+def draw_curves(x: Sequence[float], curves: Mapping[str, Sequence[float]], xlabel: str) -> Figure:
+    """Several measures over one setting, a panel each; the setting's values are set evenly apart."""
     figure, axes = _panels(9.5, 2.8, len(curves), across=True)
     for colour, axis, (name, values) in zip(_COLOURS, axes, curves.items(), strict=False):
-        axis.plot(x, values, "o-", color=colour)
+        axis.plot(range(len(x)), values, "o-", color=colour)
         axis.set(xlabel=xlabel, title=name, ylim=(0, None))
-        if log:
-            axis.set_xscale("symlog", linthresh=min(v for v in x if v > 0))
+        axis.set_xticks(range(len(x)), [f"{value:g}" for value in x])
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -23,7 +23,7 @@ from kinetograph.evaluation.phase import (
 )
 from kinetograph.evaluation.reproduce import _hsu_figures as figures
 from kinetograph.evaluation.reproduce._hsu_data import held_out
-from kinetograph.evaluation.reproduce._page import Section, paragraph, picture, table
+from kinetograph.evaluation.reproduce._page import Section, paragraph, picture, records, table
 from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
 from kinetograph.methods.controls import GroundPath
@@ -36,16 +36,22 @@ HIPS, PATH = "hips", "path alone"
 CALM = 0.6
 """Seconds (Gaussian) over which the sway of the hips is taken out of a control: at a stride a second, 99.9 % of it."""
 LENGTHS = (2.0, 4.0, 8.0, 16.0, 32.0)
-SHARP = np.deg2rad(60.0)
+SHARP, STRAIGHT = np.deg2rad(60.0), np.deg2rad(20.0)
+"""Turning, radians a second: where a turn is sharp, and below which a walk is straight."""
+SIGMAS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.9)
 
 CLAIM = """The thesis, 6.1: on short walks the gait had nearly the source's frequency but not its phase, since the
 control tells nothing of it; on longer ones, to the author's surprise, it was often nearly in phase. The explanation
 given is that the subject turned sharply with the same footwork each time, and that the global optimum spreads what a
 turn says of the phase over the whole walk. No figure is given."""
-TOLD = """What the control holds is the two hip joints on the ground. Their distance is set to one value, but where their
-middle goes and how their line turns is kept, and a walking pelvis sways sideways and turns with every stride. So the
-experiment is run twice: with the hips as in the thesis, and with the path alone, where sway and turn of the hips within
-a stride are smoothed away on both sides, the control and the library (Gaussian of 0.6 s)."""
+TOLD = """What the control holds is the two hip joints on the ground. Their distance is set to one value, but where
+their middle goes and how their line turns is kept, and a walking pelvis sways sideways and turns with every stride.
+So the experiment is run twice: with the hips as in the thesis, and with the path alone, where sway and turn of the
+hips within a stride are smoothed away on both sides, the control and the library (Gaussian of 0.6 s)."""
+NULL = """In phase is within a quarter turn; a gait that knows nothing is so half of the time. The null moves the
+generated gait round in time by 5 s or more, 999 times: it walks as it does, but starts elsewhere."""
+SMOOTHED = """How much sway is needed: the share in phase as the hips are smoothed more, on both sides. A stride a
+second keeps exp(-2 π² s²) of its sway."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +91,8 @@ def methods() -> dict[str, PerformanceControl]:
     return {HIPS: PerformanceControl(), PATH: PerformanceControl(control=CalmPath())}
 
 
-def phase_section(title: str, library: Library, quick: bool, tick: Tick) -> Section:
-    """All that is said of phase on one library of walks."""
+def phase_section(title: str, library: Library, quick: bool, tick: Tick, *, first: bool = True) -> Section:
+    """All that is said of phase on one library of walks; first: with what the thesis says of it."""
     models = {
         (name, control): method.fit(library, exclude=(name,))
         for name in library.names()
@@ -100,8 +106,7 @@ def phase_section(title: str, library: Library, quick: bool, tick: Tick) -> Sect
         return Section(title, (paragraph(text, "missing"),))
     rows = [_row(w) for w in walked]
     parts = [
-        paragraph(" ".join(CLAIM.split()), "paper"),
-        paragraph(" ".join(TOLD.split())),
+        *((paragraph(CLAIM, "paper"), paragraph(TOLD)) if first else ()),
         table("Phase of the generated gait less that of the real one, held-out takes", _COLUMNS, rows),
         paragraph(_verdict(walked)),
         picture(figures.draw_differences(_tracks(walked)), "The difference of phase over time, longest take."),
@@ -117,7 +122,10 @@ def phase_section(title: str, library: Library, quick: bool, tick: Tick) -> Sect
     parts.append(picture(figures.draw_excerpts(excerpts), "Excerpts in step by length, 95 % intervals (Wilson)."))
     turns = turn_footwork([motion for _, motion in takes])
     parts += [paragraph(_turn_text(turns)), table("Gait phase where turns are sharpest", _TURN_COLUMNS, turns)]
-    numbers = {"rows": [dict(zip(_COLUMNS, r, strict=True)) for r in rows], "excerpts": excerpts, "turns": turns}
+    smoothed = in_phase_by_smoothing(library, takes[:1] if quick else takes)
+    tick("smoothing")
+    parts += [paragraph(SMOOTHED), table("Share in phase by smoothing", _SMOOTHED_COLUMNS, smoothed)]
+    numbers = {"rows": records(_COLUMNS, rows), "excerpts": excerpts, "turns": turns, "smoothed": smoothed}
     return Section(title, tuple(parts), numbers)
 
 
@@ -126,6 +134,7 @@ _COLUMNS = (
     *("null's 95th percentile", "p", "joints cm"),
 )
 _EXCERPT_COLUMNS = ("seconds", "excerpts", f"{HIPS}: in step %", f"{PATH}: in step %")
+_SMOOTHED_COLUMNS = ("Gaussian, seconds", "sway kept at a stride a second %", "in phase %", "joints cm")
 _TURN_COLUMNS = ("turns", "count", "mean phase °", "resultant", "Rayleigh p")
 
 
@@ -163,13 +172,9 @@ def _verdict(walked: list[Walked]) -> str:
         seconds = sum(k.seconds for k in mine)
         share = 100 * sum(k.in_phase * k.seconds for k in mine) / seconds
         surer = sum(k.p < 0.05 for k in mine)
-        said.append(
-            f"{control}: {share:.0f} % of {seconds:.0f} s in phase, beyond chance in {surer} of {len(mine)} takes"
-        )
-    return (
-        f"In phase is within a quarter turn; a gait that knows nothing is so half of the time. {'; '.join(said)}. The null "
-        "moves the generated gait round in time by 5 s or more, 999 times: it walks as it does, but starts elsewhere."
-    )
+        beyond = f"beyond chance (p < 0.05) in {surer} of {len(mine)} takes"
+        said.append(f"{control}: {share:.0f} % of {seconds:.0f} s in phase, {beyond}")
+    return f"{NULL} {'; '.join(said)}."
 
 
 def sway_by_phase(motion: Motion, bins: int = 24) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -188,10 +193,11 @@ def sway_by_phase(motion: Motion, bins: int = 24) -> tuple[FloatArray, FloatArra
     phase = gait_phase(motion)
     edges = np.linspace(-np.pi, np.pi, bins + 1)
     which = np.clip(np.digitize(phase.angle, edges) - 1, 0, bins - 1)
-    groups = [values[(which == b) & phase.walking] for b in range(bins)]
-    mean, spread = (
-        np.array([f(g, axis=0) if len(g) else np.full(2, np.nan) for g in groups]) for f in (np.mean, np.std)
-    )
+    straight = phase.walking & (np.abs(turning(motion)) < STRAIGHT)
+    groups = [values[(which == b) & straight] for b in range(bins)]
+    none = np.full(2, np.nan)
+    mean = np.array([g.mean(axis=0) if len(g) else none for g in groups])
+    spread = np.array([g.std(axis=0) if len(g) else none for g in groups])
     return 0.5 * (edges[1:] + edges[:-1]), mean, spread
 
 
@@ -201,8 +207,8 @@ def _sway_text(sway: tuple[FloatArray, FloatArray, FloatArray]) -> str:
     rest = np.nanmean(spread, axis=0)
     return (
         f"Within a stride the middle of the hips goes {swing[0]:.1f} cm from side to side and their line turns by "
-        f"{swing[1]:.1f}°; about that mean single strides spread by {rest[0]:.1f} cm and {rest[1]:.1f}°. Projecting the "
-        "hips and setting their distance leaves both in the control."
+        f"{swing[1]:.1f}°, where the walk is straight; about that mean single strides spread by {rest[0]:.1f} cm and "
+        f"{rest[1]:.1f}°. Projecting the hips and setting their distance leaves both in the control."
     )
 
 
@@ -241,6 +247,20 @@ def _excerpts(motion: Motion, length: float, count: int) -> list[Motion]:
     return [m for m in found if np.mean(np.abs(ankles_apart(m)) > 0.08) > 0.5]
 
 
+def in_phase_by_smoothing(library: Library, takes: list[tuple[str, Motion]]) -> list[tuple[float, float, float, float]]:
+    """By the smoothing of control and library: the sway that is left, and means over the takes."""
+    rows = []
+    for sigma in SIGMAS:
+        method = PerformanceControl(control=CalmPath(seconds=sigma) if sigma else GroundPath())
+        walked = [_walk(method.fit(library, exclude=(name,)), name, "", motion) for name, motion in takes]
+        known = [w for w in walked if w is not None]
+        if known:
+            joints = float(np.mean([100 * joint_error(w.made, w.real) for w in known]))
+            share = 100 * float(np.mean([w.kept.in_phase for w in known]))
+            rows.append((sigma, 100 * float(np.exp(-2 * (np.pi * sigma) ** 2)), share, joints))
+    return rows
+
+
 def turn_footwork(motions: list[Motion]) -> list[tuple[str, int, float, float, float]]:
     """Real gait phase where a turn is sharpest, faster than 60 degrees a second: left turns, and right turns.
 
@@ -275,11 +295,6 @@ def turning(motion: Motion) -> FloatArray:
 def _turn_text(turns: list[tuple[str, int, float, float, float]]) -> str:
     told = [f"{side}: {r:.2f} over {n} turns" for side, n, _, r, _ in turns]
     return (
-        "The thesis' explanation can be looked at by itself: if turns are made with the same footwork, the gait is at the "
-        f"same phase whenever a turn is sharpest. Resultant of these phases, 1 for always the same: {'; '.join(told)}."
+        "The thesis' explanation can be looked at by itself: if turns are made with the same footwork, the gait is at "
+        f"one phase whenever a turn is sharpest. Resultant of these phases, 1 for always the same: {'; '.join(told)}."
     )
-
-
-def calm(method: PerformanceControl) -> PerformanceControl:
-    """A configuration that sees the path alone."""
-    return replace(method, control=CalmPath())

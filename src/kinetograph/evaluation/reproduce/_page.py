@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Value = str | float | int | None
+DASH = "-"
 _STYLE = """body{font:16px/1.45 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
 table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .8em;text-align:right;border-bottom:1px solid #ddd}
-td:first-child,th:first-child{text-align:left}th{border-bottom:2px solid #888;vertical-align:bottom}
+.text{text-align:left;white-space:nowrap}th{
+white-space:normal!important;border-bottom:2px solid #888;vertical-align:bottom}
 caption{text-align:left;font-weight:bold;padding:.3em 0}img{max-width:100%;height:auto}.paper{color:#7a3b00}
 .missing{background:#fff3d6;padding:.4em .8em}h2{margin-top:2.2em;border-top:1px solid #bbb;padding-top:.6em}"""
 
@@ -45,7 +47,8 @@ def page(title: str, sections: Sequence[Section]) -> str:
 
 def paragraph(text: str, kind: str = "") -> str:
     """A paragraph of plain text; kind: ``"paper"`` for what the paper says, ``"missing"`` for what is not there."""
-    return f'<p class="{kind}">{html.escape(text)}</p>' if kind else f"<p>{html.escape(text)}</p>"
+    flowing = html.escape(" ".join(text.split()))
+    return f'<p class="{kind}">{flowing}</p>' if kind else f"<p>{flowing}</p>"
 
 
 def bullets(items: Sequence[str]) -> str:
@@ -54,16 +57,20 @@ def bullets(items: Sequence[str]) -> str:
 
 
 def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[Value]]) -> str:
-    """A table; numbers are shown by `shown`, what is not a number as a dash."""
-    head = "".join(f"<th>{html.escape(column)}" for column in columns)
-    body = "\n".join("<tr>" + "".join(f"<td>{html.escape(shown(value))}" for value in row) for row in rows)
+    """A table; numbers are shown by `shown`, what is not a number as a dash, columns of texts from the left."""
+    kinds = [' class="text"' if all(isinstance(row[i], str) for row in rows) else "" for i in range(len(columns))]
+    head = "".join(f"<th{kind}>{html.escape(column)}" for kind, column in zip(kinds, columns, strict=True))
+    body = "\n".join(
+        "<tr>" + "".join(f"<td{kind}>{html.escape(shown(value))}" for kind, value in zip(kinds, row, strict=True))
+        for row in rows
+    )
     return f"<table><caption>{html.escape(caption)}</caption>\n<tr>{head}\n{body}\n</table>"
 
 
 def shown(value: Value) -> str:
     """A value as it is printed: three digits, more where the number has more before its point."""
     if value is None or (isinstance(value, float) and value != value):
-        return "–"
+        return DASH
     if not isinstance(value, float):
         return str(value)
     if abs(value) >= 100:
@@ -94,3 +101,8 @@ def _image(data: bytes, caption: str) -> str:
 
 def _anchor(title: str) -> str:
     return "".join(c if c.isalnum() else "-" for c in title.lower())
+
+
+def records(columns: Sequence[str], rows: Sequence[Sequence[Value]]) -> list[dict[str, Value]]:
+    """The rows of a table by column."""
+    return [dict(zip(columns, row, strict=True)) for row in rows]

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+Jobs = dict[str, Callable[[], object]]
+
 
 def processor_seconds(jobs: Mapping[str, Callable[[], object]], repeats: int = 5) -> dict[str, float]:
     """The median processor time of every job; they are run in turn, so that a busy machine slows all of them alike.

@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.reproduce import _hsu_dances as dances
+from kinetograph.evaluation.reproduce import _hsu_search as search
 from kinetograph.evaluation.reproduce import _hsu_walks as walks
 from kinetograph.evaluation.reproduce._hsu_data import DANCE_RATE, Recordings, collect, find_folder
 from kinetograph.evaluation.reproduce._hsu_labels import label_section
@@ -87,13 +88,13 @@ def plan(found: Recordings, quick: bool, tick: Report) -> list[Step]:
         ]
         if (more := found.more_walks) is not None:
             title = "Phase, second set of walks"
-            steps.append(Step(title, lambda: phase_section(title, more, quick, tick)))
+            steps.append(Step(title, lambda: phase_section(title, more, quick, tick, first=False)))
         steps += [
-            Step("Timings with and without beam", lambda: walks.timing_section(library, quick, tick)),
-            Step("Time against length", lambda: walks.growth_section(library, quick, tick)),
-            Step("Clustering", lambda: walks.cluster_section(library, quick, tick)),
-            Step("Search rate and refinement", lambda: walks.rate_section(library, quick, tick)),
-            Step("Continuity constant", lambda: walks.continuity_section(library, quick, tick)),
+            Step("Timings with and without beam", lambda: search.timing_section(library, quick, tick)),
+            Step("Time against length", lambda: search.growth_section(library, quick, tick)),
+            Step("Clustering", lambda: search.cluster_section(library, quick, tick)),
+            Step("Search rate and refinement", lambda: search.rate_section(library, quick, tick)),
+            Step("Continuity constant", lambda: search.continuity_section(library, quick, tick)),
             Step("Segment and pattern errors", lambda: label_section(found.walks, found.clips, tick)),
             Step("A drawn path", lambda: walks.path_section(found.clips or library, tick)),
         ]
@@ -146,20 +147,20 @@ def _settings(found: Recordings) -> Section:
     """Each setting that had to be chosen, with the thesis' where it gives one."""
     walk, dance = PerformanceControl(), partner_control()
     chosen = [
-        f"k = {walk.continuity:g} s for walks, {dance.continuity:g} s for dances, D integrated over time; the thesis gives "
-        "no value and says it was found by experiment.",
+        f"k = {walk.continuity:g} s for walks, {dance.continuity:g} s for dances, D integrated over time; the thesis "
+        "gives no value and says it was found by experiment.",
         f"Stretch: ±{walk.stretch:g} s and ±{dance.stretch:g} s, as in the thesis; never below half or above twice a "
         "segment's own duration.",
-        f"Search at {walk.rate:g} Hz and {dance.rate:g} Hz, as in the thesis; durations refined at {walk.fine_rate:g} Hz.",
+        f"Search at {walk.rate:g} and {dance.rate:g} Hz, as in the thesis; durations refined at {walk.fine_rate:g} Hz.",
         "Hip distance 0.3 m; the thesis normalises it and gives no value.",
         "Footplants and beats are found by rule; the thesis taps them by hand.",
         "Dance: segments of two beats as in the thesis, but one begins at every beat; chest and velocities join the "
         "control points, hips and chest weigh most in continuity.",
-        "Clusters: root mean square over control and target points, complete linkage, medoids; the thesis: equation 4.1 "
-        "over the control, random representatives, no threshold given.",
+        "Clusters: root mean square over control and target points, complete linkage, medoids; the thesis: equation "
+        "4.1 over the control, random representatives, no threshold given.",
         "Beam widths: a sweep; the thesis says modest parameters.",
-        "Postprocessing: inertialised seams, planted feet held, hands brought to the partner's; the thesis adjusts curves "
-        "linearly.",
+        "Postprocessing: inertialised seams, planted feet held, hands brought to the partner's; the thesis adjusts "
+        "curves linearly.",
         "Phase: Hilbert angle of how far one ankle is ahead of the other, 0.3 to 2.5 Hz; standing left out; sway "
         "smoothed away with a Gaussian of 0.6 s.",
     ]
