@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +37,9 @@ def hsu2004(
 
     announce_compilation()
     with progress_bar("reproducing") as progress:
-        found = paper.reproduce(output, data, quick=quick, report=note, progress=progress)
+        # beside a bar, what was done last would only get in its way
+        tick = (lambda text: None) if sys.stderr.isatty() else note
+        found = paper.reproduce(output, data, quick=quick, report=note, tick=tick, progress=progress)
     page = str(output / "index.html")
     result({**(found if as_json else dict(paper.lines(found))), "page": page}, as_json, title="Hsu 2004:")
 

@@ -268,7 +268,7 @@ def continuity_section(library: Library, quick: bool, tick: Tick) -> Section:
     """The constant k, over all held-out takes."""
     held = held_models(library, PerformanceControl(), quick)
     values = CONTINUITY[::2] if quick else CONTINUITY
-    rows: list[tuple[Value, ...]] = []
+    rows: list[tuple[float, ...]] = []
     for k in values:
         means = np.mean([_with_continuity(model, motion, k) for model, motion in held], axis=0)
         rows.append((k, *(float(value) for value in means)))

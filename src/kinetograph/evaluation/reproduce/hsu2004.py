@@ -51,13 +51,14 @@ def reproduce(
     *,
     quick: bool = False,
     report: Report = lambda text: None,
+    tick: Report = lambda text: None,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, object]:
     """Write ``index.html`` and ``numbers.json`` to a new folder; returns the numbers by section.
 
     data: a folder with ``walks/`` and ``salsa/``; by default one that ``KINETOGRAPH_DATA`` names. The page is written
-    anew after every section, so that what is done is kept when the work is interrupted. Raises RequestError for a
-    folder in use.
+    anew after every section, so that what is done is kept when the work is interrupted. report is told what is missing
+    or cannot be made, tick what was done last. Raises RequestError for a folder in use.
     """
     output = Path(folder)
     if output.exists() and any(output.iterdir()):
@@ -68,14 +69,14 @@ def reproduce(
         found = collect(find_folder(data), Path(scratch), quick)
         for text in found.missing:
             report(f"missing: {text}")
-        steps = plan(found, quick, report)
+        steps = plan(found, quick, tick)
         _write(output, found, made, [s.title for s in steps], quick)
         for done, step in enumerate(steps):
             progress(done, len(steps))
-            made.append(_made(step))
+            made.append(_made(step, report))
             _write(output, found, made, [s.title for s in steps[done + 1 :]], quick)
         progress(len(steps), len(steps))
-    return {section.title: dict(section.numbers) for section in made}
+    return {section.title: _plain(dict(section.numbers)) for section in made}
 
 
 def plan(found: Recordings, quick: bool, tick: Report) -> list[Step]:
@@ -107,11 +108,12 @@ def plan(found: Recordings, quick: bool, tick: Report) -> list[Step]:
     return steps
 
 
-def _made(step: Step) -> Section:
+def _made(step: Step, report: Report) -> Section:
     """A section, or why there is none: recordings that one experiment cannot use leave the others alone."""
     try:
         return step.make()
     except KinetographError as error:
+        report(f"{step.title}: not made: {error}")
         return Section(step.title, (paragraph(f"Not made: {error}", "missing"),), {"error": str(error)})
 
 
