@@ -80,7 +80,7 @@ def draw_curves(x: Sequence[float], curves: Mapping[str, Sequence[float]], xlabe
     for colour, axis, (name, values) in zip(_COLOURS, axes, curves.items(), strict=False):
         axis.plot(range(len(x)), values, "o-", color=colour)
         axis.set(xlabel=xlabel, title=name, ylim=(0, None))
-        axis.set_xticks(range(len(x)), [f"{value:g}" for value in x])
+        axis.set_xticks(range(len(x)), [f"{value:g}" for value in x], rotation=45)
     return figure
 
 

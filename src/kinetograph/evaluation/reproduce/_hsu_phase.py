@@ -262,7 +262,8 @@ def in_phase_by_smoothing(library: Library, takes: list[tuple[str, Motion]]) -> 
 
 
 def turn_footwork(motions: list[Motion]) -> list[tuple[str, int, float, float, float]]:
-    """Real gait phase where a turn is sharpest, faster than 60 degrees a second: left turns, and right turns.
+    """Real gait phase where a turn is sharpest, faster than 60 degrees a second: left turns, right turns, and both with
+    the phase of right ones moved on by half a stride, which is the same footwork mirrored.
 
     Rayleigh's test: p is the chance of phases so much alike if they were even.
     """
@@ -275,6 +276,7 @@ def turn_footwork(motions: list[Motion]) -> list[tuple[str, int, float, float, f
         for side, signed in (("left", rate), ("right", -rate)):
             peaks, _ = find_peaks(signed, height=SHARP, distance=max(int(motion.fps), 1))
             phases[side] += [float(phase.angle[p]) for p in peaks if phase.walking[p]]
+    phases["both, right mirrored"] = phases["left"] + [angle + np.pi for angle in phases["right"]]
     rows = []
     for side, angles in phases.items():
         vector = complex(np.exp(1j * np.array(angles)).mean()) if angles else 0j

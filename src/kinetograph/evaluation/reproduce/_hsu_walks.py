@@ -38,7 +38,7 @@ def held_out_section(library: Library, tick: Tick) -> Section:
         paragraph(PAPER, "paper"),
         table("Leave one take out", COLUMNS, [_cells(row) for row in rows]),
         paragraph(BASELINES),
-        drawn(lambda path: _side_by_side(library, path), "Generated, and recorded 1.2 m aside."),
+        drawn(lambda path: _side_by_side(library, path), "Generated, and recorded, moved 1.2 m ahead."),
     )
     return Section("Walks, held out", parts, {"rows": [vars(row) for row in rows]})
 
