@@ -291,6 +291,16 @@ def test_a_looping_clip_is_judged_step_by_step() -> None:
     assert {note.label for note in moves} == {"walk"}
 
 
+def test_the_samples_clips_are_told_apart_by_their_paths(tmp_path: Path, clips_folder: Path) -> None:
+    found = collect(None, tmp_path)
+    assert found.clips is not None
+    assert found.walks is found.clips
+    errors, names = held_out_errors(found.clips, PerformanceControl())
+    assert set(names) == {"walk", "turn left", "turn right"}
+    assert errors.segments == len(names) > 60
+    assert errors.segment_rate < 0.25  # a third of the names would be right by chance
+
+
 # ---- dances ----
 
 
