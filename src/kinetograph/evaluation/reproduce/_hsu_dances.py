@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from kinetograph.evaluation.dance import DanceRow, leave_one_dance_out, mean_rows
@@ -81,7 +82,7 @@ def _compared(library: Library, row: DanceRow) -> str:
         (f"{row.take}: generated follower (green, purple), {row.joint_cm:.1f} cm over the whole dance", made),
     ):
         pair = [cut(leader, first, last), cut(follower, first, last)]
-        sheets.append(drawn(lambda path, p=pair, t=title: _sheet(p, t, path), title))  # type: ignore[misc]
+        sheets.append(drawn(partial(_sheet, pair, title), title))
     return "\n".join(sheets)
 
 

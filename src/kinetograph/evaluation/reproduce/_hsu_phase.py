@@ -20,6 +20,7 @@ from kinetograph.evaluation.phase import (
     gait_phase,
     locking,
     phase_difference,
+    plant_phase,
 )
 from kinetograph.evaluation.reproduce import _hsu_figures as figures
 from kinetograph.evaluation.reproduce._hsu_data import held_out
@@ -105,33 +106,33 @@ def phase_section(title: str, library: Library, quick: bool, tick: Tick, *, firs
         text = "No take walks for long enough, or with steps wide enough, to have a phase."
         return Section(title, (paragraph(text, "missing"),))
     rows = [_row(w) for w in walked]
-    parts = [
+    sway = sway_by_phase(takes[0][1])
+    excerpts = in_step_by_length(takes, models, 3 if quick else 8, LENGTHS[:3] if quick else LENGTHS)
+    tick("excerpts")
+    turns = turn_footwork([motion for _, motion in takes])
+    smoothed = in_phase_by_smoothing(library, takes[:1] if quick else takes)
+    tick("smoothing")
+    parts = (
         *((paragraph(CLAIM, "paper"), paragraph(TOLD)) if first else ()),
         table("Phase of the generated gait less that of the real one, held-out takes", _COLUMNS, rows),
         paragraph(_verdict(walked)),
         picture(figures.draw_differences(_tracks(walked)), "The difference of phase over time, longest take."),
-    ]
-    sway = sway_by_phase(takes[0][1])
-    parts += [
         picture(figures.draw_sway(*sway), "What the hips say of the phase: mean and spread over the strides."),
         paragraph(_sway_text(sway)),
-    ]
-    excerpts = in_step_by_length(takes, models, 3 if quick else 8, LENGTHS[:3] if quick else LENGTHS)
-    tick("excerpts")
-    parts.append(table("Excerpts that come out on the right foot, by their length", _EXCERPT_COLUMNS, excerpts))
-    parts.append(picture(figures.draw_excerpts(excerpts), "Excerpts in step by length, 95 % intervals (Wilson)."))
-    turns = turn_footwork([motion for _, motion in takes])
-    parts += [paragraph(_turn_text(turns)), table("Gait phase where turns are sharpest", _TURN_COLUMNS, turns)]
-    smoothed = in_phase_by_smoothing(library, takes[:1] if quick else takes)
-    tick("smoothing")
-    parts += [paragraph(SMOOTHED), table("Share in phase by smoothing", _SMOOTHED_COLUMNS, smoothed)]
+        table("Excerpts that come out on the right foot, by their length", _EXCERPT_COLUMNS, excerpts),
+        picture(figures.draw_excerpts(excerpts), "Excerpts in step by length, 95 % intervals (Wilson)."),
+        paragraph(_turn_text(turns)),
+        table("Gait phase where turns are sharpest", _TURN_COLUMNS, turns),
+        paragraph(SMOOTHED),
+        table("Share in phase by smoothing", _SMOOTHED_COLUMNS, smoothed),
+    )
     numbers = {"rows": records(_COLUMNS, rows), "excerpts": excerpts, "turns": turns, "smoothed": smoothed}
-    return Section(title, tuple(parts), numbers)
+    return Section(title, parts, numbers)
 
 
 _COLUMNS = (
-    *("take", "control", "seconds walking", "in phase %", "mean cosine", "resultant", "mean difference °", "slips"),
-    *("null's 95th percentile", "p", "joints cm"),
+    *("take", "control", "seconds walking", "in phase %", "by footplants %", "mean cosine", "resultant"),
+    *("mean difference °", "slips", "null's 95th percentile", "p", "joints cm"),
 )
 _EXCERPT_COLUMNS = ("seconds", "excerpts", f"{HIPS}: in step %", f"{PATH}: in step %")
 _SMOOTHED_COLUMNS = ("Gaussian, seconds", "sway kept at a stride a second %", "in phase %", "joints cm")
@@ -150,9 +151,19 @@ def _walk(model: PerformanceModel, name: str, control: str, motion: Motion) -> W
 def _row(walked: Walked) -> tuple[str | float | int, ...]:
     kept = walked.kept
     return (
-        *(walked.take, walked.control, kept.seconds, 100 * kept.in_phase, kept.agreement, kept.resultant),
+        *(walked.take, walked.control, kept.seconds, 100 * kept.in_phase, 100 * _by_plants(walked)),
+        *(kept.agreement, kept.resultant),
         *(float(np.rad2deg(kept.mean)), kept.slips, kept.null_p95, kept.p, 100 * joint_error(walked.made, walked.real)),
     )
+
+
+def _by_plants(walked: Walked) -> float:
+    """The share in phase by the times of footplants instead, which know nothing of the ankles' swing."""
+    made, real = plant_phase(walked.made), plant_phase(walked.real)
+    frames = min(len(made), len(real))
+    difference = np.abs(np.angle(np.exp(1j * (made[:frames] - real[:frames]))))
+    known = difference[~np.isnan(difference)]
+    return float((known < np.pi / 2).mean()) if len(known) else float("nan")
 
 
 def _tracks(walked: list[Walked]) -> list[tuple[str, FloatArray, FloatArray]]:
@@ -232,9 +243,9 @@ def in_step_by_length(
                     made = models[name, control].synthesize(excerpt).motion
                     agreed.append(foot_agreement(made, excerpt) > 0)
         if found[HIPS]:
-            shares = (100 * float(np.mean(found[control])) for control in (HIPS, PATH))
-            rows.append((length, len(found[HIPS]), *shares))
-    return rows  # type: ignore[return-value]
+            hips, path = (100 * float(np.mean(found[control])) for control in (HIPS, PATH))
+            rows.append((length, len(found[HIPS]), hips, path))
+    return rows
 
 
 def _excerpts(motion: Motion, length: float, count: int) -> list[Motion]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def timed(
     x, dense = model.at_search_rate(points, control.fps), sampled(points, control.fps, FINE)
     reach = model.instances.longest + 1
     arrivals = [model.arrivals_at(x[max(t + 1 - reach, 0) : t + 1]) for t in range(1, len(x))]
-    partial = model.left_early(x)
+    ends = model.left_early(x)
     kinds = {"exact": model, **{f"beam {w:g}": with_method(model, beam=w) for w in beams}}
     paths = {name: kind.interpret(x) for name, kind in kinds.items()}
     best = paths["exact"]
@@ -91,8 +92,8 @@ def timed(
         "realize": lambda: realize(model, points, control.fps, best, control),
     }
     for name, kind in kinds.items():
-        jobs[f"solve {name}"] = lambda kind=kind: solve(kind.search, arrivals, partial)  # type: ignore[misc]
-        jobs[f"search {name}"] = lambda kind=kind: kind.interpret(x)  # type: ignore[misc]
+        jobs[f"solve {name}"] = partial(solve, kind.search, arrivals, ends)
+        jobs[f"search {name}"] = partial(kind.interpret, x)
     ms = {name: 1000 * seconds for name, seconds in processor_seconds(jobs, repeats).items()}
     sizes = (len(model.instances.segments), len(model.instances.states))
     post = ms["realize"] - ms["upsampling"]
@@ -157,7 +158,7 @@ def growth_section(library: Library, quick: bool, tick: Tick) -> Section:
         control = lasting(motion, seconds)
         x = model.at_search_rate(model.control_points(control), control.fps)
         for kind, searched in kinds.items():
-            jobs[f"{kind} {seconds}"] = lambda m=searched, x=x: m.interpret(x)  # type: ignore[misc]
+            jobs[f"{kind} {seconds}"] = partial(searched.interpret, x)
     taken = processor_seconds(jobs, 3 if quick else 5)
     tick("time against length")
     times = {kind: [taken[f"{kind} {seconds}"] for seconds in lengths] for kind in kinds}
@@ -207,7 +208,7 @@ def _cost_and_error(held: Sequence[Held]) -> tuple[float, ...]:
     found = []
     for i, (model, motion) in enumerate(held):
         x = model.at_search_rate(model.control_points(motion), motion.fps)
-        jobs[str(i)] = lambda model=model, x=x: model.interpret(x)  # type: ignore[misc]
+        jobs[str(i)] = partial(model.interpret, x)
         result = model.synthesize(motion)
         feet = foot_agreement(result.motion, motion)
         found.append((result.cost, *errors(model, result, motion), feet, distinct_share(result)))
