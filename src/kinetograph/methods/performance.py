@@ -175,11 +175,11 @@ class PerformanceModel:
             raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
         partial = self.left_early(x)
         if not rules:
-            return prove(self.search, lambda: self._arrivals(x, progress), partial)
+            return prove(self.search, lambda: self.arrivals(x, progress), partial)
         from kinetograph.methods.rules import bind, bind_partial
 
         bound = bind_partial(self, rules, partial, steps)
-        return prove(self.search, lambda: bind(self, rules, self._arrivals(x, progress)), bound)
+        return prove(self.search, lambda: bind(self, rules, self.arrivals(x, progress)), bound)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -211,7 +211,7 @@ class PerformanceModel:
         exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
         return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
-    def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
+    def arrivals(self, x: FloatArray, progress: Progress | None = None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         chunk = max(min(256, PLACEMENTS // len(self.instances.states)), 1)
