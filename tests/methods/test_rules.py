@@ -10,7 +10,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
-from kinetograph.methods.rules import Rule, alternatives, transcribe
+from kinetograph.methods.rules import Rule, alternatives, best_sequences, transcribe
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -84,3 +84,20 @@ def test_alternatives_each_replace_a_piece_and_come_cheapest_first(tmp_path: Pat
     for rule, path in found:
         assert path.score == model.interpret(x, rules=(rule,)).score
         assert path.states.tolist() != best.states.tolist() or path.starts.tolist() != best.starts.tolist()
+
+
+def test_the_best_sequences_come_in_order_and_keep_the_rules(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    rule = Rule(2.0, 4.0, take="left", forbid=True)
+    for rules in ((), (rule,)):
+        found = best_sequences(model, x, 5, rules)
+        scores = np.array([p.score for p in found])
+        assert scores[0] == pytest.approx(model.interpret(x, rules=rules).score, rel=1e-9)
+        assert np.all(np.diff(scores) >= 0)
+        assert len({(tuple(p.states), tuple(p.stops)) for p in found}) == 5
+    segments = [model.instances.segments[i] for p in found for i in model.instances.states[p.states, 0]]
+    starts = [t for p in found for t in zip(p.starts, p.stops, strict=True)]
+    for segment, (start, stop) in zip(segments, starts, strict=True):
+        inside = start < 4.0 * model.method.rate and stop > 2.0 * model.method.rate
+        assert not (inside and model.sources[segment.source].take == "left")

@@ -49,6 +49,7 @@ def realize(
         holds = carried_holds(taken, marks, partner, frames, out_fps)
     motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    statistics["optimal"] = int(path.proved)
     return Synthesis(
         motion,
         tuple(pieces),

@@ -13,6 +13,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.learn.k_best import k_best
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
@@ -140,6 +141,17 @@ def alternatives(
         path = model.interpret(x, rules=(*rules, rule))
         found.setdefault(tuple(zip(path.states.tolist(), path.starts.tolist(), strict=True)), (rule, path))
     return sorted(found.values(), key=lambda pair: pair[1].score)[:count]
+
+
+def best_sequences(
+    model: PerformanceModel, x: FloatArray, count: int, rules: Sequence[Rule] = ()
+) -> list[SegmentalPath]:
+    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only.
+
+    x: control points ``(T + 1, P, 3)`` at the search's rate. Sequences that differ more: `alternatives`.
+    """
+    arrivals = list(bind(model, rules, model.arrivals(x)))
+    return k_best(model.search, arrivals, bind_partial(model, rules, model.left_early(x), len(x) - 1), count)
 
 
 def _runs(model: PerformanceModel, path: SegmentalPath) -> list[tuple[str, float, float]]:
