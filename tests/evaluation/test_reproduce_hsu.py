@@ -173,8 +173,10 @@ def test_what_is_missing_is_named_and_nothing_is_made(tmp_path: Path, monkeypatc
     found = collect(None, tmp_path)
     assert (found.walks, found.clips, found.dances) == (None, None, None)
     assert [text.split(":")[0].split(" (")[0] for text in found.missing] == [
-        *("the registry sample", "long walks", "two dances or more"),
+        *("the registry sample", "takes of CMU subject 15", "long walks of DeepMimic", "dances"),
     ]
+    assert found.missing[0] == "the registry sample: deepmimic-clips: no connection"
+    assert found.missing[1].endswith("expected 2 or more, one to hold out, found 0")
     assert hsu2004.plan(found, False, lambda text: None) == []
 
 
@@ -185,7 +187,25 @@ def test_the_folder_of_recordings_is_the_one_named_or_the_variables(
     assert find_folder(None) is None
     (tmp_path / "walks").mkdir()
     assert find_folder(None) == tmp_path
-    assert find_folder(tmp_path / "other") == tmp_path / "other"
+    with pytest.raises(RequestError, match=r"other: expected a folder with walks/ or salsa/ in it, found neither"):
+        find_folder(tmp_path / "other")
+
+
+def test_recordings_that_cannot_be_read_are_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(samples, "where", lambda name: None)
+    monkeypatch.setattr(samples, "fetch", lambda name: tmp_path / "nowhere")
+    (tmp_path / "walks").mkdir()
+    for name in ("15_01", "15_03"):
+        kg.save(walk(4.0), tmp_path / "walks" / f"{name}.bvh")
+    (tmp_path / "salsa").mkdir()
+    for name in ("a", "b"):
+        for who in ("leader", "follower"):
+            (tmp_path / "salsa" / f"{name}_{who}.bvh").write_text("not a motion")
+    found = collect(tmp_path, tmp_path / "scratch")
+    assert found.walks is not None
+    assert found.walks.names() == ("15_01", "15_03")
+    assert found.dances is None
+    assert "a_leader.bvh" in next(text for text in found.missing if text.startswith("dances"))
 
 
 # ---- phase ----

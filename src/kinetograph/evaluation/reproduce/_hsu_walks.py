@@ -83,7 +83,9 @@ def path_section(library: Library, tick: Tick) -> Section:
     result = model.synthesize(control)
     error = 100 * control_error(result.motion, model.control_points(control), control.fps)
     tick("drawn path")
-    told = [f"The hips are {error:.1f} cm from the path on average, {len(result.pieces)} pieces.", *result.warnings]
+    takes = ", ".join(library.names())
+    told = [f"Made of {takes}. The hips are {error:.1f} cm from the path on average, {len(result.pieces)} pieces."]
+    told += result.warnings
     contacts = contacts_of(result.annotations)
     parts = (
         paragraph(DRAWN, "paper"),

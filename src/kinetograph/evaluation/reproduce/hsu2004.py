@@ -56,17 +56,18 @@ def reproduce(
 ) -> dict[str, object]:
     """Write ``index.html`` and ``numbers.json`` to a new folder; returns the numbers by section.
 
-    data: a folder with ``walks/`` and ``salsa/``; by default one that ``KINETOGRAPH_DATA`` names. The page is written
+    data: a folder with ``walks/`` or ``salsa/``; by default one that ``KINETOGRAPH_DATA`` names. The page is written
     anew after every section, so that what is done is kept when the work is interrupted. report is told what is missing
-    or cannot be made, tick what was done last. Raises RequestError for a folder in use.
+    or cannot be made, tick what was done last. Raises RequestError for a folder in use, or one without recordings.
     """
     output = Path(folder)
     if output.exists() and any(output.iterdir()):
         raise RequestError(f"{output} is not empty; name a new folder")
+    chosen = find_folder(data)
     output.mkdir(parents=True, exist_ok=True)
     made: list[Section] = []
     with TemporaryDirectory() as scratch:
-        found = collect(find_folder(data), Path(scratch), quick)
+        found = collect(chosen, Path(scratch), quick)
         for text in found.missing:
             report(f"missing: {text}")
         steps = plan(found, quick, tick)
