@@ -9,6 +9,7 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation.phase import (
     Phase,
     ankles_apart,
+    cadence_ratio,
     foot_agreement,
     gait_phase,
     locking,
@@ -47,6 +48,14 @@ def test_the_left_foot_is_ahead_at_phase_nought() -> None:
     at = np.flatnonzero(np.diff(np.signbit(phase.angle)) & (np.abs(phase.angle[1:]) < 1.0))
     assert len(at) > 15
     np.testing.assert_allclose(ahead[at[1:-1]], ahead.max(), rtol=0.15)
+
+
+def test_cadences_are_compared_by_strides() -> None:
+    fast, slow = gait_phase(_walk()), gait_phase(_walk(period=1.25))
+    assert cadence_ratio(fast, slow) == pytest.approx(1.25, rel=0.02)
+    assert cadence_ratio(slow, slow) == 1.0
+    still = gait_phase(walk(20.0, speed=0.0))
+    assert np.isnan(cadence_ratio(fast, still))
 
 
 def test_a_quarter_of_a_stride_is_a_quarter_turn() -> None:

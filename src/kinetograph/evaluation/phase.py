@@ -129,6 +129,15 @@ def locking(made: Phase, real: Phase, rng: np.random.Generator) -> Locking:
     )
 
 
+def cadence_ratio(made: Phase, real: Phase) -> float:
+    """Strides of the made gait over those of the real one, where both walk; not a number where nobody does."""
+    frames = min(len(made.angle), len(real.angle))
+    both = made.walking[:frames] & real.walking[:frames]
+    both = both[1:] & both[:-1]
+    ours, theirs = (float(np.diff(np.unwrap(phase.angle[:frames]))[both].sum()) for phase in (made, real))
+    return ours / theirs if theirs else float("nan")
+
+
 def slips(difference: FloatArray) -> int:
     """How often a difference ``(F,)`` changes from within a third of half a turn to beyond two thirds, or back."""
     side = np.where(np.abs(difference) < np.pi / 3, 1, np.where(np.abs(difference) > 2 * np.pi / 3, -1, 0))

@@ -16,6 +16,7 @@ from kinetograph.evaluation.phase import (
     Locking,
     Phase,
     ankles_apart,
+    cadence_ratio,
     foot_agreement,
     gait_phase,
     locking,
@@ -132,7 +133,7 @@ def phase_section(title: str, library: Library, quick: bool, tick: Tick, *, firs
 
 _COLUMNS = (
     *("take", "control", "seconds walking", "in phase %", "by footplants %", "mean cosine", "resultant"),
-    *("mean difference °", "slips", "null's 95th percentile", "p", "joints cm"),
+    *("mean difference °", "slips", "cadence, times real", "null's 95th percentile", "p", "joints cm"),
 )
 _EXCERPT_COLUMNS = ("seconds", "excerpts", f"{HIPS}: in step %", f"{PATH}: in step %")
 _SMOOTHED_COLUMNS = ("Gaussian, seconds", "sway kept at a stride a second %", "in phase %", "joints cm")
@@ -152,8 +153,8 @@ def _row(walked: Walked) -> tuple[str | float | int, ...]:
     kept = walked.kept
     return (
         *(walked.take, walked.control, kept.seconds, 100 * kept.in_phase, 100 * _by_plants(walked)),
-        *(kept.agreement, kept.resultant),
-        *(float(np.rad2deg(kept.mean)), kept.slips, kept.null_p95, kept.p, 100 * joint_error(walked.made, walked.real)),
+        *(kept.agreement, kept.resultant, float(np.rad2deg(kept.mean)), kept.slips, cadence_ratio(*walked.phases)),
+        *(kept.null_p95, kept.p, 100 * joint_error(walked.made, walked.real)),
     )
 
 
