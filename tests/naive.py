@@ -184,3 +184,15 @@ def best_beats(pulse: FloatArray, period: float, evenness: float) -> tuple[float
 
     last = max(len(pulse) - round(2 * period), 0)
     return max(best(t) for t in range(last, len(pulse))), last
+
+
+def most_pairs(found: Sequence[float], expected: Sequence[float], tolerance: float) -> tuple[int, float]:
+    """The most one-to-one pairs at most ``tolerance`` apart and, of that many, their least total distance."""
+    if not found:
+        return 0, 0.0
+    options = [most_pairs(found[1:], expected, tolerance)]
+    for i, time in enumerate(expected):
+        if abs(found[0] - time) <= tolerance + 1e-9:
+            count, total = most_pairs(found[1:], [*expected[:i], *expected[i + 1 :]], tolerance)
+            options.append((count + 1, total + abs(found[0] - time)))
+    return max(options, key=lambda option: (option[0], -option[1]))

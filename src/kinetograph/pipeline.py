@@ -13,6 +13,8 @@ from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.keys import Key
 from kinetograph.library import Library
 from kinetograph.methods._ground_path import smooth_path
+from kinetograph.methods._collect import LABELS
+from kinetograph.methods.grow import GROWN, Growth, cut_tracks, grow_takes, growing_control
 from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance import PerformanceControl, only_track
 from kinetograph.methods.rules import Rule
@@ -33,6 +35,7 @@ from kinetograph.take import Annotation, Take
 
 Progress = Callable[[int, int], None]
 CUT_BY = ("footplants", "beats", "labels", "fixed")
+"""What `segment_take` cuts by; `grow_library` cuts by examples."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def segment_take(
     elif by == "labels":
         cuts = cuts_at_labels(take, track, label)
     else:
-        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, found {by!r}")
+        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, examples; found {by!r}")
     return (*contacts, *_handholds(take, track), *(Annotation(track, "cut", by, time, time) for time in cuts))
 
 
@@ -157,6 +160,59 @@ def segment_library(
         if progress:
             progress(done + 1, len(names))
     return counts
+
+
+def grow_library(
+    library: Library,
+    method: PerformanceControl | None = None,
+    *,
+    examples: Sequence[str] = (),
+    join: bool = False,
+    again: bool = False,
+    tolerance: float = 0.1,
+    progress: Progress | None = None,
+) -> list[Growth]:
+    """Cut the takes of a library that have no cuts by those that have, and store cuts, labels, contacts and handholds.
+
+    examples: the takes to learn from; without names, all that a person has cut. Those a person has cut are never
+    changed: they are grown without their own cuts, and compared. join: see `grow_takes`. again: takes that were grown
+    before are grown anew; they are left as they are otherwise, since a person may have edited them. Raises
+    RequestError where there is nothing to grow from.
+    """
+    takes = [library.take(name) for name in library.names()]
+    hand = [take for take in takes if any(n.kind == "cut" and n.label != GROWN for n in take.annotations)]
+    known = [library.take(name) for name in examples] or hand
+    method = method or growing_control(any(len(_motions(take)) > 1 for take in known))
+    names = {take.name for take in (*known, *hand)}
+    new = [t for t in takes if t.name not in names and (again or not any(n.kind == "cut" for n in t.annotations))]
+    cut_tracks(known)
+    if examples:
+        others = [take for take in hand if take.name not in examples]
+        grown = grow_takes(method, known, [*new, *others], join=join, tolerance=tolerance, progress=progress)
+    else:
+        grown = grow_takes(method, known, new, join=join, tolerance=tolerance, progress=progress)
+        for take in known if len(known) > 1 else ():
+            rest = [other for other in known if other is not take]
+            grown += grow_takes(method, rest, [take], tolerance=tolerance)
+    for growth, take in zip(grown, new, strict=False):
+        _store_growth(library, take, growth)
+    return grown
+
+
+def _motions(take: Take) -> dict[str, Motion]:
+    return {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
+
+
+def _store_growth(library: Library, take: Take, growth: Growth) -> None:
+    for track, grown in growth.tracks.items():
+        library.annotate(take.name, grown.cuts, kind="cut", track=track)
+        for kind in LABELS:
+            if notes := [note for note in grown.labels if note.kind == kind]:
+                library.annotate(take.name, notes, kind=kind, track=track)
+        if not take.annotated(track, "contact"):
+            library.annotate(take.name, detect_contacts(take.motion(track), track=track), kind="contact", track=track)
+        if not take.annotated(track, "handhold"):
+            library.annotate(take.name, _handholds(take, track), kind="handhold", track=track)
 
 
 def perform(

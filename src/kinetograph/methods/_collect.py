@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
 
+LABELS = ("move", "style")
+"""Kinds of annotations by which people name what is done, and how."""
+
 ALIKE = 0.05
 """Metres by which bones of two recordings of one library may differ."""
 
@@ -83,7 +86,7 @@ def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tu
     holds = take.annotated(name, "handhold")
     if not holds and isinstance(partner, Motion):
         holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
-    marks = (*contacts, *holds, *take.annotated(name, "move"))
+    marks = (*contacts, *holds, *(note for kind in LABELS for note in take.annotated(name, kind)))
     found = [_source(method, take.name, name, False, long, partner, marks, cuts, period)]
     if method.mirror:
         from kinetograph.mirroring import mirror
