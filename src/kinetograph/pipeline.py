@@ -12,8 +12,8 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.keys import Key
 from kinetograph.library import Library
-from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods._collect import LABELS
+from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods.grow import GROWN, Growth, cut_tracks, grow_takes, growing_control
 from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance import PerformanceControl, only_track
@@ -162,6 +162,35 @@ def segment_library(
     return counts
 
 
+def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:
+    """Raise RequestError where one of a take's tracks has cuts already."""
+    for track in tracks:
+        if count := len(take.annotated(track, "cut")):
+            raise RequestError(
+                f"take {take.name!r} has {count} cuts on {track!r}; keep a copy (library annotate --export), "
+                "then give --force to put others in their place"
+            )
+
+
+def cut_by_hand(library: Library, take: Take, tracks: Sequence[str], times: Iterable[float]) -> tuple[float, ...]:
+    """Store a person's cuts on some motions of a take, in place of those there are; their seconds, in order.
+
+    Contacts and handholds are stored where there are none. Raises RequestError for fewer than two times, or one
+    outside the take.
+    """
+    cuts = tuple(sorted(set(times)))
+    shortest = min(take.tracks[track].duration for track in tracks)
+    outside = [time for time in cuts if not 0 <= time <= shortest + 1e-6]
+    if outside:
+        raise RequestError(f"take {take.name!r} lasts {shortest:.2f} s, found a cut at {outside[0]:g} s")
+    if len(cuts) < 2:
+        raise RequestError(f"segments need 2 cuts or more, found {len(cuts)}; nothing was written")
+    for track in tracks:
+        library.annotate(take.name, (Annotation(track, "cut", "tapped", t, t) for t in cuts), kind="cut", track=track)
+        _store_meetings(library, take, track)
+    return cuts
+
+
 def grow_library(
     library: Library,
     method: PerformanceControl | None = None,
@@ -209,10 +238,15 @@ def _store_growth(library: Library, take: Take, growth: Growth) -> None:
         for kind in LABELS:
             if notes := [note for note in grown.labels if note.kind == kind]:
                 library.annotate(take.name, notes, kind=kind, track=track)
-        if not take.annotated(track, "contact"):
-            library.annotate(take.name, detect_contacts(take.motion(track), track=track), kind="contact", track=track)
-        if not take.annotated(track, "handhold"):
-            library.annotate(take.name, _handholds(take, track), kind="handhold", track=track)
+        _store_meetings(library, take, track)
+
+
+def _store_meetings(library: Library, take: Take, track: str) -> None:
+    """Contacts and handholds of a motion that has none stored: of feet with the ground, and of hands with hands."""
+    if not take.annotated(track, "contact"):
+        library.annotate(take.name, detect_contacts(take.motion(track), track=track), kind="contact", track=track)
+    if not take.annotated(track, "handhold"):
+        library.annotate(take.name, _handholds(take, track), kind="handhold", track=track)
 
 
 def perform(

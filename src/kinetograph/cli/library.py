@@ -20,6 +20,7 @@ from kinetograph.cli._shell import (
     result,
     table,
 )
+from kinetograph.cli.tap import tap
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ Roles = Annotated[list[str] | None, typer.Option("--role", help="Override a role
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
-    for command in (create, add, remove, segment, info, annotate, check):
+    for command in (create, add, remove, segment, tap, info, annotate, check):
         group.command()(command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
