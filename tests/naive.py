@@ -148,6 +148,21 @@ def align_on_ground(window: FloatArray, example: FloatArray, weights: FloatArray
     return min(float(found.fun), left_over(start))
 
 
+def align_with_scale(
+    window: FloatArray, example: FloatArray, weights: FloatArray, scales: tuple[float, float]
+) -> float:
+    """The least residual over turns, shifts and bounded scales of what lies on the ground, found by search."""
+
+    def at_best_turn(scale: float) -> float:
+        return align_on_ground(window, example * np.array([scale, 1.0, scale]), weights)
+
+    start = min(np.linspace(*scales, 9), key=at_best_turn)
+    step = (scales[1] - scales[0]) / 8
+    bounds = (max(start - step, scales[0]), min(start + step, scales[1]))
+    found = minimize_scalar(at_best_turn, bounds=bounds, method="bounded", options={"xatol": 1e-9})
+    return min(float(found.fun), at_best_turn(scales[0]), at_best_turn(scales[1]))
+
+
 def align_rigidly(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:
     """The least residual over rotations and shifts, by scipy's own singular value decomposition."""
     w = weights.ravel()

@@ -63,7 +63,9 @@ def perform(
     velocity: Velocity = None,
     control_point: ControlPoint = None,
     target_point: TargetPoint = None,
-    alignment: Annotated[str, typer.Option(help="Group of the alignment: ground, rigid or fixed.")] = "ground",
+    alignment: Annotated[
+        str | None, typer.Option(help="Group: ground, similarity, rigid or none; ground, or none for channels.")
+    ] = None,
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
     gap: Annotated[bool, typer.Option("--gap", help="Report the beam's gap to the exact score.")] = False,
     cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
@@ -94,6 +96,7 @@ def perform(
     from kinetograph.pipeline import perform as run
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
+    from kinetograph.signal import Signal
 
     written = [*output, *(p for p in (picture, report, transcript) if p)]
     refuse_unknown_formats(output)
@@ -104,9 +107,11 @@ def perform(
     wanted = only_track(loaded.take)
     takes = open_library(library)
     given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
+    channels = wanted.names if isinstance(wanted, Signal) and not wanted.spatial else ()
+    method = configured(given, has_partners(takes, target), channels)
     method = replace(
-        configured(given, has_partners(takes, target)),
-        alignment=alignment,
+        method,
+        alignment=alignment or method.alignment,
         beam=beam,
         cluster=cluster,
         mirror=mirrored,

@@ -176,7 +176,7 @@ def segment_distances(
         rows.append(np.concatenate([interpolate(source.control, at), interpolate(source.target, at)], axis=1))
     points = np.stack(rows)
     weights = np.full(points.shape[1:3], 1.0 / (samples * points.shape[2]))
-    squares, _ = align(method.alignment, points, points, weights)
+    squares, _ = align(method.alignment, points, points, weights, method.scales)
     durations = np.array([s.duration for s in segments])
     apart = np.abs(durations[:, None] - durations) > max(method.stretch, 1e-9)
     distances = np.sqrt(0.5 * (squares + squares.T))

@@ -27,7 +27,7 @@ def bones_over_time(motions: Sequence[Motion], rate: float) -> FloatArray:
         bones.append(np.stack([joints[:, 1:], joints[:, parents[1:]]], axis=2))
         roots.append(joints[:, 0])
     middle = np.mean(roots, axis=0) * np.array([1.0, 0.0, 1.0])
-    return np.concatenate(bones, axis=1) - middle[:, None, None]
+    return np.asarray(np.concatenate(bones, axis=1) - middle[:, None, None])
 
 
 def draw_bones(bones: FloatArray, width: int = 48, height: int = 14, metres: float = 2.1) -> tuple[str, ...]:
