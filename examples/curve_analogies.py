@@ -99,9 +99,8 @@ def main():
         place.axis("off")
     figure.savefig("out/curve_analogies.png", dpi=110)
     for piece in pieces:
-        print(
-            f"{piece.start:5.2f}: {piece.source_start:.2f} to {piece.source_stop:.2f} of the example, x {piece.scale:.2f}"
-        )
+        source = f"{piece.source_start:.2f} to {piece.source_stop:.2f} of the example"
+        print(f"{piece.start:5.2f}: {source}, scaled by {piece.scale:.2f}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from kinetograph.methods._collect import LABELS
 from kinetograph.methods._ground_path import smooth_path
 from kinetograph.methods.grow import GROWN, Growth, cut_tracks, grow_takes, growing_control
 from kinetograph.methods.keyframe import KeyframeControl
-from kinetograph.methods.performance import PerformanceControl, only_track
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, only_track
 from kinetograph.methods.rules import Rule
 from kinetograph.motion import Motion
 from kinetograph.segmentation import (
@@ -262,6 +262,18 @@ def perform(
 ) -> Synthesis:
     """The main job: a walker, made of the library's recordings, performs a control."""
     model = (method or PerformanceControl()).fit(library, exclude=exclude, track=track)
+    return perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress)
+
+
+def perform_with(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    *,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+    progress: Progress | None = None,
+) -> Synthesis:
+    """The same by a model that is there, with its notes among the warnings."""
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
         wanted = smooth_path(wanted, smoothing.time, smoothing.space)

@@ -43,6 +43,8 @@ def collect(
 ) -> tuple[tuple[Source, ...], Instances, tuple[str, ...]]:
     """Sources, instances and notes of a library for one configuration; ``rng`` draws the clusters' representatives."""
     sources, notes = [], []
+    if unknown := sorted(set(exclude) - set(library.names())):
+        raise RequestError(f"no take {unknown[0]!r} to leave out; there are {', '.join(library.names()) or 'none'}")
     for name in library.names():
         if name in exclude:
             continue
@@ -124,7 +126,10 @@ def _source(
     cuts: tuple[float, ...],
     period: float,
 ) -> Source:
-    control = method.control.points(motion if partner is None else partner)
+    try:
+        control = method.control.points(motion if partner is None else partner)
+    except RequestError as error:
+        raise RequestError(f"take {take!r}: {error}") from error
     if partner is not None:
         control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))

@@ -18,6 +18,7 @@ from kinetograph.post.assemble import Part, assemble, constrain
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
+from kinetograph.take import Annotation
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
@@ -43,7 +44,7 @@ def realize(
         parts.append(Part(piece, _scaled(source.motion, piece.scale), source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    marks = carry((part.piece, part.marks) for part in parts)
+    marks = _until(duration, carry((part.piece, part.marks) for part in parts))
     holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
@@ -59,6 +60,11 @@ def realize(
         statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
         warnings=method.control.warnings(points, fps, model.speed_range()),
     )
+
+
+def _until(end: float, marks: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
+    """Annotations without what lies after ``end`` seconds: the last piece may go on longer than the control."""
+    return tuple(replace(note, stop=min(note.stop, end)) for note in marks if note.start < end)
 
 
 def _scaled(motion: Motion, scale: float) -> Motion:

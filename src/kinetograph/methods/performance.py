@@ -173,11 +173,16 @@ class PerformanceModel:
     def interpret(self, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()) -> SegmentalPath:
         """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate.
 
-        rules: what is pinned or forbidden.
+        rules: what is pinned or forbidden. Raises RequestError for a control shorter than any segment can be made.
         """
-        steps = len(x) - 1
+        steps, rate, shortest = len(x) - 1, self.method.rate, int(self.instances.states[0, 1])
         if steps < 1:
-            raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
+            raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
+        if steps < shortest:
+            raise RequestError(
+                f"the control is too short: it lasts {steps / rate:.2f} s, the library's shortest segment, squeezed, "
+                f"{shortest / rate:.2f} s; record more of it, or cut the library finer (library segment)"
+            )
         arrivals, partial = self._arrivals(x, progress), self.left_early(x)
         if not rules:
             return solve(self.search, arrivals, partial)
