@@ -10,6 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.cli.evaluate import performance
+from kinetograph.errors import RequestError
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -50,3 +51,16 @@ def test_moves_give_error_rates(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert len(lines) == 3
     at = head.index("segment errors")
     assert [line[at:].split()[:2] for line in lines] == [["0", "0"]] * 3
+
+
+def test_a_signal_is_no_partner(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "library")
+    ends = ("left_toe", "right_toe", "left_hand", "right_hand")
+    for name in "ab":
+        motion = walk(4.0)
+        signal = kg.Signal(np.zeros((len(motion), 4, 3)), ends, "m", 30.0)
+        cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(9) / 2)
+        library.add(Take(name, {"body": motion, "markers": signal}, cuts))
+    points = [f"{role}=1" for role in ends]
+    with pytest.raises(RequestError, match="expected a character to control 'body', found a signal of left_toe"):
+        performance(library.path, target="body", control_point=points, target_point=points)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
 from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
 from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
 from kinetograph.evaluation.metrics import contact_speed, distinct_share, hold_errors, jerk, mean_known, position_errors
@@ -90,7 +91,11 @@ def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
 def _dancers(method: PerformanceControl, take: Take, target: str) -> tuple[Motion, Motion]:
     follower = take.motion(target)
     recorded = method.control.recorded(take, target)
-    assert isinstance(recorded, Motion)
+    if not isinstance(recorded, Motion):
+        raise RequestError(
+            f"take {take.name!r}: expected a character to control {target!r}, found a signal of "
+            f"{', '.join(recorded.names[:4])}; evaluation compares partners"
+        )
     return resample(recorded, follower.fps), follower
 
 
