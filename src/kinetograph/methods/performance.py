@@ -218,6 +218,23 @@ class PerformanceModel:
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
         return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
+    def alternatives(
+        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
+    ) -> tuple[Synthesis, ...]:
+        """The best motion for a control and up to ``count`` - 1 others.
+
+        Each is the best that shares no piece with those before. alike: the best of all instead, which may differ by a
+        border only. Raises RequestError as `synthesize` does.
+        """
+        from kinetograph.methods.rules import alternatives, best_sequences
+
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        x = self.at_search_rate(points, track.fps)
+        paths = (best_sequences if alike else alternatives)(self, x, count, rules)
+        partner = track if isinstance(track, Motion) else None
+        return tuple(realize(self, points, track.fps, path, partner) for path in paths)
+
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
         x = self.at_search_rate(self.control_points(control), control.fps)
