@@ -184,7 +184,8 @@ def _verdict(walked: list[Walked]) -> str:
         seconds = sum(k.seconds for k in mine)
         share = 100 * sum(k.in_phase * k.seconds for k in mine) / seconds
         surer = sum(k.p < 0.05 for k in mine)
-        beyond = f"beyond chance (p < 0.05) in {surer} of {len(mine)} takes"
+        told = sum(not np.isnan(k.p) for k in mine)
+        beyond = f"beyond chance (p < 0.05) in {surer} of {told} takes that are long enough to tell"
         said.append(f"{control}: {share:.0f} % of {seconds:.0f} s in phase, {beyond}")
     return f"{NULL} {'; '.join(said)}."
 

@@ -24,8 +24,8 @@ COLUMNS = (
 PAPER = """The thesis, 6.1: new walks, their hips on the ground as the control; the motion was judged by eye, highly
 realistic for short walks. No distances are given."""
 BASELINES = """Frame-by-frame methods stand on the control by construction, and an average of frames is near every
-frame: their joint error is small where their jerk tells that no one could move so. The nearest segments without
-continuity fit the control best and jump from one to the next."""
+frame: their joint error is small where their jerk tells that no one could move so. Without continuity each segment
+is the one nearest the control, and seams jump."""
 DRAWN = """The thesis, 6.1 and figure 6-1: mouse trajectories at 30 Hz, Frenet frames as the control."""
 
 

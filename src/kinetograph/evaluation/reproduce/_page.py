@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 
 Value = str | float | int | None
 DASH = "-"
-_STYLE = """body{font:16px/1.45 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
-table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .8em;text-align:right;border-bottom:1px solid #ddd}
-.text{text-align:left;white-space:nowrap}th{
-white-space:normal!important;border-bottom:2px solid #888;vertical-align:bottom}
-caption{text-align:left;font-weight:bold;padding:.3em 0}img{max-width:100%;height:auto}.paper{color:#7a3b00}
-.missing{background:#fff3d6;padding:.4em .8em}h2{margin-top:2.2em;border-top:1px solid #bbb;padding-top:.6em}"""
+_STYLE = """body{font:16px/1.45 sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}
+table{border-collapse:collapse;margin:1em 0}.wide{overflow-x:auto}
+td,th{padding:.2em .6em;font-size:15px;text-align:right;border-bottom:1px solid #ddd}
+.text{text-align:left;white-space:nowrap}
+th{white-space:normal!important;border-bottom:2px solid #888;vertical-align:bottom}
+caption{text-align:left;font-weight:bold;padding:.3em 0}img{max-width:100%;height:auto}
+h2{margin-top:2.2em;border-top:1px solid #bbb;padding-top:.6em}
+.paper{color:#7a3b00}.missing{background:#fff3d6;padding:.4em .8em}"""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[Value]])
         "<tr>" + "".join(f"<td{kind}>{html.escape(shown(value))}" for kind, value in zip(kinds, row, strict=True))
         for row in rows
     )
-    return f"<table><caption>{html.escape(caption)}</caption>\n<tr>{head}\n{body}\n</table>"
+    inner = f"<caption>{html.escape(caption)}</caption>\n<tr>{head}\n{body}\n"
+    return f'<div class="wide"><table>{inner}</table></div>'
 
 
 def shown(value: Value) -> str:
