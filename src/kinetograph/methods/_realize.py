@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import joint_positions
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.retiming import Span, retime
 from kinetograph.learn.segmental import SegmentalPath, padded_width
@@ -49,7 +50,8 @@ def realize(
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
         holds = carried_holds(taken, marks, partner, frames, out_fps)
-    motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
+    joined = assemble(parts, out_fps, frames, method.post)
+    motion = constrain(joined, marks, holds, method.post, model.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
     return Synthesis(
         motion,
@@ -57,7 +59,7 @@ def realize(
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=marks,
-        statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
+        statistics={**statistics, **_moved(joined, motion), **_hold_statistics(hold_residuals(motion, holds))},
         warnings=method.control.warnings(points, fps, model.speed_range()),
     )
 
@@ -70,6 +72,12 @@ def _until(end: float, marks: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
 def _scaled(motion: Motion, scale: float) -> Motion:
     """The motion with its way over the ground scaled; a body keeps its size."""
     return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
+
+
+def _moved(before: Motion, after: Motion) -> dict[str, float]:
+    """How far constraints have moved the joints, in metres: the mean of all, and the most that any was."""
+    distances = np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1)
+    return {"constraints_moved_mean": float(distances.mean()), "constraints_moved_most": float(distances.max())}
 
 
 def _hold_statistics(residuals: FloatArray) -> dict[str, float]:

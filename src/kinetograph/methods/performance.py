@@ -6,6 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,6 +25,7 @@ from kinetograph.methods._realize import realize
 from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
+from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
@@ -154,6 +156,12 @@ class PerformanceModel:
     def basis_sums(self) -> FloatArray:
         """How much of a shift each mixture takes, shape ``(Q,)``."""
         return np.asarray(self.basis.sum(axis=1))
+
+    @cached_property
+    def joint_ranges(self) -> tuple[JointRange, ...]:
+        """How far the recordings turn the joints of arms and legs."""
+        motions = [source.motion for source in self.sources]
+        return seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton)))
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a control, shape ``(F, P, 3)``, at its own rate.
