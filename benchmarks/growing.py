@@ -11,8 +11,9 @@ import numpy as np
 
 from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import _dances
+from kinetograph.arrays import FloatArray
 from kinetograph.library import Library
-from kinetograph.methods.grow import cuts_of, grow_takes, growing_control
+from kinetograph.methods.grow import cuts_of, grow_rest, grow_takes, growing_control
 from kinetograph.pipeline import segment_library
 from kinetograph.segmentation import compare_cuts, even_cuts
 from kinetograph.take import Take
@@ -30,6 +31,8 @@ def main() -> None:
     for count in (5, 10, 20, None):
         seeds = [[_first(take, "motion", count)] for take in walks]
         _table(f"walks, {count or 'all'} segments of one take", walks, "motion", seeds)
+    for count in (10, 20):
+        _rest_table(f"walks, {count} segments, its rest", walks, "motion", count)
     _table("walks, the other two", walks, "motion", [_others(walks, take) for take in walks])
     with tempfile.TemporaryDirectory() as scratch:
         library = _dances(data_folder() / "salsa", Path(scratch) / "dances")
@@ -74,12 +77,31 @@ def _table(label: str, takes: Sequence[Take], track: str, seeds: list[list[Take]
             even = [compare_cuts(even_cuts(take.duration, length, p), hand).f1 for p in np.arange(10) / 10]
             values = (wide.f1, wide.precision, wide.recall, wide.offset, narrow.f1, together.agreement.f1)
             rows.append((*values, float(np.mean(even))))
-    f1, precision, recall, offset, narrow, joined, even = np.mean(rows, axis=0)
+    _print(label, np.mean(rows, axis=0))
+
+
+def _print(label: str, means: FloatArray) -> None:
+    f1, precision, recall, offset, narrow, joined, even = means
     print(
         f"{label:30s} {f1:11.2f} {precision:10.2f} {recall:7.2f} {1000 * offset:5.0f} ms {narrow:13.2f} "
-        f"{joined:8.2f} {even:10.2f}",
+        f"{'-' if np.isnan(joined) else f'{joined:.2f}':>8s} {even:10.2f}",
         flush=True,
     )
+
+
+def _rest_table(label: str, takes: Sequence[Take], track: str, count: int) -> None:
+    """Means over the takes, each grown from its own first segments."""
+    method, rows = growing_control(partners=track != "motion"), []
+    for take in takes:
+        begun = _first(take, track, count)
+        known, hand = cuts_of(begun, track), cuts_of(take, track)
+        found = [note.start for note in grow_rest(method, [begun], begun).tracks[track].cuts]
+        wide, narrow = (compare_cuts(found, hand[count + 1 :], tolerance) for tolerance in (0.1, 0.05))
+        length = float(np.mean(np.diff(known)))
+        even = [compare_cuts(even_cuts(take.duration, length, p), hand[count + 1 :]).f1 for p in np.arange(10) / 10]
+        values = (wide.f1, wide.precision, wide.recall, wide.offset, narrow.f1)
+        rows.append((*values, float("nan"), float(np.mean(even))))
+    _print(label, np.mean(rows, axis=0))
 
 
 def _one_track(take: Take, track: str) -> Take:
