@@ -156,6 +156,15 @@ def test_names_that_a_person_gave_are_kept(tmp_path: Path) -> None:
     assert library.take("b").annotated("body", "cut")
 
 
+@pytest.mark.parametrize("join", [False, True])
+def test_a_take_shorter_than_any_segment_is_left_uncut(join: bool) -> None:
+    takes = [_walker("short", 0.1, by_hand=False, duration=0.2), _walker("new", 0.1, by_hand=False)]
+    short, new = grow_takes(growing_control(), [_walker("a", 0.1)], takes, join=join)
+    assert short.tracks["body"].cuts == ()
+    assert short.tracks["body"].distance == np.inf
+    assert len(new.tracks["body"].cuts) > 5
+
+
 def test_what_there_is_nothing_to_grow_from() -> None:
     bare = _walker("b", 0.1, by_hand=False)
     with pytest.raises(RequestError, match="no take has cuts to grow from; cut a few by hand first"):

@@ -15,7 +15,7 @@ from kinetograph.learn.segmental import SegmentalPath, padded_width
 from kinetograph.methods._handholds import carried_holds
 from kinetograph.methods._instances import Segment, interpolate
 from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, assemble, constrain
+from kinetograph.post.assemble import Part, assemble, constrain, edits
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
@@ -61,6 +61,7 @@ def realize(
         annotations=marks,
         statistics={**statistics, **_moved(joined, motion), **_hold_statistics(hold_residuals(motion, holds))},
         warnings=method.control.warnings(points, fps, model.speed_range()),
+        edited=edits(motion, parts),
     )
 
 

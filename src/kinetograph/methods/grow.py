@@ -41,6 +41,7 @@ class Grown:
     """What examples make of one track of a take: cuts and labels, and the distance in metres that is left.
 
     distance: root mean square over time and points, velocities included: the less, the better the take is understood.
+    A take shorter than any segment has no cuts, and is infinitely far.
     """
 
     cuts: tuple[Annotation, ...]
@@ -130,7 +131,10 @@ def grow(model: PerformanceModel, take: Take, progress: Progress | None = None) 
     assert isinstance(reading, PointsByRole)
     bodies = _bodies(take, track, tuple(reading.roles))
     points = model.control_points(bodies)
-    path = model.interpret(model.at_search_rate(points, bodies.fps), progress)
+    x = model.at_search_rate(points, bodies.fps)
+    if len(x) <= model.instances.states[0, 1]:
+        return Grown((), (), np.inf)
+    path = model.interpret(x, progress)
     segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
     borders = _borders(model, points, bodies.fps, path)
     cuts = _cuts(model, segments, borders, bodies.duration)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from kinetograph.motion import Motion
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import joint_positions
+from kinetograph.motion import Motion, sample
 from kinetograph.post.blend import Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
 from kinetograph.post.contacts import contacts_of
@@ -79,3 +82,29 @@ def constrain(
     if settings.handholds:
         moved = hold_hands(moved, holds, settings.handholds)
     return limit_limbs(moved, ranges, motion, settings.limits) if settings.limits else moved
+
+
+def edits(motion: Motion, parts: list[Part]) -> FloatArray:
+    """How far each frame is from the recording it came from, shape ``(F,)``: mean joint distance in metres, the
+    root's place on the ground and heading put aside.
+    """
+    times = np.arange(len(motion)) / motion.fps
+    starts = np.array([part.piece.start for part in parts])
+    owner = np.clip(np.searchsorted(starts, times + 1e-9, side="right") - 1, 0, len(parts) - 1)
+    out = np.zeros(len(motion))
+    for i, part in enumerate(parts):
+        own = np.flatnonzero(owner == i)
+        if len(own):
+            source = sample(part.motion, part.piece.source_time(times[own]), motion.fps)
+            mine = Motion(motion.skeleton, motion.translation[own], motion.rotations[own], motion.fps)
+            gap = joint_positions(_centred(mine)) - joint_positions(_centred(source))
+            out[own] = np.linalg.norm(gap, axis=-1).mean(axis=1)
+    return out
+
+
+def _centred(motion: Motion) -> Motion:
+    """Every frame over the origin, facing along z."""
+    back = rot.about("y", -rot.twist(motion.rotations[:, 0], "y"))
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rot.multiply(back, rotations[:, 0])
+    return replace(motion, translation=motion.translation * np.array([0.0, 1.0, 0.0]), rotations=rotations)
