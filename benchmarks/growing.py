@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +17,7 @@ from kinetograph.library import Library
 from kinetograph.methods.grow import cuts_of, grow_rest, grow_takes, growing_control
 from kinetograph.pipeline import segment_library
 from kinetograph.segmentation import compare_cuts, even_cuts
-from kinetograph.take import Take
+from kinetograph.take import Annotation, Take
 
 SIMPLE = ("Easy_01", "Easy_02", "Easy_03", "Medium_01", "Medium_02")
 
@@ -34,6 +35,7 @@ def main() -> None:
     for count in (10, 20):
         _rest_table(f"walks, {count} segments, its rest", walks, "motion", count)
     _table("walks, the other two", walks, "motion", [_others(walks, take) for take in walks])
+    _labels("walks, one take, each step named by its foot", [_named(take) for take in walks])
     with tempfile.TemporaryDirectory() as scratch:
         library = _dances(data_folder() / "salsa", Path(scratch) / "dances")
         segment_library(library, "beats")
@@ -87,6 +89,25 @@ def _print(label: str, means: FloatArray) -> None:
         f"{'-' if np.isnan(joined) else f'{joined:.2f}':>8s} {even:10.2f}",
         flush=True,
     )
+
+
+def _named(take: Take) -> Take:
+    """A walk whose steps are named by the foot that is planted where they begin."""
+    contacts, cuts = take.annotated("motion", "contact"), cuts_of(take, "motion")
+    moves = []
+    for start, stop in itertools.pairwise(cuts):
+        planted = min(contacts, key=lambda note: abs(note.start - start))
+        moves.append(Annotation("motion", "move", planted.label.partition("_")[0], start, stop))
+    return replace(take, annotations=(*take.annotated("motion", "cut"), *moves))
+
+
+def _labels(label: str, takes: Sequence[Take]) -> None:
+    """The share of the time over which the name grown is the right one, from every take for every other."""
+    found = []
+    for example in takes:
+        rest = _others(takes, example)
+        found += [growth.labels for growth in grow_takes(growing_control(), [example], rest)]
+    print(f"{label}: right for {100 * np.mean(found):.0f} % of the time, least {100 * min(found):.0f} %", flush=True)
 
 
 def _rest_table(label: str, takes: Sequence[Take], track: str, count: int) -> None:
