@@ -141,7 +141,7 @@ def test_a_body_goes_on_from_where_it_is(tmp_path: Path) -> None:
     assert joint_error(result.motion, walk(6.0, turn_rate=0.5)) < 5e-3  # a border may be a thirtieth of a second off
     assert result.costs["continuity"] == pytest.approx(0.0, abs=1e-6)
     recorded = replace(method, placing="recorded").fit(library, track="body").synthesize(_jump())
-    assert np.linalg.norm(np.diff(recorded.motion.translation, axis=0), axis=1).max() > 3.0
+    assert np.linalg.norm(np.diff(recorded.motion.translation, axis=0), axis=1).max() > 1.0
     assert recorded.costs["continuity"] > 1.0
 
 
