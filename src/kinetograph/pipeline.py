@@ -284,11 +284,29 @@ def perform_with(
     progress: Progress | None = None,
 ) -> Synthesis:
     """The same by a model that is there, with its notes among the warnings."""
+    result = model.synthesize(_smoothed(control, smoothing), progress, rules)
+    return replace(result, warnings=(*model.notes, *result.warnings))
+
+
+def perform_alternatives(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    count: int,
+    *,
+    alike: bool = False,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+) -> tuple[Synthesis, ...]:
+    """The best performance of a control and up to ``count`` - 1 others: see `PerformanceModel.alternatives`."""
+    found = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
+    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in found)
+
+
+def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Signal | Motion:
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
-        wanted = smooth_path(wanted, smoothing.time, smoothing.space)
-    result = model.synthesize(wanted, progress, rules)
-    return replace(result, warnings=(*model.notes, *result.warnings))
+        return smooth_path(wanted, smoothing.time, smoothing.space)
+    return wanted
 
 
 def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:

@@ -129,6 +129,21 @@ def test_every_piece_says_where_it_is_from_and_what_it_costs(run: Run) -> None:
     assert "breakdown" not in run("path.csv", "walks", force=True)
 
 
+@pytest.mark.parametrize("alike", [False, True])
+def test_alternatives_are_written_beside_the_best(run: Run, tmp_path: Path, alike: bool) -> None:
+    single = run("path.csv", "walks")
+    answer = run("path.csv", "walks", alternatives=3, alike=alike, report=tmp_path / "r.json", force=True)
+    assert {p.name for p in tmp_path.iterdir()} >= {"out.bvh", "out_2.bvh", "out_3.bvh", "r_2.json", "r_3.json"}
+    assert single["optimal"]
+    assert answer["cost"] == pytest.approx(single["cost"])
+    assert answer["cost"] <= answer["cost_2"] <= answer["cost_3"]
+    lasting = {json.dumps(json.loads(p.read_text())["pieces"]) for p in tmp_path.glob("r*.json")}
+    assert len(lasting) == 3
+    (tmp_path / "out.bvh").unlink()
+    with pytest.raises(KinetographError, match=r"out_2\.bvh"):
+        run("path.csv", "walks", alternatives=2)
+
+
 def test_pieces_are_told_as_a_table_too(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     perform(folder / "path.csv", folder / "walks", [tmp_path / "out.bvh"], pieces=True)
     lines = capsys.readouterr().out.splitlines()

@@ -30,6 +30,7 @@ from kinetograph.cli._shell import (
     Up,
     announce_compilation,
     note,
+    numbered,
     progress_bar,
     refuse_existing,
     refuse_unknown_formats,
@@ -81,6 +82,8 @@ def perform(
     pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
     forbid: Annotated[list[str] | None, typer.Option(help="Use no such piece there. Repeatable.")] = None,
     transcript: Annotated[Path | None, typer.Option(help="CSV to write: moves seen, with the margin of each.")] = None,
+    alternatives: Annotated[int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...", min=1)] = 1,
+    alike: Annotated[bool, typer.Option("--alike", help="The best of all; without it, they share no piece.")] = False,
     exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
     pieces: Annotated[bool, typer.Option("--pieces", help="Tell where every piece is from and what it costs.")] = False,
     units: Units = None,
@@ -96,7 +99,7 @@ def perform(
     """
     from kinetograph.formats import ReadOptions, read, save
     from kinetograph.methods.performance import only_track
-    from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_with
+    from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
     from kinetograph.post.limits import JointLimits
@@ -104,7 +107,8 @@ def perform(
 
     written = [*output, *(p for p in (picture, report, transcript) if p)]
     refuse_unknown_formats(output)
-    refuse_existing(written, force)
+    several = [p for p in written if p != transcript]
+    refuse_existing([*written, *(numbered(p, i) for i in range(2, alternatives + 1) for p in several)], force)
     loaded = read(control, ReadOptions(units, up, fps))
     for text in loaded.notes:
         note(f"{control}: {text}")
@@ -132,28 +136,34 @@ def perform(
     model = method.fit(takes, exclude=tuple(exclude or ()), track=target)
     if transcript:
         require_moves(model)
-    with progress_bar("searching") as progress:
-        synthesis = perform_with(model, wanted, smoothing=smoothing, rules=rules, progress=progress)
+    if alternatives > 1:
+        made = perform_alternatives(model, wanted, alternatives, alike=alike, smoothing=smoothing, rules=rules)
+    else:
+        with progress_bar("searching") as progress:
+            made = (perform_with(model, wanted, smoothing=smoothing, rules=rules, progress=progress),)
+    synthesis = made[0]
     moves = transcribed(model, wanted) if transcript else ""
     summary = summarize(synthesis)
     if gap and beam is not None:
         summary["beam_gap"] = model.beam_gap(wanted)
     for text in synthesis.warnings:
         note(text)
-    for path in output:
-        save(synthesis.motion, path, force=force)
-    if picture:
-        draw(synthesis, picture, wanted, control.name)
-    if report:
-        write_report(synthesis, report, force)
+    for number, each in enumerate(made, start=1):
+        for path in output:
+            save(each.motion, numbered(path, number), force=force)
+        if picture:
+            draw(each, numbered(picture, number), wanted, control.name)
+        if report:
+            write_report(each, numbered(report, number), force)
     if transcript:
         write_text(moves, transcript, force)
     rows = breakdown(synthesis) if pieces else []
     if pieces and not as_json:
         table(rows, as_json=False)
-    result(
-        {"wrote": [str(p) for p in written], **summary, **({"breakdown": rows} if rows and as_json else {})}, as_json
-    )
+    extra = [str(numbered(p, i)) for i in range(2, len(made) + 1) for p in several]
+    others = {f"cost_{number}": each.cost for number, each in enumerate(made[1:], start=2)}
+    told = {"breakdown": rows} if rows and as_json else {}
+    result({"wrote": [*(str(p) for p in written), *extra], **summary, **others, **told}, as_json)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
@@ -182,6 +192,7 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "pieces": len(synthesis.pieces),
         "takes_used": len(takes),
         "cost": synthesis.cost,
+        "optimal": bool(synthesis.statistics.get("optimal", 0)),
         **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }

@@ -54,6 +54,7 @@ def realize(
     joined = assemble(parts, out_fps, frames, method.post)
     motion = constrain(joined, marks, holds, method.post, model.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    statistics["optimal"] = int(path.proved)
     return Synthesis(
         motion,
         tuple(pieces),

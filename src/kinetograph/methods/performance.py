@@ -202,11 +202,11 @@ class PerformanceModel:
             )
         partial = self.left_early(x)
         if not rules:
-            return prove(self.search, lambda: self._arrivals(x, progress), partial)
+            return prove(self.search, lambda: self.arrivals(x, progress), partial)
         from kinetograph.methods.rules import bind, bind_partial
 
         bound = bind_partial(self, rules, partial, steps)
-        return prove(self.search, lambda: bind(self, rules, self._arrivals(x, progress)), bound)
+        return prove(self.search, lambda: bind(self, rules, self.arrivals(x, progress)), bound)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -232,13 +232,30 @@ class PerformanceModel:
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
         return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
+    def alternatives(
+        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
+    ) -> tuple[Synthesis, ...]:
+        """The best motion for a control and up to ``count`` - 1 others.
+
+        Each is the best that shares no piece with those before. alike: the best of all instead, which may differ by a
+        border only. Raises RequestError as `synthesize` does.
+        """
+        from kinetograph.methods.rules import alternatives, best_sequences
+
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        x = self.at_search_rate(points, track.fps)
+        paths = (best_sequences if alike else alternatives)(self, x, count, rules)
+        partner = track if isinstance(track, Motion) else None
+        return tuple(realize(self, points, track.fps, path, partner) for path in paths)
+
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
         x = self.at_search_rate(self.control_points(control), control.fps)
         exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
         return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
-    def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
+    def arrivals(self, x: FloatArray, progress: Progress | None = None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         chunk = max(min(256, PLACEMENTS // len(self.instances.states)), 1)
