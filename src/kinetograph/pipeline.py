@@ -62,12 +62,16 @@ def open_library(path: str | Path) -> Library:
 def has_partners(library: Library, target: str | None) -> bool:
     """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
 
-    Raises RequestError where no take has the target.
+    Raises RequestError where no take has the target, or where takes have several motions and none is named.
     """
     from kinetograph.library.store import contents
 
     tracks = [(track.take, track.name) for track in contents(library)]
     if target is None:
+        motions = [(track.take, track.name) for track in contents(library) if track.kind == "motion"]
+        if len(motions) > len({take for take, _ in motions}):
+            found = ", ".join(sorted({name for _, name in motions}))
+            raise RequestError(f"{library.path}: takes have several motions ({found}); name the one to make (--target)")
         return False
     with_target = {take for take, name in tracks if name == target}
     if tracks and not with_target:
@@ -215,7 +219,8 @@ def grow_library(
     known = [by_hand(takes.get(name) or library.take(name)) for name in examples] or hand
     method = method or growing_control(any(len(_motions(take)) > 1 for take in known))
     cut_tracks(known)
-    left = [take for name, take in takes.items() if name not in {t.name for t in (*known, *hand)}]
+    used = {take.name for take in (*known, *hand)}
+    left = [take for name, take in takes.items() if name not in used and _motions(take)]
     new = [take for take in left if again or not any(note.kind == "cut" for note in take.annotations)]
     others = [take for take in hand if examples and take.name not in examples]
     grown = grow_takes(method, known, [*new, *others], join=join, tolerance=tolerance, progress=progress)
