@@ -268,7 +268,7 @@ def _extend(
     """
     scores = np.empty(len(spans))
     links = np.empty(len(spans), dtype=np.int32)
-    last = predecessors(back[-1]) if back else np.full(len(spans), -1, dtype=np.int32)
+    last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
     control = (arrivals.costs, arrivals.heads, search.continuity)
     return scores, links, ring.extend(time, spans, control, last, (scores, links), enough)
 
