@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kinetograph as kg
@@ -76,3 +77,39 @@ def test_a_very_long_file_is_read_in_blocks(
     monkeypatch.setattr(commands, "_LONG", 1000)
     commands.create(tmp_path / "library", [tmp_path / "long.bvh"], units="metre", up="y")
     assert len(Library.open(tmp_path / "library").take("long").motion()) == len(walk)
+
+
+def test_markers_become_a_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "markers"))
+    from actor import actor, markers
+
+    from kinetograph.library import Library
+
+    body = markers(actor(1.0), "Ann:")
+    kg.save(body, tmp_path / "serve.csv")
+    done = run("convert", tmp_path / "serve.csv", tmp_path / "serve.bvh")
+    assert done.returncode == 0, done.stderr
+    assert "motion: fitted to 39 markers, which miss by" in done.stderr
+    assert "LFRM" in done.stdout
+    assert len(kg.load(tmp_path / "serve.bvh").motion()) == len(body)
+    plain = run("convert", tmp_path / "serve.csv", tmp_path / "same.csv", "--json")
+    assert "residuals" not in plain.stdout
+    made = run("convert", tmp_path / "serve.csv", tmp_path / "same.npz", "--fit-markers", "--json")
+    assert '"marker": "all"' in made.stdout
+    assert len(kg.load(tmp_path / "same.npz").motion()) == len(body)
+    assert run("library", "create", tmp_path / "library").returncode == 0
+    added = run(
+        "library", "add", tmp_path / "library", "--take", "a", f"motion={tmp_path / 'serve.csv'}", "--fit-markers"
+    )
+    assert added.returncode == 0, added.stderr
+    assert len(Library.open(tmp_path / "library").take("a").motion()) == len(body)
+
+
+def test_a_file_without_the_markers_says_which(tmp_path: Path) -> None:
+    from kinetograph.signal import Signal
+
+    few = Signal(np.zeros((3, 2, 3)), ("LASI", "RASI"), "m", 50.0)
+    kg.save(few, tmp_path / "few.csv")
+    done = run("convert", tmp_path / "few.csv", tmp_path / "few.bvh")
+    assert done.returncode == 1
+    assert "no Plug-in-Gait body: missing the markers LTHI, LKNE" in done.stderr

@@ -26,6 +26,14 @@ def test_a_small_c3d_file(tmp_path: Path) -> None:
     assert loaded.notes == ()
 
 
+def test_units_filled_up_with_zeros(tmp_path: Path) -> None:
+    data = mutations.c3d_bytes().replace(b"mm", b"m\0", 1)
+    (tmp_path / "a.c3d").write_bytes(data)
+    loaded = read(tmp_path / "a.c3d", ReadOptions(up="y"))
+    assert loaded.notes == ()
+    np.testing.assert_allclose(loaded.take.signal("markers").values[1, 0], [1401.0] * 3)
+
+
 @pytest.mark.parametrize(
     ("at", "value", "expected"),
     [

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli._characters import Onto, Scale, Table, Wear, body, dressed
+from kinetograph.cli._markers import Fit, fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli._shell import (
     AsJson,
     Force,
@@ -112,11 +113,12 @@ def convert(
     character: Wear = None,
     joint_table: Table = None,
     scale: Scale = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Convert a motion or signal to another format, rate, span, unit, axis or body.
+    """Convert a motion or signal to another format, rate, span, unit, axis or body; markers too, to a body's motion.
 
     Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8 --character human
     """
@@ -126,12 +128,17 @@ def convert(
     loaded = read(source, ReadOptions(units, up, file_fps, lenient, skeleton))
     for text in loaded.notes:
         note(f"{source}: {text}")
-    take = _edited(loaded.take, fps, start, end, mirrored)
     worn = body(character, onto)
+    bodily = fit_markers or wants_motion(target) or worn.skeleton is not None or values == "angles"
+    take, fits = fitted(loaded.take, source) if bodily else (loaded.take, {})
+    if not as_json:
+        list_residuals(fits)
+    take = _edited(take, fps, start, end, mirrored)
     take = dressed(take, worn.skeleton, joint_table, scale)
     save(take, target, force=force, options=WriteOptions(order, to_units, to_up, worn.character, values))
     first = next(iter(take.tracks.values()))
-    result({"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}, as_json)
+    figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
+    result(figures | (residuals(fits) if as_json else {}), as_json)
 
 
 def _edited(take: Take, fps: float | None, start: float, end: float | None, mirrored: bool) -> Take:
@@ -186,6 +193,7 @@ def view(
     take, notes = read_take(file, ReadOptions(units, up, fps, lenient), parse_roles(role))
     for text in notes:
         note(f"{file}: {text}")
+    take, _ = fitted(take, file)
     if character is not None or output.suffix.lower() == ".gif":
         _view_character(take, output, character, frames, seconds)
         return

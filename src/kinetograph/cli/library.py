@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from kinetograph.cli._markers import Fit, fitted
 from kinetograph.cli._shell import AsJson, Fps, Lenient, Units, Up, note, parse_roles, progress_bar, result, table
 from kinetograph.errors import RequestError
 
@@ -35,6 +36,7 @@ def create(
     up: Up = None,
     fps: Fps = None,
     role: Roles = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     as_json: AsJson = False,
 ) -> None:
@@ -57,6 +59,7 @@ def create(
             take, notes = read_take(path, options, roles)
             for text in notes:
                 note(f"{path.name}: {text}")
+            take = fitted(take, path)[0] if fit_markers else take
             library.add(take)
             progress(done, len(paths))
     _summary(folder, as_json)
@@ -82,6 +85,7 @@ def add(
     up: Up = None,
     fps: Fps = None,
     role: Roles = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     replace: Annotated[bool, typer.Option("--replace", help="Take the place of a take of this name.")] = False,
     as_json: AsJson = False,
@@ -104,6 +108,7 @@ def add(
         read, notes = read_take(Path(file), ReadOptions(units, up, fps, lenient), parse_roles(role))
         for text in notes:
             note(f"{file}: {text}")
+        read = fitted(read, Path(file))[0] if fit_markers else read
         found[name] = only_track(read)
         marks += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
     library.add(Take(take, found, tuple(marks)), replace=replace)
