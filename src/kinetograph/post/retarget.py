@@ -26,6 +26,8 @@ from kinetograph.take import Annotation
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
 _EASE = 0.25  # seconds in which a hand comes to be held and is let go
+_BENT, _STRAIGHT = 0.98, 0.99  # of a leg's length, between hip and ankle
+_SPARED = 0.002  # of a leg's length that an ankle may miss by along the leg, so that a straight knee stays straight
 _CARRIED = {"hand": "elbow", "toe": "foot"}  # parts that keep the correction of the bone that carries them
 
 
@@ -179,9 +181,27 @@ def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: floa
         roles = [f"{side}_{part}" for part in ("hip", "knee", "foot")]
         if all(role in out.skeleton.roles and role in source.roles for role in roles):
             goal = _scaled(source, out.skeleton, positions[:, source.landmark(roles[2]).joint], scale)
-            ankle = out.skeleton.landmark(roles[2]).joint
-            out = move_foot(out, side, goal - forward(out)[0][:, ankle], gently=False)
+            hip, knee, ankle = (forward(out)[0][:, out.skeleton.landmark(role).joint] for role in roles)
+            out = move_foot(out, side, _kept_straight(hip, knee, ankle, goal) - ankle, gently=False)
     return out
+
+
+def _kept_straight(hip: FloatArray, knee: FloatArray, ankle: FloatArray, goal: FloatArray) -> FloatArray:
+    """Goals of an ankle, ``(F, 3)`` metres, further or nearer by at most `_SPARED` where a leg is all but straight.
+
+    A straight knee bends by five degrees for a millimetre; it is kept as it is where it would be bent for that.
+    """
+    length = np.linalg.norm(knee - hip, axis=1) + np.linalg.norm(ankle - knee, axis=1)
+    now, wanted = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(goal - hip, axis=1)
+    spared = _SPARED * length * _smooth((now / length - _BENT) / (_STRAIGHT - _BENT))
+    change = wanted - now
+    change = change * _smooth(np.abs(change) / np.maximum(spared, 1e-12) / 2 - 0.5)
+    return np.asarray(hip + (goal - hip) * ((now + change) / np.maximum(wanted, 1e-9))[:, None])
+
+
+def _smooth(u: FloatArray) -> FloatArray:
+    u = np.clip(u, 0.0, 1.0)
+    return np.asarray(u * u * (3 - 2 * u))
 
 
 def _with_hand(
@@ -204,4 +224,4 @@ def _held(handholds: tuple[Annotation, ...], label: str, frames: int, fps: float
         if note.kind == "handhold" and note.label == label:
             inside = np.minimum(times - note.start, note.stop - times)
             weight = np.maximum(weight, np.clip(1.0 + inside / _EASE, 0.0, 1.0))
-    return np.asarray(weight * weight * (3 - 2 * weight))
+    return _smooth(weight)
