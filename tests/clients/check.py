@@ -3,8 +3,8 @@
     make check-clients        or: python tests/clients/check.py [--keep FOLDER] [--blender PYTHON]
 
 Needs node with the packages of package.json, Chromium, and a Python that has bpy 5.0.1 (its own environment: it pins an
-older numpy). What is missing is skipped, with a reason. A row fails where joints are more than 1 mm from ours, or rate or
-duration differ.
+older numpy). What is missing is skipped, with a reason. A row fails where joints are more than 1 mm from ours, or rate
+or duration differ.
 """
 
 from __future__ import annotations

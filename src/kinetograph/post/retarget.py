@@ -53,8 +53,9 @@ def retarget(
 
     table: which joints go with which, by role and name where it is not given. scale: of the way along the ground; that
     of the legs' lengths, which heights always have, where it is not given (dancers who hold hands need 1). feet: bring
-    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"``, labelled ``left_hand``
-    or ``right_hand``, while which the wrists too are brought to where the source's are. The floor is y = 0.
+    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"`` or ``"contact"``, labelled
+    ``left_hand`` or ``right_hand``, with or without a colon and what it holds, while which the wrists too are brought
+    to where the source's are. The floor is y = 0.
 
     Raises RequestError where a skeleton has no hips or legs, or where the table names joints that are not there.
 
@@ -221,7 +222,7 @@ def _held(handholds: tuple[Annotation, ...], label: str, frames: int, fps: float
     times = np.arange(frames) / fps
     weight = np.zeros(frames)
     for note in handholds:
-        if note.kind == "handhold" and note.label == label:
+        if note.kind in ("handhold", "contact") and note.label.partition(":")[0] == label:
             inside = np.minimum(times - note.start, note.stop - times)
             weight = np.maximum(weight, np.clip(1.0 + inside / _EASE, 0.0, 1.0))
     return _smooth(weight)
