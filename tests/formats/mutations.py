@@ -10,7 +10,9 @@ or raise FormatError, within 5 seconds.
 
 from __future__ import annotations
 
+import base64
 import io
+import json
 import resource
 import struct
 import sys
@@ -185,6 +187,37 @@ def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
     return header + body.ljust(512, b"\x00") + rows.tobytes()
 
 
+def gltf_text() -> str:
+    """A small glTF file in text: a spline, and numbers some of which are replaced."""
+    times, tangents = np.array([0, 2], dtype="<f4"), np.zeros((2, 3, 3), dtype="<f4")
+    replaced, at = np.array([[8, 0, 0], [12, 0, 0]], dtype="<f4"), np.array([4, 5], dtype="<u2")
+    parts = [array.tobytes() for array in (times, tangents, replaced, at)]
+    starts = np.cumsum([0, *map(len, parts)]).tolist()
+    data = b"".join(parts)
+    numbers = {"componentType": 5126, "count": 2}
+    sparse = {"count": 2, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 2}}
+    sampler = {"input": 0, "output": 1, "interpolation": "CUBICSPLINE"}
+    document = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"name": "a", "children": [1]}, {"name": "b", "translation": [0, 1, 0]}],
+        "animations": [
+            {"samplers": [sampler], "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}
+        ],
+        "accessors": [
+            numbers | {"bufferView": 0, "type": "SCALAR"},
+            numbers | {"bufferView": 1, "type": "VEC3", "count": 6, "sparse": sparse},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(part)}
+            for start, part in zip(starts, parts, strict=False)
+        ],
+        "buffers": [
+            {"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}
+        ],
+    }
+    return json.dumps(document, indent=1)
+
+
 def good_files(folder: Path) -> dict[str, bytes]:
     """A good file a reader, by the name to give it; an ``.asf`` lies in the folder for the ``.amc``."""
     (folder / "small.asf").write_text(ASF)
@@ -196,6 +229,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
     side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
     rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 3
     files["clip.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    files["sparse.gltf"] = gltf_text().encode()
     pose = folder / "pose.npz"
     np.savez_compressed(pose, poses=np.full((4, 66), 0.1), trans=np.zeros((4, 3)), mocap_framerate=np.array(30.0))
     files["pose.npz"] = pose.read_bytes()

@@ -54,7 +54,10 @@ def body(wear: str | None, onto: Path | None) -> Body:
         raise RequestError(f"unknown character {wear!r}; expected human, capsules or a .glb file with a skin")
     from kinetograph.formats import read_character
 
-    character = read_character(path)
+    notes: list[str] = []
+    character = read_character(path, notes)
+    for text in notes:
+        note(f"{path}: {text}")
     return Body(character, character.skeleton)
 
 

@@ -140,3 +140,17 @@ def interpolate(times: FloatArray, keys: FloatArray, values: FloatArray, kind: s
     if kind == "SLERP":
         return rot.slerp(values[lower], values[upper], u)
     return np.asarray((1 - u[:, None]) * values[lower] + u[:, None] * values[upper])
+
+
+def spline(times: FloatArray, keys: FloatArray, values: FloatArray) -> FloatArray:
+    """Values at ``times`` ``(F,)`` of glTF's cubic splines, ``(K, 3, n)``: tangent in, value, tangent out of each key."""
+    if len(keys) == 1:
+        return np.repeat(values[:, 1], len(times), axis=0)
+    upper = np.clip(np.searchsorted(keys, times, side="right"), 1, len(keys) - 1)
+    lower = upper - 1
+    span = keys[upper] - keys[lower]
+    u = np.clip((times - keys[lower]) / np.maximum(span, 1e-12), 0.0, 1.0)
+    u, span = u[:, None], span[:, None]
+    begin, end = (2 * u**3 - 3 * u**2 + 1) * values[lower, 1], (3 * u**2 - 2 * u**3) * values[upper, 1]
+    leave, arrive = (u**3 - 2 * u**2 + u) * values[lower, 2], (u**3 - u**2) * values[upper, 0]
+    return np.asarray(begin + end + span * (leave + arrive))
