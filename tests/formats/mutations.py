@@ -1,26 +1,36 @@
 """Damaged files: bytes of a good file changed as disks, mailers and malice change them, and what readers do with them.
 
-By hand, for as many as one likes of every reader:
+By hand, for as many as one likes of every reader, or of those named:
 
-    python tests/formats/mutations.py 10000
+    python tests/formats/mutations.py 10000 [small.usdc ...]
+    python tests/formats/mutations.py memory
 
 Every file is read in this process, which may take 2 GB of address space more than it has; a reader must give a take
-or raise FormatError, within 5 seconds.
+or raise FormatError, within 5 seconds. USD's native code runs in a process of its own for each file, as always, which
+is forked from one that has usd-core loaded, or else ten thousand files would take an hour.
+
+The second prints how much memory reading takes, by Python's and NumPy's own account: of good files of some megabytes as
+a multiple of the file, and of damaged small ones the most of all beyond ten times the file.
 """
 
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 import json
+import os
 import resource
 import struct
+import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 import warnings
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -236,14 +246,107 @@ def good_files(folder: Path) -> dict[str, bytes]:
     return files
 
 
-def main(count: int) -> None:
+def forked(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+    """What `subprocess.run` does for the reader of USD, without starting Python anew."""
+    from kinetograph.formats import _usd_child
+
+    with tempfile.TemporaryFile("w+", errors="replace") as said:
+        child = os.fork()
+        if child == 0:
+            os.dup2(said.fileno(), 2)
+            code = 0
+            try:
+                _usd_child.main(*command[-2:])
+            except SystemExit as end:
+                os.write(2, f"{end}\n".encode(errors="replace"))
+                code = 1
+            except BaseException:
+                code = 1
+            os._exit(code)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        said.seek(0)
+        return subprocess.CompletedProcess(command, status, "", said.read())
+
+
+def usd_files(folder: Path) -> dict[str, bytes]:
+    """Good USD files, and usd-core loaded for `forked`; none where it is not installed."""
+    try:
+        from pxr import Sdf, Usd, UsdGeom, UsdSkel  # noqa: F401
+    except ImportError:
+        return {}
+    from kinetograph.formats import _usd_read
+
+    _usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
+    files = {}
+    for suffix in ("usda", "usdc"):
+        save(small_motion(), folder / f"good.{suffix}")
+        files[f"small.{suffix}"] = (folder / f"good.{suffix}").read_bytes()
+    return files
+
+
+def peak(path: Path) -> int:
+    """The most bytes that Python and NumPy held while a file was read; a file that is refused counts too."""
+    tracemalloc.reset_peak()
+    before = tracemalloc.get_traced_memory()[0]
+    with contextlib.suppress(KinetographError):
+        read(path)
+    return tracemalloc.get_traced_memory()[1] - before
+
+
+def long_files(folder: Path) -> dict[str, bytes]:
+    """Good files of some megabytes."""
+    files = {}
+    for suffix in ("bvh", "glb", "fbx", "npz"):
+        save(small_motion(20_000), folder / f"long.{suffix}")
+        files[f"long.{suffix}"] = (folder / f"long.{suffix}").read_bytes()
+    frames = AMC[AMC.index("1\n") :]
+    files["small_long.amc"] = (AMC + frames.partition("2\n")[0].partition("\n")[2].join(
+        f"{i}\n" for i in range(3, 30_003))).encode()  # fmt: skip
+    files["long.csv"] = CSV + b"".join(b"%.2f,1,2,3\n" % (i / 10) for i in range(3, 200_000))
+    files["long.c3d"] = c3d_bytes(60_000)
+    side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
+    rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 20_000
+    files["long.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    return files
+
+
+def memory(count: int = 300) -> None:
+    """Print what reading takes."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        small, long = good_files(folder), long_files(folder)
+        for file, good in small.items():  # what is imported is not what is read
+            (folder / file).write_bytes(good)
+            read(folder / file)
+        tracemalloc.start()
+        for file, good in long.items():
+            (folder / file).write_bytes(good)
+            taken = peak(folder / file)
+            print(
+                f"{file:16} {len(good) / 1e6:6.1f} MB takes {taken / 1e6:6.1f} MB: {taken / len(good):4.1f} x the file"
+            )
+        rng = np.random.default_rng(1)
+        for file, good in small.items():
+            most = 0
+            for _ in range(count):
+                data = mutate_archive(good, rng) if good[:2] == b"PK" and rng.random() < 0.7 else mutate(good, rng)
+                (folder / file).write_bytes(data)
+                most = max(most, peak(folder / file) - 10 * len(data))
+            size = f"{len(good) / 1e3:.0f} kB"
+            print(f"{file:16} {count} damaged files of {size}: at most 10 x the file and {most / 1e6:.1f} MB")
+
+
+def main(count: int, only: list[str]) -> None:
     warnings.simplefilter("error")
     limit = 2 * 2**30
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + limit, used + limit))
+    resource.setrlimit(resource.RLIMIT_AS, (used + limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file, good in good_files(folder).items():
+        files = good_files(folder) | usd_files(folder)
+        for file, good in files.items():
+            if only and file not in only:
+                continue
             (folder / file).write_bytes(good)
             read(folder / file)
             fine, refused, slowest = fuzz(file, good, count, 1, folder)
@@ -251,4 +354,7 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
+    if sys.argv[1:2] == ["memory"]:
+        memory()
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000, sys.argv[2:])

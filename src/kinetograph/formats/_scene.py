@@ -143,7 +143,7 @@ def interpolate(times: FloatArray, keys: FloatArray, values: FloatArray, kind: s
 
 
 def spline(times: FloatArray, keys: FloatArray, values: FloatArray) -> FloatArray:
-    """Values at ``times`` ``(F,)`` of glTF's cubic splines, ``(K, 3, n)``: tangent in, value, tangent out of each key."""
+    """Values at ``times`` ``(F,)`` of glTF's splines, ``(K, 3, n)``: a tangent in, a value and a tangent out a key."""
     if len(keys) == 1:
         return np.repeat(values[:, 1], len(times), axis=0)
     upper = np.clip(np.searchsorted(keys, times, side="right"), 1, len(keys) - 1)
