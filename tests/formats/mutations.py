@@ -299,14 +299,15 @@ def long_files(folder: Path) -> dict[str, bytes]:
     for suffix in ("bvh", "glb", "fbx", "npz"):
         save(small_motion(20_000), folder / f"long.{suffix}")
         files[f"long.{suffix}"] = (folder / f"long.{suffix}").read_bytes()
-    frames = AMC[AMC.index("1\n") :]
-    files["small_long.amc"] = (AMC + frames.partition("2\n")[0].partition("\n")[2].join(
-        f"{i}\n" for i in range(3, 30_003))).encode()  # fmt: skip
+    head, _, frame = AMC.partition("2\n")
+    files["small_long.amc"] = (head + "".join(f"{i}\n{frame}" for i in range(2, 30_000))).encode()
     files["long.csv"] = CSV + b"".join(b"%.2f,1,2,3\n" % (i / 10) for i in range(3, 200_000))
     files["long.c3d"] = c3d_bytes(60_000)
     side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
     rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 20_000
-    files["long.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    files["terse.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    numbers = "[" + ", ".join("[" + ", ".join(f"{value:.6f}" for value in row) + "]" for row in rows) + "]"
+    files["long.json"] = ('{"Loop": "none", "Frames": ' + numbers + "}").encode()
     return files
 
 
@@ -332,7 +333,7 @@ def memory(count: int = 300) -> None:
                 data = mutate_archive(good, rng) if good[:2] == b"PK" and rng.random() < 0.7 else mutate(good, rng)
                 (folder / file).write_bytes(data)
                 most = max(most, peak(folder / file) - 10 * len(data))
-            size = f"{len(good) / 1e3:.0f} kB"
+            size = f"{len(good)} bytes"
             print(f"{file:16} {count} damaged files of {size}: at most 10 x the file and {most / 1e6:.1f} MB")
 
 

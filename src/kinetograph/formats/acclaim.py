@@ -9,6 +9,7 @@ Lengths are in inches over the file's ``length``, as Carnegie Mellon's and HDM05
 from __future__ import annotations
 
 import math
+from array import array
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +85,7 @@ def _skeleton_of(path: Path, given: str | Path | None) -> Path:
 
 def _parse_values(path: Path, asf: Asf, notes: list[str], lenient: bool) -> tuple[dict[str, FloatArray], int]:
     """Values of each bone, shape ``(F, n)``, as written, and the number of frames."""
-    rows: dict[str, list[list[float]]] = {}
+    rows: dict[str, array[float]] = {}  # a list would take ten times the file
     widths: dict[str, int] = {}
     frames, seen, first = 0, set[str](), set[str]()
     fault: FormatError | None = None
@@ -109,9 +110,10 @@ def _parse_values(path: Path, asf: Asf, notes: list[str], lenient: bool) -> tupl
         notes.append(f"{fault}: took {frames} frames before it")
     if frames == 0 or not rows:
         raise FormatError(path, "expected frames: a number alone on a line, then a line a bone; found none")
-    if frames * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * sum(map(len, rows.values())):
+    given = sum(len(values) // max(widths[name], 1) for name, values in rows.items())
+    if frames * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * given:
         raise FormatError(path, "expected values for most bones, found few; is the file damaged?")
-    columns = {name: np.array(values[:frames]) for name, values in rows.items()}
+    columns = {name: np.array(v[: frames * widths[name]]).reshape(frames, widths[name]) for name, v in rows.items()}
     _check_widths(asf, columns, notes)
     return columns, frames
 
@@ -123,7 +125,7 @@ def _add_row(
     asf: Asf,
     frames: int,
     seen: set[str],
-    rows: dict[str, list[list[float]]],
+    rows: dict[str, array[float]],
     widths: dict[str, int],
 ) -> FormatError | None:
     name = words[0]
@@ -144,7 +146,7 @@ def _add_row(
         wanted = len(_freedoms(asf, name))
         return FormatError(path, f"expected {wanted} numbers after {name!r}, found {len(values)}", line=number)
     seen.add(name)
-    rows.setdefault(name, []).append(values)
+    rows.setdefault(name, array("d")).extend(values)
     return None
 
 
