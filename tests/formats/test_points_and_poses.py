@@ -106,6 +106,16 @@ def test_smpl_x_names_and_given_offsets(tmp_path: Path) -> None:
     assert not any("offsets" in note for note in b.notes)
 
 
+def test_a_member_longer_than_its_archive_is_refused(tmp_path: Path) -> None:
+    path = poses(tmp_path)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"PK\x01\x02")  # the first member's entry in the archive's table
+    data[at + 20 : at + 24] = struct.pack("<I", 2**31)
+    path.write_bytes(bytes(data))
+    with pytest.raises(FormatError, match="an array is longer than the file; is it cut short"):
+        load(path)
+
+
 def test_the_bones_of_another_file(tmp_path: Path, data_folder: Path) -> None:
     walk = sorted((data_folder / "walks").glob("15_*.bvh"))[0]
     motion = read(poses(tmp_path), ReadOptions(skeleton=walk)).take.motion()
