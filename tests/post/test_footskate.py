@@ -215,19 +215,20 @@ def test_contact_frames_include_both_ends() -> None:
 
 
 def test_a_leg_is_straightened_gently_and_never_past_its_limit():
-    from kinetograph.post.footskate import STRETCHED, within_reach
+    from kinetograph.post.footskate import STRETCHED, leg_length, within_reach
 
     bend = np.radians(10)
     hip = np.array([[0.0, 0.8 * np.cos(bend), 0.0]])
     knee = np.array([[0.4 * np.sin(bend), 0.4 * np.cos(bend), 0.0]])
     ankle = np.zeros((1, 3))
     shift = np.linspace(0, 0.1, 200)[:, None] * np.array([0.0, -1.0, 0.0])
-    drawn = within_reach(*(np.repeat(p, 200, axis=0) for p in (hip, knee, ankle)), ankle + shift)
+    furthest = STRETCHED * leg_length(hip, knee, ankle)
+    drawn = within_reach(hip.repeat(200, axis=0), furthest.repeat(200), ankle.repeat(200, axis=0), shift)
     length = np.linalg.norm(drawn - hip, axis=1)
     now = np.linalg.norm(ankle - hip)
     assert np.all(length <= max(STRETCHED * 0.8, now) + 1e-12)
     assert np.all(np.diff(length) >= -1e-12)
-    nearer = within_reach(hip, knee, ankle, ankle + np.array([0.0, 0.05, 0.0]))
+    nearer = within_reach(hip, furthest, ankle, np.array([[0.0, 0.05, 0.0]]))
     np.testing.assert_allclose(nearer, [[0.0, 0.05, 0.0]], atol=1e-12)
 
 
@@ -255,9 +256,11 @@ def test_the_hips_go_down_for_a_foot_to_be_reached() -> None:
     lower = dataclasses.replace(motion, translation=motion.translation - drop)
     missed = [
         np.linalg.norm(role_positions(m, ("left_foot",))[:, 0] - before, axis=1)[100:140].max()
-        for m in (move_foot(motion, "left", offsets["left"]), move_foot(lower, "left", offsets["left"] + drop))
+        for m in (move_foot(motion, "left", offsets["left"]), move_foot(lower, "left", offsets["left"], lowered=drop))
     ]
     assert missed[1] < 0.9 * missed[0]
+    there = role_positions(move_foot(lower, "left", offsets["left"], lowered=drop), ("left_foot",))
+    np.testing.assert_allclose(there[:, 0, 1], before[:, 1], atol=1e-6)  # on the floor all the while
 
 
 def test_the_hips_stay_where_legs_are_long_enough() -> None:

@@ -49,7 +49,7 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
     if drop.any():
         motion = replace(motion, translation=motion.translation - drop)
     for side, offset in offsets.items():
-        motion = move_foot(motion, side, offset + drop)
+        motion = move_foot(motion, side, offset, lowered=drop)
     return motion
 
 
@@ -109,10 +109,13 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     return offset
 
 
-def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = True) -> Motion:
+def move_foot(
+    motion: Motion, side: str, offset: FloatArray, *, gently: bool = True, lowered: FloatArray | None = None
+) -> Motion:
     """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn.
 
-    gently: straighten legs as `within_reach` does, else as far as `reach` can.
+    gently: straighten legs as `within_reach` does, else as far as `reach` can. lowered ``(F, 3)``: what the body was
+    moved down by, which the foot goes up again first.
     """
     joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in LEG]
     hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
@@ -120,20 +123,24 @@ def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = T
     hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
     if gently:
         hip, knee, ankle = (positions[:, joint] for joint in joints)
-        offset = within_reach(hip, knee, ankle, offset)
+        if lowered is None:
+            lowered = np.zeros_like(offset)
+        furthest = np.maximum(STRETCHED * leg_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
+        offset = lowered + within_reach(hip, furthest, ankle + lowered, offset)
     return move_limb(motion, joints, offset, hinge)
 
 
-def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, offset: FloatArray) -> FloatArray:
+def within_reach(hip: FloatArray, furthest: FloatArray, ankle: FloatArray, offset: FloatArray) -> FloatArray:
     """How far of ``offset``, shape ``(F, 3)`` metres, an ankle is moved so that a leg is straightened gently or not.
 
-    A leg's length changes ever faster with its knee's angle as it gets straight: a foot that is pulled the last
-    centimetre makes the knee snap. An ankle that would get further from the hip than it is now goes there for `BOWED`
-    of what there is up to `STRETCHED` of the leg's length, and then ever less. It stays on the line of its offset.
+    furthest ``(F,)``: metres from the hip that it may be at. A leg's length changes ever faster with its knee's angle
+    as it gets straight: a foot that is pulled the last centimetre makes the knee snap. An ankle that would get further
+    from the hip than it is now goes there for `BOWED` of what there is up to ``furthest``, and then ever less. It stays
+    on the line of its offset.
     """
     leg = ankle - hip
     now, wanted = np.linalg.norm(leg, axis=-1), np.linalg.norm(leg + offset, axis=-1)
-    room = np.maximum(STRETCHED * leg_length(hip, knee, ankle) - now, 1e-9)
+    room = np.maximum(furthest - now, 1e-9)
     share = (wanted - now) / room
     bowed = np.where(share > BOWED, BOWED + (1.0 - BOWED) * np.tanh((share - BOWED) / (1.0 - BOWED)), share)
     eased = np.where(wanted > now, now + room * bowed, wanted)
