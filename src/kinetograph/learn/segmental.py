@@ -218,6 +218,17 @@ def descendants(search: SegmentalSearch, state: SearchState, time: int, ancestor
     return found
 
 
+def under_way(
+    search: SegmentalSearch, state: SearchState, used: int, arrivals: Arrivals
+) -> tuple[FloatArray, npt.NDArray[np.int32]]:
+    """Scores ``(S,)`` and predecessors ``(S,)`` of the segments whose first ``used`` steps end at the latest step."""
+    if state.ring is None:
+        raise DataError("a search needs at least one step of control, found none")
+    longer = Arrivals(np.where(search.durations > used, arrivals.costs, np.inf), arrivals.heads, arrivals.tails)
+    spans = np.full(len(search.durations), used)
+    return _extend(search, state.ring, state.back, longer, state.time, spans)[:2]
+
+
 def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:
     """The pieces (state, first step, last step) that all hypotheses share which later steps may continue.
 

@@ -1,0 +1,53 @@
+"""A model's answers for the latest window of a control that still arrives, as quick as they can be had."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.learn.alignment import Placement
+from kinetograph.learn.ground_examples import GroundExamples
+from kinetograph.learn.segmental import Arrivals, padded_width
+
+if TYPE_CHECKING:
+    from kinetograph.methods.performance import PerformanceModel
+
+
+@dataclass(eq=False)
+class OneWindow:
+    """What `PerformanceModel` gives for one window, with the examples of the ground group made ready once."""
+
+    model: PerformanceModel
+    _ready: dict[tuple[int, int | None, int | None], GroundExamples] = field(default_factory=dict)
+
+    def arrivals_at(self, x: FloatArray) -> Arrivals:
+        """See `PerformanceModel.arrivals_at`."""
+        if self.model.method.alignment != "ground":
+            return self.model.arrivals_at(x)
+        return self._arrivals(x, slice(-len(x), None))
+
+    def under_way(self, x: FloatArray) -> Arrivals:
+        """The states of which the first steps, as many as ``x`` has, end at its last sample."""
+        used = len(x) - 1
+        if self.model.method.alignment != "ground":
+            return self.model.left_early(x, [used])[used]
+        return self._arrivals(x, slice(used + 1))
+
+    def _arrivals(self, x: FloatArray, part: slice) -> Arrivals:
+        costs, placements = [], list[Placement]()
+        for steps, examples in self.model.instances.controls.items():
+            key = (steps, part.start, part.stop)
+            if key not in self._ready:
+                used = examples[:, part]
+                self._ready[key] = GroundExamples.of(used, self.model.weights(used.shape[1]))
+            samples = min(steps + 1, len(x))
+            d, placed = self._ready[key].align(x[-samples:])
+            costs.append(d)
+            placements.append(placed)
+        placement = placements[0].join(placements[1:])
+        width = padded_width(3 * len(self.model.basis))
+        heads, tails = (placement.ends(0, e, self.model.basis_sums, width) for e in self.model.state_ends)
+        return Arrivals(np.concatenate(costs, axis=1)[0], heads, tails)
