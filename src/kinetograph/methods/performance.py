@@ -17,7 +17,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
-from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
+from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, prove
 from kinetograph.methods._collect import collect
 from kinetograph.methods._instances import Instances, Source, interpolate
 from kinetograph.methods._realize import realize
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from kinetograph.methods.rules import Rule
 
 Progress = Callable[[int, int], None]
+PLACEMENTS = 1 << 21
+"""Placements of segments that are worked out at once; each takes some hundred bytes."""
+
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
 )
@@ -170,12 +173,13 @@ class PerformanceModel:
         steps = len(x) - 1
         if steps < 1:
             raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
-        arrivals, partial = self._arrivals(x, progress), self.left_early(x)
+        partial = self.left_early(x)
         if not rules:
-            return solve(self.search, arrivals, partial)
+            return prove(self.search, lambda: self._arrivals(x, progress), partial)
         from kinetograph.methods.rules import bind, bind_partial
 
-        return solve(self.search, bind(self, rules, arrivals), bind_partial(self, rules, partial, steps))
+        bound = bind_partial(self, rules, partial, steps)
+        return prove(self.search, lambda: bind(self, rules, self._arrivals(x, progress)), bound)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -210,10 +214,11 @@ class PerformanceModel:
     def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
+        chunk = max(min(256, PLACEMENTS // len(self.instances.states)), 1)
         for t in range(1, min(longest, steps + 1)):
             yield self.arrivals_at(x[: t + 1])
-        for low in range(longest, steps + 1, 256):
-            high = min(low + 256, steps + 1)
+        for low in range(longest, steps + 1, chunk):
+            high = min(low + chunk, steps + 1)
             windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
             costs, placement = self._align(np.moveaxis(windows, -1, 1), slice(None))
             for i in range(high - low):
