@@ -14,6 +14,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn._commitment_kernels import cover
+from kinetograph.learn._ring import predecessors
 from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalSearch, keep_only, under_way
 
 REMAINDER = 0.2
@@ -58,7 +59,7 @@ class Cover:
     @classmethod
     def of(cls, search: SegmentalSearch, state: SearchState, due: int) -> Cover:
         """That of every sequence in reach."""
-        back = np.array(state.back[due : state.time])
+        back = predecessors(np.array(state.back[due : state.time]).reshape(-1, len(search.durations)))
         found = cls(due, np.empty(back.shape, dtype=np.int64), np.empty(back.shape, dtype=np.int64))
         cover(back, search.durations, due, found.states, found.starts)
         return found

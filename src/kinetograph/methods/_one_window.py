@@ -18,33 +18,33 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class OneWindow:
-    """What `PerformanceModel` gives for one window, with the examples of the ground group made ready once."""
+    """What `PerformanceModel` gives for one window, with the examples of the ground group made ready beforehand."""
 
     model: PerformanceModel
-    _ready: dict[tuple[int, int | None, int | None], GroundExamples] = field(default_factory=dict)
+    _ready: dict[tuple[int, int, bool], GroundExamples] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.model.method.alignment == "ground":
+            for steps, examples in self.model.instances.controls.items():
+                for samples in range(2, steps + 2):
+                    weights = self.model.weights(samples)
+                    self._ready[steps, samples, True] = GroundExamples.of(examples[:, -samples:], weights)
+                    self._ready[steps, samples, False] = GroundExamples.of(examples[:, :samples], weights)
 
     def arrivals_at(self, x: FloatArray) -> Arrivals:
         """See `PerformanceModel.arrivals_at`."""
-        if self.model.method.alignment != "ground":
-            return self.model.arrivals_at(x)
-        return self._arrivals(x, slice(-len(x), None))
+        return self._arrivals(x, True) if self._ready else self.model.arrivals_at(x)
 
     def under_way(self, x: FloatArray) -> Arrivals:
         """The states of which the first steps, as many as ``x`` has, end at its last sample."""
         used = len(x) - 1
-        if self.model.method.alignment != "ground":
-            return self.model.left_early(x, [used])[used]
-        return self._arrivals(x, slice(used + 1))
+        return self._arrivals(x, False) if self._ready else self.model.left_early(x, [used])[used]
 
-    def _arrivals(self, x: FloatArray, part: slice) -> Arrivals:
+    def _arrivals(self, x: FloatArray, last: bool) -> Arrivals:
         costs, placements = [], list[Placement]()
-        for steps, examples in self.model.instances.controls.items():
-            key = (steps, part.start, part.stop)
-            if key not in self._ready:
-                used = examples[:, part]
-                self._ready[key] = GroundExamples.of(used, self.model.weights(used.shape[1]))
+        for steps in self.model.instances.controls:
             samples = min(steps + 1, len(x))
-            d, placed = self._ready[key].align(x[-samples:])
+            d, placed = self._ready[steps, samples, last].align(x[-samples:])
             costs.append(d)
             placements.append(placed)
         placement = placements[0].join(placements[1:])

@@ -24,10 +24,18 @@ from kinetograph.motion import Motion, concatenate
 from kinetograph.synthesis import Piece, Synthesis
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 
 Link = tuple[int, int, int]
 """A piece in steps of the search: its state, its first step and its last, which may still be moved by its stretch."""
+
+
+def short_pieces(method: PerformanceControl) -> PerformanceControl:
+    """A configuration for lags shorter than its segments: those between neighbouring cuts, and steps of 0.1 s at most.
+
+    A short segment has been seen before it must be chosen. What it loses is what binds two of them together.
+    """
+    return replace(method, span=1, rate=max(method.rate, 10.0))
 
 
 @dataclass(eq=False)
