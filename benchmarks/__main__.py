@@ -10,7 +10,7 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # figures are for one thread
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-TABLES = ("search", "walks", "dance", "keyframe", "sensor", "bvh", "startup")
+TABLES = ("search", "walks", "dance", "live", "keyframe", "sensor", "bvh", "startup")
 ON_REQUEST = ("stream",)  # writes and reads 800 MB
 
 

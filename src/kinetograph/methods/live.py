@@ -31,11 +31,11 @@ Link = tuple[int, int, int]
 
 
 def short_pieces(method: PerformanceControl) -> PerformanceControl:
-    """A configuration for lags shorter than its segments: those between neighbouring cuts, and steps of 0.1 s at most.
+    """A configuration for lags shorter than its segments: those between neighbouring cuts, and 12 steps a second or more.
 
     A short segment has been seen before it must be chosen. What it loses is what binds two of them together.
     """
-    return replace(method, span=1, rate=max(method.rate, 10.0))
+    return replace(method, span=1, rate=max(method.rate, 12.0))
 
 
 @dataclass(eq=False)
