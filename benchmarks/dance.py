@@ -7,8 +7,6 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks._recordings import data_folder
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library

@@ -61,8 +61,8 @@ def _table(
         over, mine, joints, p99, states = np.mean(found, axis=0)
         worst = max(row[0] for row in found)
         print(
-            f"lag {'none' if lag is None else lag!s:12s} {100 * over:+20.1f} % {100 * worst:+6.1f} % {100 * mine:+10.1f} %"
-            f" {100 * joints:8.1f} cm {1000 * p99:10.1f} ms {states:10.0f}"
+            f"lag {'none' if lag is None else lag!s:12s} {100 * over:+20.1f} % {100 * worst:+6.1f} %"
+            f" {100 * mine:+10.1f} % {100 * joints:8.1f} cm {1000 * p99:10.1f} ms {states:10.0f}"
         )
 
 

@@ -82,11 +82,11 @@ def hypotheses(
     scores = state.ring.scores[state.time % slots]
     every = np.arange(len(scores))
     found = [(scores, 0 * every, *table.at(state.time))]
-    best = float(scores.min())
+    best, longest = float(scores.min()), int(search.durations[-1])
     for used in begun:
         origin, arrivals = state.time - used, partial(used)
         before = state.ring.scores[origin % slots].min() if origin > 0 else 0.0
-        hopeless = arrivals.costs + before > best + _margin(best, state.time)
+        hopeless = arrivals.costs + before > best + _margin(best / state.time, longest)
         arrivals = Arrivals(np.where(hopeless, np.inf, arrivals.costs), arrivals.heads, arrivals.tails)
         values, links = under_way(search, state, used, arrivals)
         best = min(best, float(values.min()))
@@ -96,13 +96,16 @@ def hypotheses(
             owners, starts = states_before[links], starts_before[links]
         found.append((values, search.durations - used, owners, starts))
     together = [np.concatenate(column) for column in zip(*found, strict=True)]
-    near = together[0] <= best + _margin(best, state.time)
+    near = np.isfinite(together[0]) & (together[0] <= best + _margin(best / state.time, longest))
     return Hypotheses(*(column[near] for column in together))
 
 
-def _margin(best: float, time: int) -> float:
-    """How much above the best score a hypothesis may be and still count: what it may gain, and ten spreads."""
-    return (10 * SPREAD + 10 * REMAINDER) * best / time if np.isfinite(best) else np.inf
+def _margin(mean: float, longest: int) -> float:
+    """How much above the best score a hypothesis may be and still count: what its remainder may gain, and ten spreads.
+
+    mean: cost of a step.
+    """
+    return (10 * SPREAD + REMAINDER * longest) * mean if np.isfinite(mean) else np.inf
 
 
 def choose(found: Hypotheses, segments: IntArray, time: int) -> tuple[int, int]:

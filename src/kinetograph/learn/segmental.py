@@ -201,9 +201,7 @@ def keep_only(search: SegmentalSearch, state: SearchState, time: int, kept: Bool
     _record(search, ring, time, scores, ring.tails[slot].copy())
 
 
-def under_way(
-    search: SegmentalSearch, state: SearchState, used: int, arrivals: Arrivals
-) -> tuple[FloatArray, Links]:
+def under_way(search: SegmentalSearch, state: SearchState, used: int, arrivals: Arrivals) -> tuple[FloatArray, Links]:
     """Scores ``(S,)`` and predecessors ``(S,)`` of the segments whose first ``used`` steps end at the latest step."""
     if state.ring is None:
         raise DataError("a search needs at least one step of control, found none")

@@ -31,7 +31,7 @@ Link = tuple[int, int, int]
 
 
 def short_pieces(method: PerformanceControl) -> PerformanceControl:
-    """A configuration for lags shorter than its segments: those between neighbouring cuts, and 12 steps a second or more.
+    """A configuration for lags shorter than its segments: those between neighbouring cuts, and 12 steps a second.
 
     A short segment has been seen before it must be chosen. What it loses is what binds two of them together.
     """
@@ -153,6 +153,8 @@ class Live:
         search, segments = self.model.search, self._segments()
         begun = [used for used in range(1, self._longest()) if self._may_begin(used)]
         found = commitment.hypotheses(search, self._state, due, self._under_way, begun)
+        if len(found.scores) == 0:
+            return
         state, start = commitment.choose(found, segments, self._state.time)
         before, self._decided = self._decided, Commitment(int(segments[state]), start, due)
         commitment.commit(search, self._state, segments, self._decided)
@@ -172,4 +174,3 @@ class Live:
             segment = self.model.instances.segments[self.model.instances.states[state, 0]]
             made += pieces_of(self.model, x, self.model.method.rate, [segment], np.array([start, stop], dtype=float))
         return tuple(made)
-
