@@ -67,7 +67,7 @@ class Ring:
     ) -> int:
         """Equation 4.6 into ``out``, scores and back-pointers ``(S,)``; how many pairs were evaluated.
 
-        last: the predecessors of a step ago. enough: the score from which on lower bounds will do.
+        last: the back-pointers of a step ago. enough: the score from which on lower bounds will do.
         """
         costs, heads, continuity = control
         return int(_kernels.extend(time, spans, costs, heads, continuity, last, self.arrays(), *out))
@@ -126,7 +126,7 @@ class GroupedRing(Ring):
         """See `Ring`."""
         costs, heads, continuity = control
         scaled, bound = heads * np.float32(np.sqrt(continuity)), np.empty(len(spans), dtype=np.float32)
-        given, arrays = (costs, heads, scaled, continuity), self.arrays()
+        given, arrays, last = (costs, heads, scaled, continuity), self.arrays(), predecessors(last)
         borders = np.linspace(0, len(spans), 4 * self.workers + 1).astype(np.int64)
         parts = list(pairwise(borders))
         kernels = _group_kernels

@@ -29,10 +29,10 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
 from kinetograph.learn._ring import GroupedRing, Links, Ring, inexact, predecessors
 
-GROUPED = 4000
+GROUPED = 5000
 """States from which on like ones are grouped."""
 
-SHARES = (0.05, 0.3, 1.0)
+SHARES = (0.1, 0.4, 1.0)
 """Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
 
 
@@ -148,10 +148,7 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
     best, length, back = float(scores[winner]), int(search.durations[winner]), int(state.back[-1][winner])
     pairs = state.pairs
     for used, arrivals in (partial or {}).items():
-        costs = np.where(search.durations > used, arrivals.costs, np.inf)
-        early = Arrivals(costs, arrivals.heads, arrivals.tails)
-        spans = np.full(len(scores), used)
-        values, links, visited = _extend(search, state.ring, state.back, early, state.time, spans, best)
+        values, links, visited = left_early(search, state, arrivals, used, best)
         pairs += visited
         candidate = int(np.argmin(values))
         if values[candidate] < best:
@@ -159,6 +156,20 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
     if not np.isfinite(best):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
     return _trace(search, state, winner, length, back, best, pairs)
+
+
+def left_early(
+    search: SegmentalSearch, state: SearchState, arrivals: Arrivals, used: int, enough: float | None = None
+) -> tuple[FloatArray, Links, int]:
+    """Scores and back-pointers ``(S,)`` of the segments that the control leaves after ``used`` steps; pairs evaluated.
+
+    enough: the score from which on lower bounds will do.
+    """
+    if state.ring is None:
+        raise DataError("a search needs at least one step of control, found none")
+    early = replace(arrivals, costs=np.where(search.durations > used, arrivals.costs, np.inf))
+    spans = np.full(len(search.durations), used)
+    return _extend(search, state.ring, state.back, early, state.time, spans, enough)
 
 
 def solve(
@@ -257,7 +268,7 @@ def _extend(
     """
     scores = np.empty(len(spans))
     links = np.empty(len(spans), dtype=np.int32)
-    last = predecessors(back[-1]) if back else np.full(len(spans), -1, dtype=np.int32)
+    last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
     control = (arrivals.costs, arrivals.heads, search.continuity)
     return scores, links, ring.extend(time, spans, control, last, (scores, links), enough)
 

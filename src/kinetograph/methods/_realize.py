@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,17 +18,24 @@ from kinetograph.post.assemble import Part, assemble, constrain
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
+from kinetograph.take import Annotation
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
 
 
 def realize(
-    model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath, partner: Motion | None = None
+    model: PerformanceModel,
+    points: FloatArray,
+    fps: float,
+    path: SegmentalPath,
+    partner: Motion | None = None,
+    told: tuple[Annotation, ...] = (),
 ) -> Synthesis:
     """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``.
 
-    partner: the control where it is a character, whose hands are held.
+    partner: the control where it is a character, whose hands are held. told: the handholds with it, if a person says;
+    otherwise they are the pieces'.
     """
     method = model.method
     rate = method.fine_rate or method.rate
@@ -39,16 +47,19 @@ def realize(
     parts = []
     for piece, segment in zip(pieces, segments, strict=True):
         source = model.sources[segment.source]
-        parts.append(Part(piece, source.motion, source.marks))
+        parts.append(Part(piece, _scaled(source.motion, piece.scale), source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    marks = carry((part.piece, part.marks) for part in parts)
+    marks = _until(duration, carry((part.piece, part.marks) for part in parts))
     holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
-        holds = carried_holds(taken, marks, partner, frames, out_fps)
+        if told:
+            marks = (*(n for n in marks if n.kind != "handhold"), *(replace(n, track="motion") for n in told))
+        holds = carried_holds(taken, marks, partner, frames, out_fps, model.sources if told else ())
     motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    statistics["optimal"] = int(path.proved)
     return Synthesis(
         motion,
         tuple(pieces),
@@ -58,6 +69,16 @@ def realize(
         statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
         warnings=method.control.warnings(points, fps, model.speed_range()),
     )
+
+
+def _until(end: float, marks: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
+    """Annotations without what lies after ``end`` seconds: the last piece may go on longer than the control."""
+    return tuple(replace(note, stop=min(note.stop, end)) for note in marks if note.start < end)
+
+
+def _scaled(motion: Motion, scale: float) -> Motion:
+    """The motion with its way over the ground scaled; a body keeps its size."""
+    return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
 
 
 def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
@@ -127,7 +148,8 @@ def _place(
     times = segment.start + (np.arange(first, last + 1) - start) * (segment.duration / (stop - start))
     example = interpolate(source.control, times * source.motion.fps)
     weights = model.weights(last - first + 1, rate)
-    costs, placement = align(model.method.alignment, x[None, first : last + 1], example[None], weights)
+    method = model.method
+    costs, placement = align(method.alignment, x[None, first : last + 1], example[None], weights, method.scales)
     return float(costs[0, 0]), placement
 
 
@@ -159,6 +181,7 @@ def pieces_of(
                 mirrored=source.mirrored,
                 cost=cost,
                 seam=seam,
+                scale=placement.scale(0, 0),
             )
         )
     return pieces

@@ -16,7 +16,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.alignment import Placement, align
+from kinetograph.learn.alignment import GROUPS, SCALES, Placement, align, unknown_group
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, prove
 from kinetograph.methods._collect import collect
 from kinetograph.methods._instances import Instances, Source, interpolate
@@ -51,13 +51,14 @@ class PerformanceControl:
 
     continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
     stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
-    constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"rigid"`` or
-    ``"fixed"``. control: how control points are read: `GroundPath` for walks, `PointsByRole` for partners. span:
-    cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the roles
-    whose positions are compared across seams. beam: width of the beam search, or None for the exact one. cluster:
-    metres; segments closer than this to one another are represented by one of them, or None. mirror: also use every
-    recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen segments
-    afterwards.
+    constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"similarity"``,
+    ``"rigid"``, or ``"fixed"`` or ``"none"``, which are one; scales: least and greatest, for similarity. control: how
+    control points are read: `GroundPath` for walks, `PointsByRole` for partners, `Channels` for what is not spatial.
+    span: cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the
+    roles whose positions are compared across seams. beam: width of the beam search, or None for the exact one.
+    cluster: metres; segments closer than this to one another are represented by one of them, or None. mirror: also
+    use every recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen
+    segments afterwards.
     """
 
     continuity: float = 0.2
@@ -65,6 +66,7 @@ class PerformanceControl:
     rate: float = 10.0
     fine_rate: float | None = 30.0
     alignment: str = "ground"
+    scales: tuple[float, float] = SCALES
     control: ControlReading = field(default_factory=GroundPath)
     span: int = 1
     targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
@@ -83,6 +85,12 @@ class PerformanceControl:
         for name in ("rate", "longest"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
+        if self.alignment not in GROUPS:
+            raise unknown_group(self.alignment)
+        if not self.control.spatial and self.alignment not in ("fixed", "none"):
+            raise RequestError(f"channels are in no space: alignment must be none, found {self.alignment!r}")
+        if not 0 < self.scales[0] <= 1 <= self.scales[1] < np.inf:
+            raise RequestError(f"scales run from one in (0, 1] to one of 1 or more, found {self.scales}")
         if self.span < 1:
             raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -168,18 +176,23 @@ class PerformanceModel:
     def interpret(self, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()) -> SegmentalPath:
         """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate.
 
-        rules: what is pinned or forbidden.
+        rules: what is pinned or forbidden. Raises RequestError for a control shorter than any segment can be made.
         """
-        steps = len(x) - 1
+        steps, rate, shortest = len(x) - 1, self.method.rate, int(self.instances.states[0, 1])
         if steps < 1:
-            raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
+            raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
+        if steps < shortest:
+            raise RequestError(
+                f"the control is too short: it lasts {steps / rate:.2f} s, the library's shortest segment, squeezed, "
+                f"{shortest / rate:.2f} s; record more of it, or cut the library finer (library segment)"
+            )
         partial = self.left_early(x)
         if not rules:
-            return prove(self.search, lambda: self._arrivals(x, progress), partial)
+            return prove(self.search, lambda: self.arrivals(x, progress), partial)
         from kinetograph.methods.rules import bind, bind_partial
 
         bound = bind_partial(self, rules, partial, steps)
-        return prove(self.search, lambda: bind(self, rules, self._arrivals(x, progress)), bound)
+        return prove(self.search, lambda: bind(self, rules, self.arrivals(x, progress)), bound)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -197,13 +210,33 @@ class PerformanceModel:
     ) -> Synthesis:
         """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number. rules: what is pinned or forbidden. Raises
-        RequestError for a control without direction, or too short for the search's rate.
+        Handholds that a take has annotated, ``own hand:partner's hand``, are met in place of those that the
+        recordings carry over. progress is called with the steps done and their number. rules: what is pinned or
+        forbidden. Raises RequestError for a control without direction, or too short for the search's rate.
         """
         track = only_track(control) if isinstance(control, Take) else control
+        notes = control.annotations if isinstance(control, Take) else ()
+        told = tuple(note for note in notes if note.kind == "handhold")
         points = self.control_points(track)
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
-        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
+        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None, told)
+
+    def alternatives(
+        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
+    ) -> tuple[Synthesis, ...]:
+        """The best motion for a control and up to ``count`` - 1 others.
+
+        Each is the best that shares no piece with those before. alike: the best of all instead, which may differ by a
+        border only. Raises RequestError as `synthesize` does.
+        """
+        from kinetograph.methods.rules import alternatives, best_sequences
+
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        x = self.at_search_rate(points, track.fps)
+        paths = (best_sequences if alike else alternatives)(self, x, count, rules)
+        partner = track if isinstance(track, Motion) else None
+        return tuple(realize(self, points, track.fps, path, partner) for path in paths)
 
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
@@ -211,7 +244,7 @@ class PerformanceModel:
         exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
         return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
-    def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
+    def arrivals(self, x: FloatArray, progress: Progress | None = None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
         chunk = max(min(256, PLACEMENTS // len(self.instances.states)), 1)
@@ -247,7 +280,8 @@ class PerformanceModel:
         for examples in self.instances.controls.values():
             used = examples[:, part]
             samples = used.shape[1]
-            d, placed = align(self.method.alignment, windows[:, -samples:], used, self.weights(samples))
+            group, scales = self.method.alignment, self.method.scales
+            d, placed = align(group, windows[:, -samples:], used, self.weights(samples), scales)
             costs.append(d)
             placements.append(placed)
         return np.concatenate(costs, axis=1), placements[0].join(placements[1:])
