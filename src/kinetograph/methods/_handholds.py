@@ -95,14 +95,12 @@ def _grip(
 
 
 def usual_grip(sources: tuple[Source, ...], label: str) -> FloatArray:
-    """The mean grip ``(3,)`` of all recordings' holds with a label or, where none has it, of any holds; else nothing."""
-    for wanted in (lambda note: note.label == label, lambda note: True):
-        found = [
-            interpolate(source.grips[note.label], np.arange(note.start, note.stop + 1e-9, 0.1) * source.motion.fps)
-            for source in sources
-            for note in source.marks
-            if note.kind == "handhold" and wanted(note)
-        ]
-        if found:
-            return np.asarray(np.concatenate(found).mean(axis=0))
-    return np.zeros(3)
+    """The mean grip ``(3,)`` of the recordings' holds with a label or, where none has it, of any; zeros without any."""
+    holds = [(s, n) for s in sources for n in s.marks if n.kind == "handhold" and n.label in s.grips]
+    same = [(source, note) for source, note in holds if note.label == label]
+    found = [np.zeros((0, 3))]
+    for source, note in same or holds:
+        at = np.arange(note.start, note.stop + 1e-9, 0.1)
+        found.append(interpolate(source.grips[note.label], at * source.motion.fps))
+    together = np.concatenate(found)
+    return np.asarray(together.mean(axis=0)) if len(together) else np.zeros(3)
