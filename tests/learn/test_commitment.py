@@ -61,16 +61,11 @@ def test_what_is_not_decided_is_forgotten() -> None:
     assert allowed.tolist() == [decided.segment == 0, decided.segment == 1, start == 9, True, True]
 
 
-def _hypotheses(scores: list[float], left: list[int], owners: list[int]) -> Hypotheses:
-    starts = np.full(len(scores), 7)
-    return Hypotheses(np.array(scores), np.array(left), np.array(owners), starts)
+def _hypotheses(scores: list[float], owners: list[int]) -> Hypotheses:
+    return Hypotheses(np.array(scores), np.array(owners), np.full(len(scores), 7))
 
 
 def test_the_best_hypothesis_decides_but_several_good_ones_outweigh_it() -> None:
-    assert commitment.choose(_hypotheses([10.0, 14.0], [1, 1], [0, 1]), _SEGMENTS, 10) == (0, 7)
+    assert commitment.choose(_hypotheses([10.0, 14.0], [0, 1]), _SEGMENTS, 10) == (0, 7)
     near = 10.0 + 0.1 * commitment.SPREAD
-    assert commitment.choose(_hypotheses([10.0, near, near], [1, 1, 1], [0, 1, 3]), _SEGMENTS, 10) == (1, 7)
-
-
-def test_of_equals_the_one_with_longer_to_go_wins() -> None:
-    assert commitment.choose(_hypotheses([10.0, 10.0], [1, 3], [0, 1]), _SEGMENTS, 10) == (1, 7)
+    assert commitment.choose(_hypotheses([10.0, near, near], [0, 1, 3]), _SEGMENTS, 10) == (1, 7)

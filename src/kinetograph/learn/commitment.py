@@ -17,9 +17,6 @@ from kinetograph.learn._commitment_kernels import cover
 from kinetograph.learn._ring import predecessors
 from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalSearch, keep_only, under_way
 
-REMAINDER = 0.2
-"""What a step that a hypothesis has yet to go before its next seam is worth, in mean costs of a step."""
-
 SPREAD = 0.2
 """How much worse than the best a hypothesis is that counts for its option 1/e as much, in mean costs of a step."""
 
@@ -39,11 +36,9 @@ class Commitment:
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Hypotheses ``(H,)``: their scores, the steps left of their last segments, and the state and first step of the
-    piece that covers the step in question."""
+    """Hypotheses ``(H,)``: their scores, and the state and first step of the piece that covers the step in question."""
 
     scores: FloatArray
-    left: IntArray
     states: IntArray
     starts: IntArray
 
@@ -81,12 +76,12 @@ def hypotheses(
     table, slots = Cover.of(search, state, due), len(state.ring.live)
     scores = state.ring.scores[state.time % slots]
     every = np.arange(len(scores))
-    found = [(scores, 0 * every, *table.at(state.time))]
-    best, longest = float(scores.min()), int(search.durations[-1])
+    found = [(scores, *table.at(state.time))]
+    best = float(scores.min())
     for used in begun:
         origin, arrivals = state.time - used, partial(used)
         before = state.ring.scores[origin % slots].min() if origin > 0 else 0.0
-        hopeless = arrivals.costs + before > best + _margin(best / state.time, longest)
+        hopeless = arrivals.costs + before > best + _margin(best, state.time)
         arrivals = Arrivals(np.where(hopeless, np.inf, arrivals.costs), arrivals.heads, arrivals.tails)
         values, links = under_way(search, state, used, arrivals)
         best = min(best, float(values.min()))
@@ -94,34 +89,30 @@ def hypotheses(
         if origin > due:
             states_before, starts_before = table.at(origin)
             owners, starts = states_before[links], starts_before[links]
-        found.append((values, search.durations - used, owners, starts))
+        found.append((values, owners, starts))
     together = [np.concatenate(column) for column in zip(*found, strict=True)]
-    near = np.isfinite(together[0]) & (together[0] <= best + _margin(best / state.time, longest))
+    near = np.isfinite(together[0]) & (together[0] <= best + _margin(best, state.time))
     return Hypotheses(*(column[near] for column in together))
 
 
-def _margin(mean: float, longest: int) -> float:
-    """How much above the best score a hypothesis may be and still count: what its remainder may gain, and ten spreads.
-
-    mean: cost of a step.
-    """
-    return (10 * SPREAD + REMAINDER * longest) * mean if np.isfinite(mean) else np.inf
+def _margin(best: float, time: int) -> float:
+    """How much above the best score a hypothesis may be and still count: ten spreads."""
+    return 10 * SPREAD * best / time if np.isfinite(best) else np.inf
 
 
 def choose(found: Hypotheses, segments: IntArray, time: int) -> tuple[int, int]:
     """The state and the first step of the best option. segments ``(S,)``: that of every state.
 
     An option is worth the more the better its hypotheses are and the more of them there are, softly: the future will
-    favour one of them. One that has longer to go until its next seam is the better one at the same score.
+    favour one of them.
     """
     mean = float(found.scores.min()) / time
-    worth = found.scores - REMAINDER * mean * found.left
-    weights = np.exp((worth.min() - worth) / max(SPREAD * mean, 1e-12))
+    weights = np.exp((found.scores.min() - found.scores) / max(SPREAD * mean, 1e-12))
     first = int(found.starts.min())
     keys = segments[found.states] * (time - first + 1) + found.starts - first
     _, option = np.unique(keys, return_inverse=True)
     best = int(np.argmax(np.bincount(option, weights)))
-    winner = int(np.flatnonzero(option == best)[np.argmin(worth[option == best])])
+    winner = int(np.flatnonzero(option == best)[np.argmin(found.scores[option == best])])
     return int(found.states[winner]), int(found.starts[winner])
 
 
