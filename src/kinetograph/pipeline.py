@@ -14,7 +14,7 @@ from kinetograph.keys import Key
 from kinetograph.library import Library
 from kinetograph.methods._collect import LABELS
 from kinetograph.methods._ground_path import smooth_path
-from kinetograph.methods.grow import GROWN, Growth, cut_tracks, grow_takes, growing_control
+from kinetograph.methods.grow import GROWN, Growth, by_hand, cut_tracks, grow_rest, grow_takes, growing_control
 from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, only_track
 from kinetograph.methods.rules import Rule
@@ -62,12 +62,16 @@ def open_library(path: str | Path) -> Library:
 def has_partners(library: Library, target: str | None) -> bool:
     """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
 
-    Raises RequestError where no take has the target.
+    Raises RequestError where no take has the target, or where takes have several motions and none is named.
     """
     from kinetograph.library.store import contents
 
     tracks = [(track.take, track.name) for track in contents(library)]
     if target is None:
+        motions = [(track.take, track.name) for track in contents(library) if track.kind == "motion"]
+        if len(motions) > len({take for take, _ in motions}):
+            found = ", ".join(sorted({name for _, name in motions}))
+            raise RequestError(f"{library.path}: takes have several motions ({found}); name the one to make (--target)")
         return False
     with_target = {take for take, name in tracks if name == target}
     if tracks and not with_target:
@@ -197,35 +201,42 @@ def grow_library(
     *,
     examples: Sequence[str] = (),
     join: bool = False,
+    rest: bool = False,
     again: bool = False,
     tolerance: float = 0.1,
     progress: Progress | None = None,
 ) -> list[Growth]:
     """Cut the takes of a library that have no cuts by those that have, and store cuts, labels, contacts and handholds.
 
-    examples: the takes to learn from; without names, all that a person has cut. Those a person has cut are never
-    changed: they are grown without their own cuts, and compared. join: see `grow_takes`. again: takes that were grown
-    before are grown anew; they are left as they are otherwise, since a person may have edited them. Raises
-    RequestError where there is nothing to grow from.
+    examples: the takes to learn from; without names, all that a person has cut. Those a person has cut are grown
+    without their own cuts, and compared. join: see `grow_takes`. rest: what lies before the first and after the last
+    cut of the examples is cut too. again: what was grown before is grown anew; it is left as it is otherwise, since a
+    person may have edited it. No cut or label of a person's is changed. Raises RequestError where there is nothing to
+    grow from.
     """
-    takes = [library.take(name) for name in library.names()]
-    hand = [take for take in takes if any(n.kind == "cut" and n.label != GROWN for n in take.annotations)]
-    known = [library.take(name) for name in examples] or hand
+    takes = {name: library.take(name) for name in library.names()}
+    hand = [by_hand(take) for take in takes.values() if any(_of_hand(note) for note in take.annotations)]
+    known = [by_hand(takes.get(name) or library.take(name)) for name in examples] or hand
     method = method or growing_control(any(len(_motions(take)) > 1 for take in known))
-    names = {take.name for take in (*known, *hand)}
-    new = [t for t in takes if t.name not in names and (again or not any(n.kind == "cut" for n in t.annotations))]
     cut_tracks(known)
-    if examples:
-        others = [take for take in hand if take.name not in examples]
-        grown = grow_takes(method, known, [*new, *others], join=join, tolerance=tolerance, progress=progress)
-    else:
-        grown = grow_takes(method, known, new, join=join, tolerance=tolerance, progress=progress)
-        for take in known if len(known) > 1 else ():
-            rest = [other for other in known if other is not take]
-            grown += grow_takes(method, rest, [take], tolerance=tolerance)
+    used = {take.name for take in (*known, *hand)}
+    left = [take for name, take in takes.items() if name not in used and _motions(take)]
+    new = [take for take in left if again or not any(note.kind == "cut" for note in take.annotations)]
+    others = [take for take in hand if examples and take.name not in examples]
+    grown = grow_takes(method, known, [*new, *others], join=join, tolerance=tolerance, progress=progress)
+    for take in known if len(known) > 1 and not examples else ():
+        grown += grow_takes(method, [other for other in known if other is not take], [take], tolerance=tolerance)
     for growth, take in zip(grown, new, strict=False):
         _store_growth(library, take, growth)
+    for take in known if rest else ():
+        if again or not any(note.label == GROWN for note in takes[take.name].annotations):
+            grown.append(grow_rest(method, known, take))
+            _store_growth(library, take, grown[-1])
     return grown
+
+
+def _of_hand(note: Annotation) -> bool:
+    return note.kind == "cut" and note.label != GROWN
 
 
 def _motions(take: Take) -> dict[str, Motion]:
@@ -233,10 +244,14 @@ def _motions(take: Take) -> dict[str, Motion]:
 
 
 def _store_growth(library: Library, take: Take, growth: Growth) -> None:
+    """Cuts beside a person's; labels where there are none, or none but those of an earlier growth."""
     for track, grown in growth.tracks.items():
-        library.annotate(take.name, grown.cuts, kind="cut", track=track)
+        cuts = take.annotated(track, "cut")
+        library.annotate(take.name, (*filter(_of_hand, cuts), *grown.cuts), kind="cut", track=track)
+        before = any(note.label == GROWN for note in cuts)
         for kind in LABELS:
-            if notes := [note for note in grown.labels if note.kind == kind]:
+            notes = [note for note in grown.labels if note.kind == kind]
+            if notes and (before or not take.annotated(track, kind)):
                 library.annotate(take.name, notes, kind=kind, track=track)
         _store_meetings(library, take, track)
 

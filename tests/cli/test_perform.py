@@ -84,7 +84,7 @@ def run(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run
             {"target": "singer"},
             "no take has a track 'singer'; their tracks are follower, leader",
         ),
-        ("leader.bvh", "pairs", {}, r"name one of its motions \(leader, follower\)"),
+        ("leader.bvh", "pairs", {}, r"several motions \(follower, leader\); name the one to make \(--target\)"),
         ("path.csv", "walks", {"exclude": ["run"]}, "no take 'run' to leave out; there are walk"),
         ("path.csv", "walks", {"alignment": "affine"}, "similarity, rigid, fixed or none, found 'affine'"),
         ("gap.csv", "talks", {"target": "body"}, r"the control misses 1 samples, the first at 1\.\d+ s; fill them in"),

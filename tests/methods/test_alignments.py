@@ -15,7 +15,7 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.methods.controls import Channels
 from kinetograph.methods.performance import PerformanceControl
-from kinetograph.motion import cut
+from kinetograph.motion import cut, place
 from kinetograph.post.assemble import PostSettings
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -114,6 +114,37 @@ def test_a_body_is_recovered_where_it_was_from_channels(tmp_path: Path) -> None:
     assert {piece.rotation for piece in result.pieces} == {(1.0, 0.0, 0.0, 0.0)}
 
 
+def _said(folder: Path) -> kg.Library:
+    """The same walk twice, in two places, with other words."""
+    library = kg.Library.create(folder / "library")
+    for name, pitch, at in (("here", 0.0, (0.0, 0.0, 0.0)), ("there", 100.0, (5.0, 0.0, 1.0))):
+        body = place(walk(6.0, turn_rate=0.5), 0.4 * pitch, at)
+        speech = kg.Signal(_speech(6.0).values[:, 1:] + pitch, ("pitch",), "", 50.0)
+        library.add(Take(name, {"speech": speech, "body": body}, _cuts("body", 6.0)))
+    return library
+
+
+def _jump(pitch: float = 100.0) -> kg.Signal:
+    """The words of the first for three seconds, then of the second."""
+    values = _speech(6.0).values[:, 1:].copy()
+    values[150:] += pitch
+    return kg.Signal(values, ("pitch",), "", 50.0)
+
+
+def test_a_body_goes_on_from_where_it_is(tmp_path: Path) -> None:
+    method = PerformanceControl(
+        alignment="none", placing="continued", stretch=0.0, control=Channels({"pitch": 1.0}), post=_PLAIN
+    )
+    library = _said(tmp_path)
+    result = method.fit(library, track="body").synthesize(_jump())
+    assert [piece.take for piece in result.pieces] == ["here"] * 6 + ["there"] * 6
+    assert joint_error(result.motion, walk(6.0, turn_rate=0.5)) < 5e-3  # a border may be a thirtieth of a second off
+    assert result.costs["continuity"] == pytest.approx(0.0, abs=1e-6)
+    recorded = replace(method, placing="recorded").fit(library, track="body").synthesize(_jump())
+    assert np.linalg.norm(np.diff(recorded.motion.translation, axis=0), axis=1).max() > 1.0
+    assert recorded.costs["continuity"] > 1.0
+
+
 def test_channels_cost_by_their_weights() -> None:
     reading = Channels({"pitch": 2.0})
     np.testing.assert_allclose(reading.points(_speech(1.0))[:, 0, 0], _speech(1.0).values[:, 1])
@@ -133,5 +164,9 @@ def test_channels_that_are_not_there_and_groups_that_make_no_sense(tmp_path: Pat
         Channels({"pitch": 1.0}, track="music").recorded(_spoken(tmp_path).take("talk"), "body")
     with pytest.raises(RequestError, match=r"scales run from one in \(0, 1\] to one of 1 or more, found \(0, 2\)"):
         PerformanceControl(scales=(0, 2))
+    with pytest.raises(RequestError, match="placing must be recorded or continued, found 'there'"):
+        PerformanceControl(placing="there")
+    with pytest.raises(RequestError, match="continued without alignment only; found 'ground', not none"):
+        PerformanceControl(placing="continued")
     with pytest.raises(RequestError, match="must be ground, similarity, rigid, fixed or none, found 'affine'"):
         PerformanceControl(alignment="affine")

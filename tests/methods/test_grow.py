@@ -13,7 +13,7 @@ from kinetograph.errors import RequestError
 from kinetograph.methods.grow import Grown, cuts_of, fit_examples, grow, grow_takes, growing_control
 from kinetograph.motion import Motion, cut, place
 from kinetograph.pipeline import grow_library
-from kinetograph.segmentation import compare_labels
+from kinetograph.segmentation import compare_cuts, compare_labels
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -127,6 +127,42 @@ def test_a_library_is_cut_and_hand_made_cuts_stay(tmp_path: Path) -> None:
     # what was grown is neither an example nor, unless asked for, grown again
     assert [g.take for g in grow_library(library, examples=["one"])] == ["two"]
     assert [g.take for g in grow_library(library, examples=["one"], again=True)] == ["new", "two"]
+
+
+def test_a_take_is_finished_by_its_own_beginning(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "library")
+    whole = _walker("a", 0.2)
+    begun = replace(whole, annotations=(*_cuts(np.arange(2, 5) / 2, "body"), Annotation("body", "move", "on", 1, 2)))
+    library.add(begun)
+    (growth,) = grow_library(library, rest=True)
+    assert growth.rest
+    assert compare_cuts(cuts_of(library.take("a"), "body"), cuts_of(whole, "body"), 0.05).f1 > 0.9
+    kept = [note.start for note in library.take("a").annotated("body", "cut") if note.label != "grown"]
+    assert kept == [1.0, 1.5, 2.0]
+    assert library.take("a").annotated("body", "move") == (Annotation("body", "move", "on", 1, 2),)
+    assert grow_library(library, rest=True) == []
+    assert len(grow_library(library, rest=True, again=True)) == 1
+    assert [note.start for note in library.take("a").annotated("body", "cut") if note.label != "grown"] == kept
+
+
+def test_names_that_a_person_gave_are_kept(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "library")
+    example = _walker("a", 0.2)
+    library.add(replace(example, annotations=(*example.annotations, Annotation("body", "move", "step", 0, 5))))
+    mine = Annotation("body", "move", "mine", 1.0, 2.0)
+    library.add(replace(_walker("b", 0.1, by_hand=False), annotations=(mine,)))
+    grow_library(library)
+    assert library.take("b").annotated("body", "move") == (mine,)
+    assert library.take("b").annotated("body", "cut")
+
+
+@pytest.mark.parametrize("join", [False, True])
+def test_a_take_shorter_than_any_segment_is_left_uncut(join: bool) -> None:
+    takes = [_walker("short", 0.1, by_hand=False, duration=0.2), _walker("new", 0.1, by_hand=False)]
+    short, new = grow_takes(growing_control(), [_walker("a", 0.1)], takes, join=join)
+    assert short.tracks["body"].cuts == ()
+    assert short.tracks["body"].distance == np.inf
+    assert len(new.tracks["body"].cuts) > 5
 
 
 def test_what_there_is_nothing_to_grow_from() -> None:

@@ -83,6 +83,8 @@ def test_a_recording_is_recovered_from_its_own_path(tmp_path: Path) -> None:
     assert len(result.motion) == len(recording)
     assert [p.source_start for p in result.pieces] == pytest.approx(np.arange(16) / 2)
     assert result.warnings == ()
+    assert result.edited.shape == (len(recording),)
+    assert result.edited.max() < 1e-4
 
 
 def test_the_cost_is_an_integral_over_time(tmp_path: Path) -> None:

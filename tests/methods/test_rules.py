@@ -64,7 +64,7 @@ def test_a_second_of_a_take_can_be_asked_for(tmp_path: Path) -> None:
 
 def test_rules_that_cannot_be_met(tmp_path: Path) -> None:
     model = _model(tmp_path, moves=False)
-    with pytest.raises(RequestError, match="no segment of the library matches"):
+    with pytest.raises(RequestError, match="matches the rule take 'backwards' from 0 to 1 s; library info"):
         model.synthesize(_control(), rules=(Rule(0.0, 1.0, take="backwards"),))
     with pytest.raises(RequestError, match=r"from a start to a later stop, found 2\.0 and 1\.0"):
         Rule(2.0, 1.0)

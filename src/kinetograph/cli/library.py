@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -149,6 +150,9 @@ def segment(
     join: Annotated[
         bool, typer.Option("--join", help="For examples: takes grown become examples, the best understood first.")
     ] = False,
+    rest: Annotated[
+        bool, typer.Option("--rest", help="For examples: cut them, too, before their first and after their last cut.")
+    ] = False,
     again: Annotated[bool, typer.Option("--again", help="For examples: grow anew what was grown before.")] = False,
     tolerance: Annotated[float, typer.Option(help="Seconds within which a grown cut agrees with one by hand.")] = 0.1,
     as_json: AsJson = False,
@@ -168,7 +172,13 @@ def segment(
         announce_compilation()
         with progress_bar("growing") as progress:
             grown = grow_library(
-                library, examples=example or (), join=join, again=again, tolerance=tolerance, progress=progress
+                library,
+                examples=example or (),
+                join=join,
+                rest=rest,
+                again=again,
+                tolerance=tolerance,
+                progress=progress,
             )
         table([_growth_row(growth, as_json) for growth in grown], as_json)
         return
@@ -181,13 +191,19 @@ def _growth_row(growth: Growth, as_json: bool) -> dict[str, Any]:
     """What was grown for a take and, where a person has cut it too, how well the two agree."""
     nothing = None if as_json else "-"
     first = next(iter(growth.tracks.values()))
-    row: dict[str, Any] = {"take": growth.take, "cuts": len(first.cuts), "metres_off": first.distance}
-    names = ("by_hand", "precision", "recall", "f1", "seconds_off", "labels")
-    found = growth.agreement
-    if found is None:
-        return {**row, **dict.fromkeys(names, nothing)}
-    values = (found.expected, found.precision, found.recall, found.f1, found.offset, growth.labels)
-    return {**row, **{n: nothing if v != v else v for n, v in zip(names, values, strict=True)}}
+    first, found = next(iter(growth.tracks.values())), growth.agreement
+    row: dict[str, Any] = {
+        "take": f"{growth.take}, rest" if growth.rest else growth.take,
+        "cuts": len(first.cuts),
+        "metres_off": first.distance,
+        "by_hand": found.expected if found else math.nan,
+        "precision": found.precision if found else math.nan,
+        "recall": found.recall if found else math.nan,
+        "f1": found.f1 if found else math.nan,
+        "seconds_off": found.offset if found else math.nan,
+        "labels": growth.labels,
+    }
+    return {n: nothing if isinstance(v, float) and not math.isfinite(v) else v for n, v in row.items()}
 
 
 def info(folder: Folder, as_json: AsJson = False) -> None:

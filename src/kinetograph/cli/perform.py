@@ -76,6 +76,7 @@ def perform(
     blend: Annotated[str, typer.Option(help="Blend at seams: inertialised, linear or none.")] = "inertialised",
     footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,
     handholds: Annotated[bool, typer.Option(help="Bring hands to those of the partner where recordings do.")] = True,
+    limits: Annotated[bool, typer.Option(help="Keep arms and legs within what joints do in the recordings.")] = True,
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0,
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0,
     pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
@@ -101,6 +102,7 @@ def perform(
     from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
+    from kinetograph.post.limits import JointLimits
     from kinetograph.signal import Signal
 
     written = [*output, *(p for p in (picture, report, transcript) if p)]
@@ -121,7 +123,12 @@ def perform(
         beam=beam,
         cluster=cluster,
         mirror=mirrored,
-        post=PostSettings(blend=blend, footskate=footskate, handholds=HoldSettings() if handholds else None),
+        post=PostSettings(
+            blend=blend,
+            footskate=footskate,
+            handholds=HoldSettings() if handholds else None,
+            limits=JointLimits() if limits else None,
+        ),
     )
     announce_compilation()
     smoothing = Smoothing(smooth_time, smooth_space)
@@ -186,7 +193,7 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "takes_used": len(takes),
         "cost": synthesis.cost,
         "optimal": bool(synthesis.statistics.get("optimal", 0)),
-        **{name: value for name, value in synthesis.statistics.items() if name.startswith("handhold")},
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.learn.alignment import align
@@ -133,6 +134,9 @@ def _source(
     if partner is not None:
         control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))
+    if method.placing == "continued":  # C compares poses where bodies stand, wherever that is
+        back = rot.about("y", -rot.twist(motion.rotations[:, 0], "y"))
+        target = rot.rotate(back[:, None], target - motion.translation[:, None] * np.array([1.0, 0.0, 1.0]))
     held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
     return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
 

@@ -41,6 +41,7 @@ class Grown:
     """What examples make of one track of a take: cuts and labels, and the distance in metres that is left.
 
     distance: root mean square over time and points, velocities included: the less, the better the take is understood.
+    A take shorter than any segment has no cuts, and is infinitely far.
     """
 
     cuts: tuple[Annotation, ...]
@@ -52,13 +53,15 @@ class Grown:
 class Growth:
     """A take, what was grown for it by track, and how that agrees with a person's cuts where there are any.
 
-    agreement, labels: see `compare_cuts` and `compare_labels`; labels is not a number without a person's.
+    agreement, labels: see `compare_cuts` and `compare_labels`; labels is not a number without a person's. rest: whether
+    only what a person has left uncut was grown.
     """
 
     take: str
     tracks: Mapping[str, Grown]
     agreement: CutAgreement | None = None
     labels: float = float("nan")
+    rest: bool = False
 
 
 def growing_control(partners: bool = False) -> PerformanceControl:
@@ -128,7 +131,10 @@ def grow(model: PerformanceModel, take: Take, progress: Progress | None = None) 
     assert isinstance(reading, PointsByRole)
     bodies = _bodies(take, track, tuple(reading.roles))
     points = model.control_points(bodies)
-    path = model.interpret(model.at_search_rate(points, bodies.fps), progress)
+    x = model.at_search_rate(points, bodies.fps)
+    if len(x) <= model.instances.states[0, 1]:
+        return Grown((), (), np.inf)
+    path = model.interpret(x, progress)
     segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
     borders = _borders(model, points, bodies.fps, path)
     cuts = _cuts(model, segments, borders, bodies.duration)
@@ -210,6 +216,33 @@ def grow_takes(
         if progress:
             progress(len(found), len(takes))
     return [found[take.name] for take in takes]
+
+
+def grow_rest(method: PerformanceControl, examples: Sequence[Take], take: Take) -> Growth:
+    """Cuts and labels of what comes before a take's first and after its last cut, by examples of which it is one.
+
+    The whole take is interpreted: where it is cut it explains itself, at no cost, and the rest joins on to that.
+    """
+    grown = _grow_all(_models(method, list(examples)), take)
+    tracks = {track: _outside(found, cuts_of(take, track)) for track, found in grown.tracks.items()}
+    return replace(grown, tracks=MappingProxyType(tracks), rest=True)
+
+
+def _outside(grown: Grown, cuts: Sequence[float]) -> Grown:
+    """What was grown before the first and after the last of some cuts, half the shortest segment away or more."""
+    if len(cuts) < 2:
+        return grown
+    away = 0.5 * float(np.diff(cuts).min())
+    found = tuple(note for note in grown.cuts if note.start < cuts[0] - away or note.start > cuts[-1] + away)
+    before = (replace(note, stop=min(note.stop, cuts[0])) for note in grown.labels if note.start < cuts[0])
+    after = (replace(note, start=max(note.start, cuts[-1])) for note in grown.labels if note.stop > cuts[-1])
+    return replace(grown, cuts=found, labels=(*before, *after))
+
+
+def by_hand(take: Take) -> Take:
+    """The take without cuts that were grown, where a person has made some as well; else as it is."""
+    kept = tuple(note for note in take.annotations if note.kind != "cut" or note.label != GROWN)
+    return Take(take.name, take.tracks, kept) if any(note.kind == "cut" for note in kept) else take
 
 
 def _models(method: PerformanceControl, examples: list[Take]) -> dict[str, PerformanceModel]:

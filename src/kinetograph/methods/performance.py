@@ -6,6 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,6 +25,7 @@ from kinetograph.methods._realize import realize
 from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
+from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
@@ -52,7 +54,8 @@ class PerformanceControl:
     continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
     stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
     constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"similarity"``,
-    ``"rigid"``, or ``"fixed"`` or ``"none"``, which are one; scales: least and greatest, for similarity. control: how
+    ``"rigid"``, or ``"fixed"`` or ``"none"``, which are one; scales: least and greatest, for similarity; placing: where
+    segments go without an alignment, ``"recorded"`` or ``"continued"``, on from where the one before ends. control: how
     control points are read: `GroundPath` for walks, `PointsByRole` for partners, `Channels` for what is not spatial.
     span: cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the
     roles whose positions are compared across seams. beam: width of the beam search, or None for the exact one.
@@ -67,6 +70,7 @@ class PerformanceControl:
     fine_rate: float | None = 30.0
     alignment: str = "ground"
     scales: tuple[float, float] = SCALES
+    placing: str = "recorded"
     control: ControlReading = field(default_factory=GroundPath)
     span: int = 1
     targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
@@ -87,6 +91,10 @@ class PerformanceControl:
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
         if self.alignment not in GROUPS:
             raise unknown_group(self.alignment)
+        if self.placing not in ("recorded", "continued"):
+            raise RequestError(f"placing must be recorded or continued, found {self.placing!r}")
+        if self.placing == "continued" and self.alignment not in ("fixed", "none"):
+            raise RequestError(f"segments are continued without alignment only; found {self.alignment!r}, not none")
         if not self.control.spatial and self.alignment not in ("fixed", "none"):
             raise RequestError(f"channels are in no space: alignment must be none, found {self.alignment!r}")
         if not 0 < self.scales[0] <= 1 <= self.scales[1] < np.inf:
@@ -154,6 +162,12 @@ class PerformanceModel:
     def basis_sums(self) -> FloatArray:
         """How much of a shift each mixture takes, shape ``(Q,)``."""
         return np.asarray(self.basis.sum(axis=1))
+
+    @cached_property
+    def joint_ranges(self) -> tuple[JointRange, ...]:
+        """How far the recordings turn the joints of arms and legs."""
+        motions = [source.motion for source in self.sources]
+        return seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton)))
 
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a control, shape ``(F, P, 3)``, at its own rate.

@@ -41,6 +41,18 @@ class Rule:
         if not self.start < self.stop:
             raise RequestError(f"a rule runs from a start to a later stop, found {self.start} and {self.stop}")
 
+    def __str__(self) -> str:
+        named = ", ".join(
+            text
+            for text, given in (
+                (f"take {self.take!r}", self.take),
+                (f"move {self.move!r}", self.move),
+                (f"second {self.source} of it", self.source),
+            )
+            if given is not None
+        )
+        return f"{named or 'any piece'} from {self.start:g} to {self.stop:g} s"
+
 
 @dataclass(frozen=True)
 class Transcript:
@@ -66,7 +78,7 @@ def matching(model: PerformanceModel, rule: Rule) -> BoolArray:
             and (rule.move is None or rule.move in moves_of(model, segment.source, segment.start, segment.stop))
         )
     if not any(found):
-        raise RequestError(f"no segment of the library matches {rule}; look at its takes and moves (library info)")
+        raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
     return np.array(found)[model.instances.states[:, 0]]
 
 
