@@ -167,7 +167,7 @@ def test_holds_that_a_person_tells_are_met_in_place_of_the_recorded_ones(tmp_pat
     take = _pair("a", 0.0)
     near = {**take.tracks, "follower": place(take.motion("leader"), 0.0, (0.1, 0.0, 0.0))}
     recorded = Annotation("follower", "handhold", "right_hand:left_hand", 0.5, 7.5)
-    model = replace(_METHOD, post=replace(PostSettings(), footskate=False)).fit(
+    model = replace(_METHOD, post=PostSettings(footskate=False, limits=None)).fit(
         _library(tmp_path, Take("a", near, (*take.annotations, recorded))), track="follower"
     )
     leader = take.motion("leader")
