@@ -11,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # figures are for one thread
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 TABLES = ("search", "walks", "dance", "growing", "keyframe", "sensor", "bvh", "markers", "retarget", "startup")
-ON_REQUEST = ("stream", "large")  # 800 MB on disk; some minutes
+ON_REQUEST = ("stream", "large", "live")  # 800 MB on disk; some minutes each
 
 
 def main() -> None:

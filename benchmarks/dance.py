@@ -7,8 +7,6 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks._recordings import data_folder
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
@@ -27,15 +25,14 @@ def main() -> None:
         print("no dances: set KINETOGRAPH_DATA to a folder that holds salsa/")
         return
     with tempfile.TemporaryDirectory() as scratch:
-        library = _dances(folder / "salsa", Path(scratch) / "dances")
+        library = dances(folder / "salsa", Path(scratch) / "dances")
         model = _clustered(partner_control(), library)
         leaders = concatenate([_motion(library, name, "leader") for name in CONTROL])
         leader = cut(leaders, 0, round(SECONDS * leaders.fps) + 1)
         _time(model, leader)
-        _live(model, leader)
 
 
-def _dances(folder: Path, where: Path) -> Library:
+def dances(folder: Path, where: Path) -> Library:
     library = Library.create(where)
     options = ReadOptions("inch", "z")
     for path in sorted(folder.glob("*_leader.bvh")):
@@ -68,20 +65,6 @@ def _time(model: PerformanceModel, leader: Motion) -> None:
         taken.append(time.thread_time() - began)
     size = f"{len(model.instances.segments)} segments, {len(model.instances.states)} states, {(len(x) - 1) / 7.5:.0f} s"
     print(f"dance, exact search, {size}: {1000 * min(taken):.0f} ms of processor time")
-
-
-def _live(model: PerformanceModel, leader: Motion) -> None:
-    leader = cut(leader, 0, round(40 * leader.fps))
-    best = model.interpret(model.at_search_rate(model.control_points(leader), leader.fps)).score
-    for lag in (0.1, 0.25, 0.5, 1.0, 2.0, None):
-        live, taken = model.start(leader.fps, lag), []
-        for frame in range(len(leader)):
-            began = time.thread_time()
-            live.step(cut(leader, frame, frame + 1))
-            taken.append(time.thread_time() - began)
-        score = live.finish().cost / best - 1
-        p99 = 1000 * float(np.quantile(taken, 0.99))
-        print(f"live, lag {lag}: score {100 * score:+.1f} % over offline, p99 of a step {p99:.1f} ms of processor time")
 
 
 if __name__ == "__main__":

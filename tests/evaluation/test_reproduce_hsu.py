@@ -338,7 +338,7 @@ def test_dances_are_printed_as_the_protocol_gives_them(tmp_path: Path, monkeypat
     for row in leave_one_dance_out(method, library, "follower", baselines=False):
         cells = next(c for c in tables["By dance"] if c[0] == row.take)
         assert cells[2:4] == [shown(row.joint_cm), shown(row.relative_cm)]
-    assert len(tables["Means over the dances"]) == 1 + 5
+    assert len(tables["Means over the dances"]) == 1 + 6
     units = _hsu_dances.unit_section(library, True, lambda text: None).numbers["units"]
     assert [row["unit"] for row in units] == ["1 beat", "2 beats", "4 beats"]
     assert [row["segments"] for row in units] == [12, 11, 9]

@@ -13,6 +13,7 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation.dance import distinct_share, leave_one_dance_out, mean_rows
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.kinematics import role_positions
+from kinetograph.methods._handholds import usual_grip
 from kinetograph.methods.controls import GroundPath, PointsByRole
 from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.motion import Motion, place, resample
@@ -162,15 +163,47 @@ def test_hands_that_are_held_in_the_recording_are_held_in_the_result(tmp_path: P
     assert stiff.synthesize(take.motion("leader")).statistics["handhold_residual_p95"] > 0.01
 
 
+def test_holds_that_a_person_tells_are_met_in_place_of_the_recorded_ones(tmp_path: Path) -> None:
+    take = _pair("a", 0.0)
+    near = {**take.tracks, "follower": place(take.motion("leader"), 0.0, (0.1, 0.0, 0.0))}
+    recorded = Annotation("follower", "handhold", "right_hand:left_hand", 0.5, 7.5)
+    model = replace(_METHOD, post=PostSettings(footskate=False, limits=None)).fit(
+        _library(tmp_path, Take("a", near, (*take.annotations, recorded))), track="follower"
+    )
+    leader = take.motion("leader")
+    told = Annotation("leader", "handhold", "right_hand:left_hand", 2.0, 4.0)
+    result = model.synthesize(Take("new", {"leader": leader}, (told,)))
+    assert [n for n in result.annotations if n.kind == "handhold"] == [replace(told, track="motion")]
+    assert result.statistics["handhold_residual_p95"] < 0.01
+    held = model.synthesize(Take("new", {"leader": leader})).annotations
+    assert [n.start for n in held if n.kind == "handhold"] == pytest.approx([0.5], abs=0.05)
+
+
+def test_the_usual_grip_is_the_mean_of_a_holds_recordings(tmp_path: Path) -> None:
+    take = _pair("a", 0.0)
+    holds = (
+        Annotation("follower", "handhold", "right_hand:left_hand", 1.0, 2.0),
+        Annotation("follower", "handhold", "left_hand:left_hand", 3.0, 5.0),
+    )
+    library = _library(tmp_path, replace(take, annotations=(*take.annotations, *holds)))
+    sources = _METHOD.fit(library, track="follower").sources
+    grips = sources[0].grips["right_hand:left_hand"]
+    np.testing.assert_allclose(usual_grip(sources, "right_hand:left_hand"), grips[30:61:3].mean(axis=0), atol=1e-9)
+    some = usual_grip(sources, "right_hand:right_hand")
+    assert not np.allclose(some, usual_grip(sources, "right_hand:left_hand"))
+    assert usual_grip((), "right_hand:left_hand").tolist() == [0.0, 0.0, 0.0]
+
+
 # ---- evaluation ----
 
 
 def test_leaving_dances_out_gives_a_row_a_take_and_method(tmp_path: Path) -> None:
     library = _library(tmp_path, _pair("a", 0.0), _pair("b", 0.3), _pair("c", 0.6))
     rows = leave_one_dance_out(_METHOD, library, "follower")
-    assert len(rows) == 15
+    assert len(rows) == 18
     means = {row.method: row for row in mean_rows(rows)}
-    assert set(means) == {"segments", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"}
+    others = {"holds told", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"}
+    assert set(means) == {"segments", *others}
     assert means["segments"].joint_cm < means["constant pose"].joint_cm
     assert means["segments"].joint_cm == pytest.approx(np.mean([r.joint_cm for r in rows if r.method == "segments"]))
     assert 0 < means["segments"].distinct <= 1

@@ -10,6 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
+from kinetograph.methods._one_window import OneWindow
 from kinetograph.methods.controls import PointsByRole
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion, cut
@@ -73,19 +74,45 @@ def test_velocities_come_a_frame_later_and_are_the_same(tmp_path: Path) -> None:
     assert _live(model, control, None)[0].cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.2, 0.6])
+@pytest.mark.parametrize("lag", [0.0, 0.2, 0.6, 1.5])
 def test_committed_pieces_stay_and_come_in_time(tmp_path: Path, lag: float) -> None:
     model, control = _model(tmp_path), _control()
-    live, pieces = model.start(control.fps, lag), []
+    live, pieces, known = model.start(control.fps, lag), list[kg.Piece](), []
     for frame in range(len(control)):
         pieces += live.step(cut(control, frame, frame + 1))
-        due = np.floor((frame / _FPS + 1e-6) * 10) / 10 - lag
-        if due >= 0 and frame >= 3:
-            assert pieces[-1].stop >= due - 1e-9
+        known.append(len(pieces))
     result = live.finish()
     assert _what(result.pieces)[: len(pieces)] == _what(pieces)
+    for frame, count in enumerate(known):
+        shown = np.floor((frame / _FPS + 1e-6) * 10) / 10 - max(lag, 0.1)
+        begun = [piece for piece in result.pieces if piece.start < shown - 0.1]  # borders move by less than a step
+        assert shown < 0 or count >= len(begun)
     assert result.cost >= model.synthesize(control).cost - 1e-9
     assert len(result.motion) == len(control)
+
+
+def test_the_stretch_of_a_committed_piece_is_open_until_it_ends(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control()
+    result, pieces = _live(model, control, 0.2)
+    moved = [abs(a.stop - b.stop) for a, b in zip(pieces, result.pieces, strict=False)]
+    assert max(moved) > 1 / _FPS + 1e-9
+    assert max(moved) <= 2 * _METHOD.stretch + 2 / _METHOD.rate
+
+
+def test_one_window_is_aligned_as_many_are(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control(2.0)), _FPS)
+    quick = OneWindow(model)
+    for stop in (2, 4, 9):
+        one, other = quick.arrivals_at(x[: stop + 1]), model.arrivals_at(x[: stop + 1])
+        np.testing.assert_allclose(one.costs, other.costs, atol=1e-9)
+        np.testing.assert_allclose(one.tails, other.tails, atol=1e-5)
+    for used, other in model.left_early(x[:12]).items():
+        one = quick.under_way(x[11 - used : 12])
+        longer = model.search.durations > used
+        np.testing.assert_allclose(one.costs[longer], other.costs[longer], atol=1e-9)
+        np.testing.assert_allclose(one.heads[longer], other.heads[longer], atol=1e-5)
+        assert np.isinf(one.costs[~longer]).all()
 
 
 def test_more_lag_than_the_control_is_long_changes_nothing(tmp_path: Path) -> None:

@@ -61,12 +61,17 @@ def leave_one_dance_out(
     baselines: bool = True,
     progress: Progress | None = None,
 ) -> list[DanceRow]:
-    """A row for each take and method: the configured one, nearest segments without continuity, and the baselines."""
+    """A row for each take and method: the configured one, and the baselines.
+
+    These are the configured one told which hands the recording holds, and when, which it does not know otherwise;
+    nearest segments without continuity; and the frame-by-frame ones.
+    """
     rows, names = [], library.names()
     for done, name in enumerate(names, start=1):
         take = library.take(name)
         rows.append(_synthesized("segments", method, library, take, target))
         if baselines:
+            rows.append(_synthesized("holds told", method, library, take, target, told=True))
             rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, take, target))
             rows += _frame_by_frame(method, library, take, target)
         if progress:
@@ -99,11 +104,14 @@ def _dancers(method: PerformanceControl, take: Take, target: str) -> tuple[Motio
     return resample(recorded, follower.fps), follower
 
 
-def _synthesized(label: str, method: PerformanceControl, library: Library, take: Take, target: str) -> DanceRow:
+def _synthesized(
+    label: str, method: PerformanceControl, library: Library, take: Take, target: str, *, told: bool = False
+) -> DanceRow:
     model = method.fit(library, exclude=(take.name,), track=target)
     leader, follower = _dancers(method, take, target)
+    holds = tuple(replace(n, track="control") for n in _holds(take, target, leader, follower)) if told else ()
     began = time.perf_counter()
-    result = model.synthesize(leader)
+    result = model.synthesize(Take(take.name, {"control": leader}, holds))
     taken = time.perf_counter() - began
     row = _row(take.name, label, joint_positions(resample(result.motion, follower.fps)), leader, follower, take, target)
     errors = take_errors(take, target, result.annotations, method.span)

@@ -212,14 +212,14 @@ def keep_only(search: SegmentalSearch, state: SearchState, time: int, kept: Bool
     _record(search, ring, time, scores, ring.tails[slot].copy())
 
 
-def descendants(search: SegmentalSearch, state: SearchState, time: int, ancestors: dict[int, BoolArray]) -> BoolArray:
-    """The states ``(S,)`` that end at ``time`` with a predecessor among ``ancestors``, states by step."""
-    back, origins = state.back[time - 1], time - search.durations
-    found = np.zeros(len(back), dtype=np.bool_)
-    for step_, mask in ancestors.items():
-        use = (origins == step_) & (back >= 0)
-        found[use] = mask[back[use]]
-    return found
+def under_way(search: SegmentalSearch, state: SearchState, used: int, arrivals: Arrivals) -> tuple[FloatArray, Links]:
+    """Scores ``(S,)`` and predecessors ``(S,)`` of the segments whose first ``used`` steps end at the latest step."""
+    if state.ring is None:
+        raise DataError("a search needs at least one step of control, found none")
+    longer = Arrivals(np.where(search.durations > used, arrivals.costs, np.inf), arrivals.heads, arrivals.tails)
+    spans = np.full(len(search.durations), used)
+    scores, links, _ = _extend(search, state.ring, state.back, longer, state.time, spans)
+    return scores, predecessors(links)
 
 
 def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:

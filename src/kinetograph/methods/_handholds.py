@@ -40,11 +40,18 @@ def _hand(motion: Motion, role: str) -> tuple[FloatArray, FloatArray]:
 
 
 def carried_holds(
-    pieces: list[tuple[Piece, Source]], marks: tuple[Annotation, ...], partner: Motion, frames: int, fps: float
+    pieces: list[tuple[Piece, Source]],
+    marks: tuple[Annotation, ...],
+    partner: Motion,
+    frames: int,
+    fps: float,
+    sources: tuple[Source, ...] = (),
 ) -> tuple[Hold, ...]:
-    """The holds of a result of ``frames`` frames at ``fps`` that the pieces' recordings carry over to it.
+    """The holds of a result of ``frames`` frames at ``fps``: where its hands go to hold the real partner's.
 
-    marks: the annotations carried, of which the handholds are used. partner: the control itself.
+    marks: annotations of the result, of which the handholds are used: those that the pieces' recordings carry over to
+    it, or those that a person tells. partner: the control itself. sources: all recordings, whose mean grip is used
+    where a hold is told that the piece does not have; without them it is that of a piece nearby.
     """
     times = np.arange(frames) / fps
     if not all(hand in partner.skeleton.roles for hand in HANDS):
@@ -59,12 +66,17 @@ def carried_holds(
                 held |= (times >= note.start - 1e-9) & (times <= note.stop + 1e-9)
         if held.any():
             place, turn = _hand(beside, theirs)
-            found.append(Hold(mine, place + rot.rotate(turn, _grip(pieces, label, times, fps)), held))
+            found.append(Hold(mine, place + rot.rotate(turn, _grip(pieces, label, times, fps, sources)), held))
     return tuple(found)
 
 
-def _grip(pieces: list[tuple[Piece, Source]], label: str, times: FloatArray, fps: float) -> FloatArray:
-    """The grip over the result's time ``(F, 3)``: that of the piece whose recording holds hands, elsewhere nearby's."""
+def _grip(
+    pieces: list[tuple[Piece, Source]], label: str, times: FloatArray, fps: float, sources: tuple[Source, ...]
+) -> FloatArray:
+    """The grip over the result's time ``(F, 3)``: that of the piece whose recording holds hands.
+
+    Elsewhere it is the recordings' mean one, if there is one, or that of a piece nearby.
+    """
     grip = np.full((len(times), 3), np.nan)
     for piece, source in pieces:
         inside = (times >= piece.start - 1e-9) & (times <= piece.stop + 1e-9)
@@ -73,8 +85,22 @@ def _grip(pieces: list[tuple[Piece, Source]], label: str, times: FloatArray, fps
             if note.kind == "handhold" and note.label == label:
                 use = inside & (at >= note.start - 1e-9) & (at <= note.stop + 1e-9)
                 grip[use] = interpolate(source.grips[label], at[use] * source.motion.fps)
+    if sources:
+        grip[np.isnan(grip[:, 0])] = usual_grip(sources, label)
     known = np.flatnonzero(~np.isnan(grip[:, 0]))
     if len(known) == 0:
         return np.zeros_like(grip)
     filled = np.stack([np.interp(np.arange(len(grip)), known, grip[known, i]) for i in range(3)], axis=1)
     return np.asarray(gaussian_filter1d(filled, SMOOTH * fps, axis=0, mode="nearest"))
+
+
+def usual_grip(sources: tuple[Source, ...], label: str) -> FloatArray:
+    """The mean grip ``(3,)`` of the recordings' holds with a label or, where none has it, of any; zeros without any."""
+    holds = [(s, n) for s in sources for n in s.marks if n.kind == "handhold" and n.label in s.grips]
+    same = [(source, note) for source, note in holds if note.label == label]
+    found = [np.zeros((0, 3))]
+    for source, note in same or holds:
+        at = np.arange(note.start, note.stop + 1e-9, 0.1)
+        found.append(interpolate(source.grips[note.label], at * source.motion.fps))
+    together = np.concatenate(found)
+    return np.asarray(together.mean(axis=0)) if len(together) else np.zeros(3)

@@ -27,11 +27,17 @@ if TYPE_CHECKING:
 
 
 def realize(
-    model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath, partner: Motion | None = None
+    model: PerformanceModel,
+    points: FloatArray,
+    fps: float,
+    path: SegmentalPath,
+    partner: Motion | None = None,
+    told: tuple[Annotation, ...] = (),
 ) -> Synthesis:
     """The synthesis of a path for control points ``points``, shape ``(F, P, 3)`` at ``fps``.
 
-    partner: the control where it is a character, whose hands are held.
+    partner: the control where it is a character, whose hands are held. told: the handholds with it, if a person says;
+    otherwise they are the pieces'.
     """
     method = model.method
     rate = method.fine_rate or method.rate
@@ -50,7 +56,9 @@ def realize(
     holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
-        holds = carried_holds(taken, marks, partner, frames, out_fps)
+        if told:
+            marks = (*(n for n in marks if n.kind != "handhold"), *(replace(n, track="motion") for n in told))
+        holds = carried_holds(taken, marks, partner, frames, out_fps, model.sources if told else ())
     joined = assemble(parts, out_fps, frames, method.post)
     motion = constrain(joined, marks, holds, method.post, model.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}

@@ -1,37 +1,49 @@
 """Live control: one control frame at a time, a piece decided as soon as it must be (chapter 7's open question).
 
-The search is the one that answers a whole control; what is added is *commitment*. A piece is committed when every
-hypothesis that may still win has it, which changes nothing, or when the control is ``lag`` seconds past its start,
-which binds the search to it: from then on only sequences that go on from its end are considered.
+The search is the one that answers a whole control; what is added is *commitment*. Without a lag a piece is committed
+when every hypothesis that may still win has it, which changes nothing. With one, the motion is needed ``lag`` seconds
+after its control, and what is needed is decided: which segment goes on by then, and since when. That binds the search.
+How far the segment is stretched is open until it ends, since little of that has been seen.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import segmental
+from kinetograph.learn import commitment, segmental
+from kinetograph.learn.commitment import Commitment
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
+from kinetograph.methods._one_window import OneWindow
 from kinetograph.methods._realize import pieces_of, realize
 from kinetograph.motion import Motion, concatenate
 from kinetograph.synthesis import Piece, Synthesis
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 
 Link = tuple[int, int, int]
-"""A piece in steps of the search: its state, its first step and its last, which may be still to come."""
+"""A piece in steps of the search: its state, its first step and its last, which may still be moved by its stretch."""
+
+
+def short_pieces(method: PerformanceControl) -> PerformanceControl:
+    """A configuration for lags shorter than its segments: those between neighbouring cuts, and 12 steps a second.
+
+    A short segment has been seen before it must be chosen. What it loses is what binds two of them together.
+    """
+    return replace(method, span=1, rate=max(method.rate, 12.0))
 
 
 @dataclass(eq=False)
 class Live:
     """A control under way. Made by `PerformanceModel.start`; `step` it frame by frame and `finish` it once.
 
-    fps: rate of the control's frames. lag: seconds after which a piece is decided, or None to wait for agreement.
+    fps: rate of the control's frames. lag: seconds after which motion is decided, in whole steps of the search,
+    rounded down, but one at least; or None to wait for agreement.
     """
 
     model: PerformanceModel
@@ -42,11 +54,17 @@ class Live:
     _samples: list[FloatArray] = field(default_factory=list)
     _state: segmental.SearchState = field(default_factory=segmental.SearchState)
     _committed: list[Link] = field(default_factory=list)
+    _decided: Commitment | None = None
+    _window: OneWindow = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._window = OneWindow(self.model)
 
     def step(self, reading: Motion | FloatArray) -> tuple[Piece, ...]:
         """Take one frame of control, a motion of one frame or control points ``(P, 3)``; the pieces newly committed.
 
-        A piece may be committed before its end is reached; it is placed by what has been seen of the control.
+        A piece is committed before its end is reached: it is placed by what has been seen of the control, and its end
+        is the likeliest.
         """
         before = len(self._committed)
         if isinstance(reading, Motion):
@@ -84,23 +102,25 @@ class Live:
 
     def path(self) -> SegmentalPath:
         """The best sequence for the control so far that goes on from what is committed."""
-        longest = self.model.instances.longest
-        x = np.stack(self._samples[-longest - 1 :])
-        if len(x) < 2:
+        longest = self._longest()
+        if longest < 1:
             raise RequestError(f"the control is too short: expected 2 samples at {self.model.method.rate:g} Hz or more")
-        early = self.model.left_early(x, [used for used in range(1, min(longest, len(x))) if self._may_begin(used)])
-        partial = {used: self._bound_partial(arrivals, used) for used, arrivals in early.items()}
+        partial = {used: self._under_way(used) for used in range(1, longest) if self._may_begin(used)}
         return segmental.finish(self.model.search, self._state, partial)
 
+    def _longest(self) -> int:
+        """Steps of the longest segment, as far as there is control for it."""
+        return min(self.model.instances.longest, len(self._samples) - 1)
+
     def _may_begin(self, used: int) -> bool:
-        """Whether a sequence may have begun its last piece ``used`` steps ago, given what is committed."""
-        if not self._committed:
-            return True
-        _, start, stop = self._committed[-1]
-        origin = self._state.time - used
-        if self._state.time < stop:
-            return origin == start
-        return origin == stop or origin >= stop + int(self.model.search.durations[0])
+        """Whether a segment may have begun ``used`` steps ago, given what is decided."""
+        origin, decided = self._state.time - used, self._decided
+        return decided is None or origin > decided.decided or origin == decided.start
+
+    def _under_way(self, used: int) -> Arrivals:
+        """The input of segments of which the first ``used`` steps end at the latest sample."""
+        arrivals = self._window.under_way(np.stack(self._samples[-used - 1 :]))
+        return self._bound(arrivals, np.full(self._size(), self._state.time - used))
 
     def _sample(self, position: float) -> None:
         low = min(int(position + 1e-9), len(self._points) - 1)
@@ -109,72 +129,43 @@ class Live:
         time = len(self._samples) - 1
         if time == 0:
             return
-        longest = self.model.instances.longest
-        arrivals = self.model.arrivals_at(np.stack(self._samples[-longest - 1 :]))
-        self._state = segmental.step(self.model.search, self._state, self._bound(arrivals, time))
-        for link in self._agreed():
-            self._committed.append(link)
-        if self.lag is not None:
-            self._decide(round(self.lag * self.model.method.rate))
+        search = self.model.search
+        arrivals = self._window.arrivals_at(np.stack(self._samples[-self.model.instances.longest - 1 :]))
+        self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations))
+        if self.lag is None:
+            self._committed += segmental.shared(search, self._state)[len(self._committed) :]
+        else:
+            self._decide(time - max(int(self.lag * self.model.method.rate + 1e-6), 1))
 
     # ---- commitment ----
 
-    def _bound(self, arrivals: Arrivals, time: int) -> Arrivals:
-        """Arrivals of which only those are legal that go on from what is committed."""
-        if not self._committed:
+    def _bound(self, arrivals: Arrivals, origins: IntArray) -> Arrivals:
+        """Arrivals of which only those are legal that go on from what is decided. origins: their first steps."""
+        if self._decided is None:
             return arrivals
-        state, start, stop = self._committed[-1]
-        durations = self.model.search.durations
-        legal = durations <= time - stop
-        if time == stop:
-            legal = (np.arange(len(durations)) == state) & (time - start == stop - start)
-        return Arrivals(np.where(legal, arrivals.costs, np.inf), arrivals.heads, arrivals.tails)
+        legal = self._decided.allows(self._segments(), origins)
+        return replace(arrivals, costs=np.where(legal, arrivals.costs, np.inf))
 
-    def _bound_partial(self, arrivals: Arrivals, used: int) -> Arrivals:
-        """The same for segments that are left after ``used`` steps, at the control's end."""
-        if not self._committed:
-            return arrivals
-        state, start, stop = self._committed[-1]
-        origin = self._state.time - used
-        legal = np.full(len(arrivals.costs), origin >= stop)
-        if self._state.time < stop:
-            legal = (np.arange(len(legal)) == state) & (origin == start)
-        return Arrivals(np.where(legal, arrivals.costs, np.inf), arrivals.heads, arrivals.tails)
-
-    def _decided(self) -> int:
-        """The step up to which pieces are committed."""
-        return self._committed[-1][2] if self._committed else 0
-
-    def _decide(self, lag: int) -> None:
-        """Commit the best sequence's pieces that begin ``lag`` steps ago or earlier."""
-        due = self._state.time - lag
-        if due < self._decided() or due < 0:
+    def _decide(self, due: int) -> None:
+        """Decide which segment goes on at step ``due``, and forget every hypothesis that has another."""
+        if due < 0:
             return
-        path = self.path()
-        for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):
-            if self._decided() <= max(start, 0) <= due and stop > self._decided():
-                self._commit((int(state), int(start), int(stop)))
+        search, segments = self.model.search, self._segments()
+        begun = [used for used in range(1, self._longest()) if self._may_begin(used)]
+        found = commitment.hypotheses(search, self._state, due, self._under_way, begun)
+        if len(found.scores) == 0:
+            return
+        state, start = commitment.choose(found, segments, self._state.time)
+        before, self._decided = self._decided, Commitment(int(segments[state]), start, due)
+        commitment.commit(search, self._state, segments, self._decided)
+        if before is None or before.start != start:
+            self._committed.append((state, start, start + int(search.durations[state])))
 
-    def _commit(self, link: Link) -> None:
-        """Bind the search to a piece: forget every hypothesis without it."""
-        self._committed.append(link)
-        state, _, stop = link
-        time = self._state.time
-        if stop > time:
-            return  # still under way: what it goes on from is all that is left
-        kept = {stop: _single(state, self._size())}
-        for u in range(stop + 1, time + 1):
-            kept[u] = segmental.descendants(self.model.search, self._state, u, kept)
-        for u, mask in kept.items():
-            segmental.keep_only(self.model.search, self._state, u, mask)
+    def _segments(self) -> IntArray:
+        return self.model.instances.states[:, 0]
 
     def _size(self) -> int:
         return len(self.model.search.durations)
-
-    def _agreed(self) -> list[Link]:
-        """The pieces, after those committed, that every hypothesis which may still win shares."""
-        links = segmental.shared(self.model.search, self._state)
-        return [link for link in links if link[1] >= self._decided() or not self._committed]
 
     def _pieces(self, links: list[Link]) -> tuple[Piece, ...]:
         x = np.stack(self._samples) if self._samples else np.zeros((0, 0, 3))
@@ -183,7 +174,3 @@ class Live:
             segment = self.model.instances.segments[self.model.instances.states[state, 0]]
             made += pieces_of(self.model, x, self.model.method.rate, [segment], np.array([start, stop], dtype=float))
         return tuple(made)
-
-
-def _single(state: int, size: int) -> BoolArray:
-    return np.asarray(np.arange(size) == state)

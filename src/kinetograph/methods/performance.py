@@ -224,13 +224,16 @@ class PerformanceModel:
     ) -> Synthesis:
         """A motion that performs the control (chapters 4 and 5): a path, a walker's motion, or a take that is one.
 
-        progress is called with the steps done and their number. rules: what is pinned or forbidden. Raises
-        RequestError for a control without direction, or too short for the search's rate.
+        Handholds that a take has annotated, ``own hand:partner's hand``, are met in place of those that the
+        recordings carry over. progress is called with the steps done and their number. rules: what is pinned or
+        forbidden. Raises RequestError for a control without direction, or too short for the search's rate.
         """
         track = only_track(control) if isinstance(control, Take) else control
+        notes = control.annotations if isinstance(control, Take) else ()
+        told = tuple(note for note in notes if note.kind == "handhold")
         points = self.control_points(track)
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
-        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
+        return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None, told)
 
     def alternatives(
         self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False

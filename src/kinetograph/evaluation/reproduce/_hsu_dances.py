@@ -34,8 +34,8 @@ PAPER = """The thesis, 6.2: 12 short dances of Lindy Hop, 5 minutes, 364 two-bea
 open ones, nearly always in rhythm. No distances are given."""
 OURS = """One dance is held out at a time and the follower compared joint by joint. A dance whose moves no other take
 has cannot come out well: nothing in the library says what its follower does. Hands held is by how much the distance
-of two hands differs from the recorded one where the recording holds hands. No moves are named, so the rates of
-segment and pattern errors cannot be given here."""
+of two hands differs from the recorded one where the recording holds hands; "holds told" knows which these are, and
+when. No moves are named, so the rates of segment and pattern errors cannot be given here."""
 UNIT = """The thesis, chapter 3: units of two beats, the basic one of the dance. Shorter ones may lack coherence,
 longer ones may not generalise; other lengths are not compared."""
 CLUSTERING = "The thesis, 6.2: 364 segments clustered to 168 for all its evaluations; what that changes is not given."

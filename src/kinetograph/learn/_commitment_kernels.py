@@ -1,0 +1,24 @@
+"""Compiled kernel of `commitment`: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba as nb
+
+
+@nb.njit(cache=True, nogil=True)
+def cover(back, durations, due, states, starts):  # type: ignore[no-untyped-def]
+    """The piece that covers step ``due`` in the sequence of every state at the R steps after it.
+
+    back ``(R, S)``: predecessors at steps due + 1, ..., due + R. states, starts ``(R, S)``: the piece's state and first
+    step, to be filled; a state without a sequence has -1.
+    """
+    for r in range(back.shape[0]):
+        for s in range(back.shape[1]):
+            origin = due + 1 + r - durations[s]
+            if origin <= due:
+                states[r, s], starts[r, s] = s, origin
+            elif back[r, s] < 0:
+                states[r, s], starts[r, s] = -1, 0
+            else:
+                states[r, s] = states[origin - due - 1, back[r, s]]
+                starts[r, s] = starts[origin - due - 1, back[r, s]]
