@@ -3,12 +3,17 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kinetograph as kg
+from kinetograph import rotations as rot
+from kinetograph.formats.readings import read_layout, write_layout
 from kinetograph.library import Library
+from kinetograph.sensing import preset
 from kinetograph.take import Take
 from walkers import walk
 
@@ -40,6 +45,47 @@ def test_a_motion_becomes_readings_and_readings_a_motion(folder: Path):
     assert told["uncertainty_degrees"] > 0
     assert json.loads((folder / "out.json").read_text())["pieces"]
     assert kg.load(folder / "out.bvh").motion().fps == pytest.approx(60.0)
+
+
+def worn(folder: Path) -> Path:
+    """A layout of sensors that are turned on their bones, and readings of a walk by it."""
+    layout = preset("wii")
+    turns = rot.exp(np.random.default_rng(0).normal(size=(8, 3)))
+    sensors = tuple(replace(s, rotation=q) for s, q in zip(layout.sensors, turns, strict=True))
+    write_layout(replace(layout, sensors=sensors), folder / "worn.toml")
+    done = run("simulate", folder / "walk.bvh", "--units", "metre", "--up", "y", "--layout", folder / "worn.toml",
+               "-o", folder / "worn.csv", "--force")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder / "worn.csv"
+
+
+def test_sensors_are_calibrated_and_the_layout_goes_straight_into_sense(folder: Path):
+    readings = worn(folder)
+    done = run("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
+               "--up", "y", "-o", folder / "mine.toml", "--json")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert abs(told["clock_offset_ms"]) < 5
+    assert len(told["sensors"]) == 8
+    assert all(row["accepted"] and row["residual"] < 0.3 * row["before"] for row in told["sensors"])
+    found, truth = read_layout(folder / "mine.toml"), read_layout(folder / "worn.toml")
+    apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(found.sensors, truth.sensors, strict=True)]
+    assert np.degrees(apart).max() < 5.0
+    done = run("sense", readings, "-l", folder / "lib", "--layout", folder / "mine.toml", "-o", folder / "mine.bvh")
+    assert done.returncode == 0, done.stderr
+    assert "calibrate the sensors" not in done.stderr
+
+
+def test_sensors_that_are_worn_as_the_layout_says_need_no_calibration(folder: Path):
+    readings = worn(folder)
+    done = run("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
+               "--up", "y", "--layout", folder / "worn.toml", "-o", folder / "again.toml")  # fmt: skip
+    told = done.stderr.splitlines()[-1]
+    assert done.returncode in (0, 1)
+    assert "worse than none" in told
+    done = run("calibrate", readings, "-l", folder / "lib", "--still", "3", "-o", folder / "no.toml")
+    assert (done.returncode, "--still takes start:stop in seconds, as in 0:3; found '3'" in done.stderr) == (1, True)
+    assert not (folder / "no.toml").exists()
 
 
 def test_bad_requests_are_one_line(folder: Path):

@@ -23,11 +23,13 @@ from kinetograph.formats.sensor_recordings import (
 )
 from kinetograph.kinematics import angular_velocities
 from kinetograph.library import Library
+from kinetograph.methods._sensor_examples import collect_motions
 from kinetograph.methods.sensor import SensorControl, SensorModel
 from kinetograph.motion import Motion, cut, resample
-from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_freely
+from kinetograph.sensing.calibration import Calibration, calibrate
 from kinetograph.sensing.clock import clock_offset
 from kinetograph.sensing.device import Device
+from kinetograph.sensing.free_calibration import calibrate_on_library
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor
 from kinetograph.sensing.readings import Readings, select
 from kinetograph.sensing.uniform import uniform
@@ -252,12 +254,7 @@ def qmt(path: Path, library: Library) -> RealRow:
     readings = read_qmt(path, _QMT)
     layout = PRESETS["ideal"]
     model = SensorControl(layout=layout).fit(library)
-    signal = uniform(readings, 60.0)
-    measured = signal.values.reshape(len(signal), -1, 3)
-    order = [readings.names.index(name) for name in layout.names]
-    scale = model.examples.scale
-    virtual = (model.examples.readings * scale).reshape(-1, len(layout.names), 3)
-    calibration = calibrate_freely(layout.names, measured[:, order], virtual)
+    calibration = calibrate_on_library(readings, layout, list(collect_motions(library, (), None).values()))
     result = model.synthesize(calibration.apply(readings))
     unsure, far = np.degrees(result.uncertainty).mean(), result.statistics["far"]
     note = f"no reference; uncertainty {unsure:.1f} degrees, {far:.0%} of frames unlike the library's"

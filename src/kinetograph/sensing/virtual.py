@@ -79,7 +79,8 @@ def simulate(
     rows = []
     for index, sensor in enumerate(layout.sensors):
         times = sample_times(device, motion.duration, rng)
-        force = measure(device, carried.force(times, index, sensor.width or device.width), rng)
+        exact = carried.force(times, index, sensor.width or device.width)
+        force = measure(device, exact + sensor.bias, rng)
         turning = carried.angular(times, index) if angular else np.zeros((len(times), 0))
         rows.append((times + device.offset, np.full(len(times), index), force, turning))
     times, sensors, force, turning = (np.concatenate(column) for column in zip(*rows, strict=True))
