@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import DataError, RequestError
-from kinetograph.evaluation.sensor import pose_errors
+from kinetograph.evaluation.sensor import pose_errors, rooted_positions
 from kinetograph.library import Library
 from kinetograph.methods._pose_space import fit_pose_space, without_heading
 from kinetograph.methods._root_motion import RootWalker, fit_root_model, root_features
-from kinetograph.methods._sensor_estimators import _Objective
+from kinetograph.methods._sensor_local import _told_apart
+from kinetograph.methods._sensor_optimisation import Objective
 from kinetograph.methods.sensor import SYNTHESES, LocalSettings, PathSettings, SensorControl, SensorModel
 from kinetograph.motion import Motion, resample
 from kinetograph.sensing import Layout, Readings, Sensor, preset, simulate
@@ -193,6 +194,8 @@ def test_a_configuration_that_cannot_be_is_refused():
         SensorControl(smoothing="much")
     with pytest.raises(RequestError, match="temperature must be positive, found 0"):
         PathSettings(temperature=0.0)
+    with pytest.raises(RequestError, match="ahead must be 0 or more seconds, found -1"):
+        SensorControl(ahead=-1.0)
     with pytest.raises(RequestError, match="rate must be a positive number, found nan"):
         SensorControl(rate=float("nan"))
 
@@ -240,14 +243,40 @@ def test_the_objectives_jacobian_is_its_derivative(models):
     b = local.reduction.dimensions
     valid = rng.uniform(size=24) > 0.2
     prior, signal = clusters[0], rng.normal(size=24)
-    objective = _Objective(
-        clusters, shares, prior.prior.mean, prior.whitening, 3.0, rng.normal(size=b), 0.7, signal, valid
-    )
+    objective = Objective(
+        clusters, shares, prior.prior.mean, prior.whitening, 0.7, signal, valid,
+        rng.uniform(1.0, 4.0, size=b), rng.normal(size=b),
+    )  # fmt: skip
     r = clusters[0].prior.mean + 0.05 * rng.normal(size=b)
     _, jacobian = objective(r)
     step = 1e-6
     numeric = [(objective(r + step * e)[0] - objective(r - step * e)[0]) / (2 * step) for e in np.eye(b)]
     np.testing.assert_allclose(jacobian, np.array(numeric).T, atol=1e-4)
+
+
+def test_looking_ahead_is_smoother_than_going_frame_by_frame_and_waits_for_it(models, readings):
+    ahead = models["optimisation"]
+    thesis = replace(ahead, method=replace(ahead.method, ahead=0.0, smoothing="none"))
+    shaking = {}
+    for name, model in (("ahead", ahead), ("thesis", thesis)):
+        rotations = model.synthesize(readings).motion.rotations
+        shaking[name] = np.abs(np.diff(rooted_positions(TAKES["usual", "motion"], rotations), n=2, axis=0)).mean()
+        assert error(rotations, walk(4.0, speed=1.05, period=0.97)) < 8.0
+    assert shaking["ahead"] < 0.7 * shaking["thesis"]
+    assert ahead.smoothing == "none"
+    assert ahead.latency - thesis.latency == pytest.approx(9 / 60)
+
+
+def test_a_cluster_is_told_by_density_or_by_its_mean_as_in_the_thesis(models):
+    local = models["optimisation"].local
+    examples = models["optimisation"].examples.readings
+    valid = np.ones(24, dtype=bool)
+    means = np.array([c.sensors.mean for c in local.clusters])
+    by_mean = _told_apart(list(local.clusters), local.readings.shares, "mean")
+    for row in examples[::97]:
+        assert np.argmax(by_mean.log_densities(row, valid)) == np.argmin(((means - row) ** 2).sum(axis=1))
+    with pytest.raises(RequestError, match="choice must be one of density, mean, found 'nearest'"):
+        LocalSettings(choice="nearest")
 
 
 def test_root_motion_is_that_of_the_walk(model):

@@ -15,9 +15,10 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.continuity import PathSearch
 from kinetograph.learn.posterior import Gaussian, fit_gaussian
-from kinetograph.methods._sensor_estimators import Continuity, Estimator, Interpolation, Optimisation
+from kinetograph.methods._sensor_estimators import Continuity, Estimator, Interpolation
 from kinetograph.methods._sensor_examples import Examples, build_examples, collect_motions
 from kinetograph.methods._sensor_local import LocalModels, LocalSettings, fit_local
+from kinetograph.methods._sensor_optimisation import Optimisation
 from kinetograph.sensing.layout import Layout, preset
 from kinetograph.sensing.readings import Readings, check_names, check_units
 from kinetograph.sensing.uniform import Resampling
@@ -42,7 +43,6 @@ __all__ = [
 Progress = Callable[[int, int], None]
 SYNTHESES = ("continuity", "interpolation", "optimisation")
 SMOOTHINGS = ("window", "causal", "none")
-_USUAL = {"continuity": "window", "interpolation": "window", "optimisation": "window"}
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,9 @@ class SensorControl:
     layout: which sensors there are, and the device that they are simulated as. synthesis: ``"continuity"`` (the
     default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate: frames a second.
     smoothing: ``"window"`` (the thesis' eight frames, three of them later ones), ``"causal"`` (no wait) or
-    ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. local,
-    path, resampling: see there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of
+    ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. ahead:
+    seconds of later readings that optimisation looks at; 0 goes frame by frame, as the thesis does. local, path,
+    resampling: see there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of
     the mixture's runs.
     """
 
@@ -88,6 +89,7 @@ class SensorControl:
     smoothing: str | None = None
     smoothness: float = 0.2
     control: float = 0.8
+    ahead: float = 0.15
     local: LocalSettings = field(default_factory=LocalSettings)
     path: PathSettings = field(default_factory=PathSettings)
     resampling: Resampling = field(default_factory=Resampling)
@@ -103,6 +105,9 @@ class SensorControl:
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise RequestError(f"{name} must be a positive number, found {value}")
+
+        if not (np.isfinite(self.ahead) and self.ahead >= 0):
+            raise RequestError(f"ahead must be 0 or more seconds, found {self.ahead}")
 
     def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> SensorModel:
         """Learn from a library's takes, given sensors by simulation. ``exclude`` leaves takes out, by name.
@@ -159,7 +164,9 @@ class SensorModel:
     @property
     def smoothing(self) -> str:
         """What smoothing is done."""
-        return self.method.smoothing or _USUAL[self.method.synthesis]
+        method = self.method
+        smooth = method.synthesis == "optimisation" and method.ahead > 0
+        return method.smoothing or ("none" if smooth else "window")
 
     def estimator(self) -> Estimator:
         """A fresh estimator of the configured synthesis."""
@@ -173,7 +180,8 @@ class SensorModel:
         assert self.local is not None  # fit_examples sees to it
         if method.synthesis == "interpolation":
             return Interpolation(self.local)
-        return Optimisation(self.local, method.smoothness, method.control)
+        ahead = round(method.ahead * method.rate)
+        return Optimisation(self.local, method.smoothness, method.control, ahead, method.rate)
 
     def start(self) -> LiveSensor:
         """Begin a live run: ``step(readings)`` gives the poses that are settled, ``finish()`` the whole."""

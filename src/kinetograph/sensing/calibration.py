@@ -39,7 +39,7 @@ class Calibration:
     m/s^2, taken from the readings before they are turned. residuals, before: root-mean-square m/s^2, ``(S,)``, between
     calibrated, or raw, and virtual readings. apart: ``(S,)`` radians between the rotations that either half of the
     frames alone gives, which tells how far to trust them. accepted: ``(S,)``, false where calibration was worse than
-    none, or the halves disagreed, and is left out (identity).
+    none, or a free calibration's halves disagreed, and is left out (identity).
     """
 
     names: tuple[str, ...]
@@ -177,18 +177,19 @@ class Pairs:
 def calibrated(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
     """Rotation and offset of each sensor, or neither where that is no better on frames kept aside.
 
-    apart: ``(S,)`` radians by which two halves of the frames disagree, where more than these pairs went into it.
-    Raises RequestError for fewer than 30 frames, or a sensor that always points one way.
+    apart: ``(S,)`` radians by which two halves of the frames disagree, where the reference was itself found by way
+    of the calibration; beyond `APART` it is not believed. Raises RequestError for fewer than 30 frames, or a sensor that always points one way.
     """
     for name, own in zip(names, pairs, strict=True):
         _check(name, own)
+    believed = np.ones(len(names), dtype=np.bool_) if apart is None else apart <= APART
     if apart is None:
         first = np.array([fitted(own.part(slice(len(own.measured) // 2)))[0] for own in pairs])
         second = np.array([fitted(own.part(slice(len(own.measured) // 2, None)))[0] for own in pairs])
         apart = np.asarray(rot.angle_between(first, second))
     found = [_one(own) for own in pairs]
     turns, offsets, residuals, before, better = (np.array(column) for column in zip(*found, strict=True))
-    accepted = better.astype(np.bool_) & (apart <= APART)
+    accepted = better.astype(np.bool_) & believed
     return Calibration(
         names,
         np.where(accepted[:, None], turns, rot.IDENTITY),
