@@ -15,6 +15,7 @@ from kinetograph.learn.mixture import fit_mixture, join_small
 from kinetograph.learn.posterior import Gaussian, classes_of, fit_gaussian, levenberg_marquardt, mixed
 from kinetograph.learn.reduction import fit_pca
 from kinetograph.learn.smoothing import smooth_path
+from kinetograph.learn.trust import learn_strengths
 
 
 def swiss_roll(count: int = 800) -> tuple[np.ndarray, np.ndarray]:
@@ -148,6 +149,19 @@ def test_a_smooth_path_is_the_least_squares_one(seed, length, given_rows):
     weights = rng.uniform(0.1, 30.0, size=3)
     expected = naive_sensor.smooth_path(means, precisions, weights, before)
     np.testing.assert_allclose(smooth_path(means, precisions, weights, before), expected, atol=1e-5)
+
+
+def test_withdrawal_is_learnt_where_estimates_are_noise_and_not_where_they_are_right():
+    rng = np.random.default_rng(0)
+    truth, cases = rng.normal(size=(400, 4)), np.repeat(np.arange(4), 100)
+    away = truth + np.array([0.0, 0.0, 3.0, 3.0]) * rng.normal(size=truth.shape)
+    doubt = np.full(400, 0.5)
+    found = learn_strengths(away, truth, doubt, np.array([0, 0, 1, 1]), cases)
+    assert found[0] == 0.0
+    assert found[1] >= 1.5
+    # one case whose estimates are wild, against three that are right
+    wild = np.where((cases == 0)[:, None], truth + 5 * rng.normal(size=truth.shape), truth + 0.01)
+    assert learn_strengths(wild, truth, doubt, np.zeros(4, dtype=int), cases).tolist() == [0.0]
 
 
 def test_mixing_gaussians_adds_the_spread_of_their_means():

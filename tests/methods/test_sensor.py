@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter1d
 
 import kinetograph as kg
 from kinetograph import rotations as rot
@@ -27,6 +28,7 @@ from walkers import stick_figure, walk
 
 LOCAL = LocalSettings(runs=1, clusters=10, frames=600, centres=60)
 EIGHT = preset("wii")
+ONE = keep(EIGHT, ("right_forearm",))
 TAKES = {
     ("slow", "motion"): walk(5.0, speed=0.7, period=1.3),
     ("usual", "motion"): walk(5.0, speed=1.0),
@@ -277,6 +279,33 @@ def test_a_cluster_is_told_by_density_or_by_its_mean_as_in_the_thesis(models):
         assert np.argmax(by_mean.log_densities(row, valid)) == np.argmin(((means - row) ** 2).sum(axis=1))
     with pytest.raises(RequestError, match="choice must be one of density, mean, found 'nearest'"):
         LocalSettings(choice="nearest")
+
+
+def shaken(motion: Motion, amount: float, seed: int) -> Readings:
+    """Readings of one sensor that are mostly noise, slow enough for no filter to take it out."""
+    readings = simulate(motion, ONE, np.random.default_rng(seed))
+    noise = gaussian_filter1d(np.random.default_rng(seed + 50).normal(size=readings.force.shape), 8, axis=0)
+    return replace(readings, force=readings.force + amount * noise / noise.std())
+
+
+def test_a_poor_sensor_is_not_believed_where_recordings_of_it_teach_so():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    recorded = {key: shaken(motion, 6.0, i) for i, (key, motion) in enumerate(motions.items())}
+    held = ("05", "motion")
+    rest = {key: motion for key, motion in motions.items() if key != held}
+    errors = {}
+    for cautious in (True, False):
+        method = SensorControl(layout=ONE, path=PathSettings(cautious=cautious), clean_feet=False)
+        model = method.fit_motions(rest, recorded)
+        errors[cautious] = error(model.synthesize(recorded[held]).motion.rotations, motions[held])
+    assert model.trust is None
+    assert errors[True] < errors[False]
+
+
+def test_good_sensors_are_believed():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    model = SensorControl().fit_motions(motions)
+    assert np.median(model.trust[model.examples.space.joints]) == 0.0
 
 
 def test_root_motion_is_that_of_the_walk(model):

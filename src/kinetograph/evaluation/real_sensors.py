@@ -42,6 +42,8 @@ NEURA = {
     "00B40C35": "right_shank", "00B40C55": "left_foot", "00B40C48": "right_foot",
 }  # fmt: skip
 """Which sensor is where, found by correlating angular speeds with those of the bones (0.99 and more)."""
+QMT_STANDS = (60.0, 76.0)
+"""Seconds of the qmt recording in which the wearer stands still."""
 _VICON = {"qRTH": "right_thigh", "qLTH": "left_thigh", "qRSK": "right_shank", "qLSK": "left_shank"}
 _QMT = {
     f"{there}_{side}": f"{side}_{here}"
@@ -204,7 +206,10 @@ def utd(folder: Path, action: int) -> list[RealRow]:
     for person in sorted({name.split("_")[1] for name, _ in trials}):
         rest = {k: v for k, v in trials.items() if k[0].split("_")[1] != person}
         calibration = _calibrate_on(rest, layout)
-        model = SensorControl(layout=layout, rate=30.0).fit_motions({k: m for k, (m, _) in rest.items()})
+        model = SensorControl(layout=layout, rate=30.0).fit_motions(
+            {k: m for k, (m, _) in rest.items()},
+            {k: calibration.apply(r) for k, (_, r) in rest.items() if len(r) > 10},
+        )
         for key, (motion, readings) in trials.items():
             if key not in rest and len(readings) > 10:
                 angle, mean = _errors(model, calibration.apply(readings), motion)
@@ -254,7 +259,8 @@ def qmt(path: Path, library: Library) -> RealRow:
     readings = read_qmt(path, _QMT)
     layout = PRESETS["ideal"]
     model = SensorControl(layout=layout).fit(library)
-    calibration = calibrate_on_library(readings, layout, list(collect_motions(library, (), None).values()))
+    motions = list(collect_motions(library, (), None).values())
+    calibration = calibrate_on_library(readings, layout, motions, QMT_STANDS)
     result = model.synthesize(calibration.apply(readings))
     unsure, far = np.degrees(result.uncertainty).mean(), result.statistics["far"]
     note = f"no reference; uncertainty {unsure:.1f} degrees, {far:.0%} of frames unlike the library's"

@@ -14,6 +14,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.learn import continuity
 from kinetograph.learn.continuity import PathSearch
+from kinetograph.learn.trust import withdrawal
 from kinetograph.methods._sensor_examples import Examples
 from kinetograph.methods._sensor_local import Cluster, LocalModels
 
@@ -61,12 +62,20 @@ class Interpolation:
 
 
 class Continuity:
-    """The examples that the readings have been passing through, averaged over the best paths."""
+    """The examples that the readings have been passing through, averaged over the best paths.
 
-    def __init__(self, examples: Examples, search: PathSearch, paths: int, temperature: float) -> None:
+    trust: ``(J,)``, how strongly each joint draws back to the mean pose where paths differ, as `_sensor_trust` learns.
+    """
+
+    def __init__(
+        self, examples: Examples, search: PathSearch, paths: int, temperature: float, trust: FloatArray | None = None
+    ) -> None:
         self.lag = search.lag
         self._examples, self._search = examples, search
         self._paths, self._temperature = paths, temperature
+        self._mean, self._total = examples.poses.mean(axis=0), examples.poses.var(axis=0)
+        trust = np.zeros(len(examples.space.moving)) if trust is None else trust
+        self._strength = trust[np.nonzero(examples.space.moving)[0]]
         self._state = continuity.init(search)
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
@@ -79,7 +88,14 @@ class Continuity:
         variance = shares @ (poses - pose) ** 2
         best = int(found[np.argmax(shares)])
         cost = float(weights @ (self._examples.readings[best] - readings) ** 2)
+        pose, variance = self._drawn_back(pose, variance)
         return Estimate(pose, shares @ self._examples.root_features[found], variance, best, cost)
+
+    def _drawn_back(self, pose: FloatArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Towards the mean pose by each joint's trust; the variance is that of a mixture of both."""
+        away = pose - self._mean
+        share = withdrawal(self._strength, min(float(variance.sum() / max(self._total.sum(), 1e-12)), 1.0))
+        return pose - share * away, (1 - share) * variance + share * self._total + share * (1 - share) * away**2
 
 
 def doubt(cluster: Cluster, valid: BoolArray) -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +15,7 @@ from kinetograph.methods._pose_space import PoseSpace, fit_pose_space
 from kinetograph.methods._root_motion import RootModel, fit_root_model, root_features
 from kinetograph.motion import Motion, resample
 from kinetograph.sensing.layout import Layout
+from kinetograph.sensing.readings import Readings, only
 from kinetograph.sensing.uniform import Resampling, uniform
 from kinetograph.sensing.virtual import simulate
 from kinetograph.skeleton import same_shape
@@ -75,17 +78,19 @@ def collect_motions(library: Library, exclude: tuple[str, ...], track: str | Non
 
 
 def build_examples(
-    motions: dict[tuple[str, str], Motion], layout: Layout, fps: float, how: Resampling, rng: np.random.Generator
-) -> Examples:
-    """Examples of motions that are given a layout's sensors by simulation.
+    motions: dict[tuple[str, str], Motion], layout: Layout, fps: float, how: Resampling, rng: np.random.Generator,
+    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}),
+) -> Examples:  # fmt: skip
+    """Examples of motions that are given a layout's sensors by simulation, where they have no ``recorded`` readings.
 
     The sensors have their device's faults but for losses and clock offset, and pass through the same resampling as real
     ones, so that whatever it does to the readings it does to both.
     """
     at_rate = {key: resample(motion, fps) for key, motion in motions.items()}
     learner = replace(layout, device=replace(layout.device, loss=0.0, offset=0.0))
+    rows = {key: recorded.get(key) or simulate(motions[key], learner, rng) for key in at_rate}
     readings = [
-        uniform(simulate(motions[key], learner, rng), fps, (len(motion) - 1) / fps, how).values
+        uniform(only(rows[key], layout.names), fps, (len(motion) - 1) / fps, how).values
         for key, motion in at_rate.items()
     ]
     together = np.concatenate(readings)

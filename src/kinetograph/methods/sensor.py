@@ -5,13 +5,13 @@ Notation: ``c`` is a frame of readings, ``q`` a pose vector, ``r`` its reduced c
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.continuity import PathSearch
 from kinetograph.learn.posterior import Gaussian, fit_gaussian
@@ -19,6 +19,7 @@ from kinetograph.methods._sensor_estimators import Continuity, Estimator, Interp
 from kinetograph.methods._sensor_examples import Examples, build_examples, collect_motions
 from kinetograph.methods._sensor_local import LocalModels, LocalSettings, fit_local
 from kinetograph.methods._sensor_optimisation import Optimisation
+from kinetograph.methods._sensor_trust import learn_trust
 from kinetograph.sensing.layout import Layout, preset
 from kinetograph.sensing.readings import Readings, check_names, check_units
 from kinetograph.sensing.uniform import Resampling
@@ -52,7 +53,7 @@ class PathSettings:
     memory: seconds in which old readings lose two thirds of their say. warp: cost of a step that is not one frame.
     jump: cost of going on at another place; both in squared standard deviations of a reading. lag: seconds that
     answers look back. paths: how many are averaged. temperature: difference in cost at which a path counts a third as
-    much.
+    much. cautious: whether to draw back towards the mean pose where paths differ, as takes kept aside teach.
     """
 
     memory: float = 0.3
@@ -61,6 +62,7 @@ class PathSettings:
     lag: float = 0.05
     paths: int = 128
     temperature: float = 0.5
+    cautious: bool = True
 
     def __post_init__(self) -> None:
         for name in ("memory", "temperature", "jump"):
@@ -116,10 +118,16 @@ class SensorControl:
         """
         return self.fit_motions(collect_motions(library, exclude, track))
 
-    def fit_motions(self, motions: dict[tuple[str, str], Motion]) -> SensorModel:
-        """`fit` for motions of one skeleton at hand, by take and track."""
+    def fit_motions(
+        self, motions: dict[tuple[str, str], Motion], readings: Mapping[tuple[str, str], Readings] | None = None
+    ) -> SensorModel:
+        """`fit` for motions of one skeleton at hand, by take and track.
+
+        readings: of real sensors worn during some of them, on the motions' clocks and calibrated, which then take the
+        place of simulated ones, as in the thesis (4.2).
+        """
         rng = np.random.default_rng(self.seed)
-        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng)
+        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng, readings or {})
         return fit_examples(self, examples, rng)
 
 
@@ -133,7 +141,10 @@ def fit_examples(
     away = (examples.readings - overall.mean) @ overall.whitening().T
     reach = float(np.quantile((away**2).sum(axis=1), 0.995))
     search = np.ascontiguousarray(examples.readings.T, dtype=np.float32)
-    return SensorModel(method, examples, local, search, overall, reach)
+    model = SensorModel(method, examples, local, search, overall, reach)
+    if method.synthesis != "continuity" or not method.path.cautious:
+        return model
+    return replace(model, trust=learn_trust(examples, model.paths_through))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,15 +152,17 @@ class SensorModel:
     """A library made ready for one configuration: examples, and the local models where the synthesis needs them.
 
     search: the examples' readings, ``(C, N)``. overall: Gaussian of all readings; reach: the squared Mahalanobis
-    distance from it that few examples exceed.
+    distance from it that few examples exceed. trust: ``(J,)``, how strongly continuity's joints draw back to the mean
+    pose where it is unsure.
     """
 
     method: SensorControl
     examples: Examples
     local: LocalModels | None
-    search: np.ndarray[tuple[int, int], np.dtype[np.float32]]
+    search: SingleArray
     overall: Gaussian
     reach: float
+    trust: FloatArray | None = None
 
     @property
     def latency(self) -> float:
@@ -172,16 +185,22 @@ class SensorModel:
         """A fresh estimator of the configured synthesis."""
         method = self.method
         if method.synthesis == "continuity":
-            path = method.path
-            decay = float(np.exp(-1.0 / (path.memory * method.rate)))
-            lag = round(path.lag * method.rate)
-            search = PathSearch(self.search, self.examples.first, decay, path.warp, path.jump, lag)
-            return Continuity(self.examples, search, path.paths, path.temperature)
+            return self._paths(self.examples, self.search, self.trust)
         assert self.local is not None  # fit_examples sees to it
         if method.synthesis == "interpolation":
             return Interpolation(self.local)
         ahead = round(method.ahead * method.rate)
         return Optimisation(self.local, method.smoothness, method.control, ahead, method.rate)
+
+    def paths_through(self, examples: Examples) -> Continuity:
+        """A fresh estimator by continuity of other examples, which draws back nothing."""
+        return self._paths(examples, np.ascontiguousarray(examples.readings.T, dtype=np.float32), None)
+
+    def _paths(self, examples: Examples, search: SingleArray, trust: FloatArray | None) -> Continuity:
+        path, rate = self.method.path, self.method.rate
+        decay = float(np.exp(-1.0 / (path.memory * rate)))
+        through = PathSearch(search, examples.first, decay, path.warp, path.jump, round(path.lag * rate))
+        return Continuity(examples, through, path.paths, path.temperature, trust)
 
     def start(self) -> LiveSensor:
         """Begin a live run: ``step(readings)`` gives the poses that are settled, ``finish()`` the whole."""

@@ -177,8 +177,9 @@ class Pairs:
 def calibrated(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
     """Rotation and offset of each sensor, or neither where that is no better on frames kept aside.
 
-    apart: ``(S,)`` radians by which two halves of the frames disagree, where the reference was itself found by way
-    of the calibration; beyond `APART` it is not believed. Raises RequestError for fewer than 30 frames, or a sensor that always points one way.
+    apart: ``(S,)`` radians by which two halves of the frames disagree, where the reference was itself found by way of
+    the calibration; beyond `APART` it is not believed. Raises RequestError for fewer than 30 frames, or a sensor that
+    always points one way.
     """
     for name, own in zip(names, pairs, strict=True):
         _check(name, own)

@@ -52,7 +52,7 @@ def calibrate_on_library(
 ) -> Calibration:
     """Calibration by movement that is like a library's motions, and by seconds of standing still, arms hanging.
 
-    Half a minute, from the time of standing on, is looked at. Raises RequestError for sensors that the layout does not
+    Half a minute, from the end of standing on, is looked at. Raises RequestError for sensors that the layout does not
     have, and whatever `standing_still` and `calibrate_freely` refuse.
     """
     check_units(readings)
@@ -60,7 +60,7 @@ def calibrate_on_library(
     library = examples_of(motions, worn)
     standing = still and standing_still(readings, worn, still, motions[0].skeleton, library)
     measured, valid = framed(readings, worn)
-    first = round(still[0] * RATE) if still else 0
+    first = round((still[1] if still else float(readings.times[0])) * RATE)
     rows = slice(first, first + LONGEST)
     return calibrate_freely(worn.names, measured[rows], library, valid[rows], standing)
 
