@@ -22,7 +22,7 @@ from kinetograph.methods.sensor import SYNTHESES, LocalSettings, PathSettings, S
 from kinetograph.motion import Motion, resample
 from kinetograph.sensing import Layout, Readings, Sensor, preset, simulate
 from kinetograph.sensing.layout import keep
-from kinetograph.sensing.readings import only, select
+from kinetograph.sensing.readings import kinds_of, only, select
 from kinetograph.take import Take
 from walkers import stick_figure, walk
 
@@ -279,6 +279,25 @@ def test_a_cluster_is_told_by_density_or_by_its_mean_as_in_the_thesis(models):
         assert np.argmax(by_mean.log_densities(row, valid)) == np.argmin(((means - row) ** 2).sum(axis=1))
     with pytest.raises(RequestError, match="choice must be one of density, mean, found 'nearest'"):
         LocalSettings(choice="nearest")
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_gyroscopes_and_tilt_are_used_where_readings_have_them(readings, synthesis):
+    truth = walk(4.0, speed=1.05, period=0.97)
+    layout = preset("imu")
+    errors = {}
+    for kinds in (("force",), ("force", "angular", "tilt")):
+        method = SensorControl(layout=keep(layout, ("left_shank",)), kinds=kinds, synthesis=synthesis, local=LOCAL)
+        model = method.fit_motions(TAKES)
+        assert model.examples.readings.shape[1] == 3 * len(kinds)
+        told = simulate(truth, method.layout, np.random.default_rng(0), angular=True, tilt=True)
+        assert kinds_of(told) == ("force", "angular", "tilt")
+        errors[len(kinds)] = error(model.synthesize(told).motion.rotations, truth)
+    assert errors[3] < errors[1]
+    with pytest.raises(RequestError, match="the model expects angular as well, columns gx,gy,gz"):
+        model.synthesize(only(readings, ("left_shank",)))
+    with pytest.raises(RequestError, match="kinds must be force and then angular, tilt or both, found angular"):
+        SensorControl(kinds=("angular",))
 
 
 def shaken(motion: Motion, amount: float, seed: int) -> Readings:

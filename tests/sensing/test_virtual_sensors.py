@@ -13,7 +13,7 @@ from kinetograph.motion import Motion
 from kinetograph.sensing import PRESETS, Device, Layout, Readings, Sensor, preset, simulate, specific_force
 from kinetograph.sensing.device import measure
 from kinetograph.sensing.layout import attach, keep
-from kinetograph.sensing.readings import check_units, only
+from kinetograph.sensing.readings import channels, check_units, only
 from kinetograph.skeleton import Skeleton
 from walkers import walk
 
@@ -70,6 +70,24 @@ def test_a_gyroscope_reads_the_rate_of_the_rod():
     readings = simulate(rod(2.5, axis="z"), on_rod((0.5, 0, 0)), angular=True)
     assert readings.angular is not None
     np.testing.assert_allclose(readings.angular, np.broadcast_to([0, 0, 2.5], readings.angular.shape), atol=1e-6)
+
+
+def test_tilt_is_up_in_the_sensors_frame_whatever_the_heading():
+    tipped = rod(0.0)
+    turn = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
+    still = replace(tipped, rotations=np.broadcast_to(turn, tipped.rotations.shape).copy())
+    told = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
+    up = np.array([np.sin(0.5), np.cos(0.5), 0.0])
+    np.testing.assert_allclose(told[:, 3:], np.broadcast_to(up, (len(told), 3)), atol=1e-9)
+    np.testing.assert_allclose(told[:, :3], 9.81 * told[:, 3:], atol=1e-6)
+
+
+def test_a_noisy_gyroscope_and_compass_are_as_noisy_as_the_device_says():
+    layout = on_rod((0.5, 0, 0), turn_noise=0.1, tilt_noise=0.05)
+    told = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
+    assert told.angular is not None
+    assert (told.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
+    assert channels(told, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
 
 
 @given(st.floats(-200, 200), st.integers(4, 16))

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from kinetograph.sensing import Calibration
 
 Wearing = Annotated[str, typer.Option(help="Layout: a .toml file, or wii, phone, imu, ideal.")]
+Use = Annotated[
+    list[str] | None,
+    typer.Option(help="Columns to use: force, angular, tilt; by default all that there are. Repeatable."),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -45,6 +49,7 @@ def sense(
     ] = "continuity",
     reduction: Annotated[str, typer.Option(help="Reduction of the local models: pca or lle.")] = "pca",
     smoothing: Annotated[str | None, typer.Option(help="Smoothing: window, causal or none.")] = None,
+    use: Use = None,
     picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw, .png.")] = None,
     report: Annotated[Path | None, typer.Option(help="JSON to write: pieces, costs, where each came from.")] = None,
     rate: Annotated[float, typer.Option(help="Frames a second of the motion.")] = 60.0,
@@ -64,6 +69,7 @@ def sense(
     from kinetograph.formats.readings import read_layout, read_readings
     from kinetograph.methods.sensor import LocalSettings, SensorControl
     from kinetograph.pipeline import open_library
+    from kinetograph.sensing.readings import kinds_of
 
     written = [*output, *(p for p in (picture, report) if p)]
     refuse_unknown_formats(output)
@@ -73,6 +79,7 @@ def sense(
         note(f"{readings}: {text}")
     method = SensorControl(
         layout=read_layout(layout),
+        kinds=tuple(use) if use else kinds_of(rows),
         synthesis=synthesis,
         smoothing=smoothing,
         rate=rate,
@@ -217,6 +224,7 @@ def simulate(
     layout: Wearing = "wii",
     seed: Annotated[int, typer.Option(help="Of noise, jitter and losses.")] = 0,
     angular: Annotated[bool, typer.Option("--angular", help="Angular velocities as well.")] = False,
+    tilt: Annotated[bool, typer.Option("--orientation", help="Orientations as well.")] = False,
     units: Units = None,
     up: Up = None,
     force: Force = False,
@@ -236,7 +244,7 @@ def simulate(
     loaded = read(motion, ReadOptions(units, up))
     for text in loaded.notes:
         note(f"{motion}: {text}")
-    rows = run(loaded.take.motion(), read_layout(layout), np.random.default_rng(seed), angular=angular)
+    rows = run(loaded.take.motion(), read_layout(layout), np.random.default_rng(seed), angular=angular, tilt=tilt)
     write_readings(rows, output, force=force)
     largest = float(np.abs(rows.force).max()) if len(rows) else 0.0
     result(

@@ -26,7 +26,7 @@ from kinetograph.sensing.readings import GRAVITY, Readings
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
 _EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
-_DEVICE = ("span", "bits", "noise", "rate", "offset", "jitter", "loss", "width")
+_DEVICE = ("span", "bits", "noise", "rate", "offset", "jitter", "loss", "width", "turn_noise", "tilt_noise")
 _SENSOR = ("towards", "along", "offset", "rotation", "bias", "width")
 _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
 

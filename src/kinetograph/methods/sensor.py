@@ -21,7 +21,7 @@ from kinetograph.methods._sensor_local import LocalModels, LocalSettings, fit_lo
 from kinetograph.methods._sensor_optimisation import Optimisation
 from kinetograph.methods._sensor_trust import learn_trust
 from kinetograph.sensing.layout import Layout, preset
-from kinetograph.sensing.readings import Readings, check_names, check_units
+from kinetograph.sensing.readings import KINDS, Readings, check_names, check_units
 from kinetograph.sensing.uniform import Resampling
 from kinetograph.synthesis import Synthesis
 
@@ -76,8 +76,10 @@ class PathSettings:
 class SensorControl:
     """Configuration of sensor control.
 
-    layout: which sensors there are, and the device that they are simulated as. synthesis: ``"continuity"`` (the
-    default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate: frames a second.
+    layout: which sensors there are, and the device that they are simulated as. kinds: of channels that are used, of
+    ``"force"``, ``"angular"`` and ``"tilt"``; `sensing.readings.kinds_of` says which readings have. synthesis:
+    ``"continuity"`` (the default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate:
+    frames a second.
     smoothing: ``"window"`` (the thesis' eight frames, three of them later ones), ``"causal"`` (no wait) or
     ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. ahead:
     seconds of later readings that optimisation looks at; 0 goes frame by frame, as the thesis does. local, path,
@@ -86,6 +88,7 @@ class SensorControl:
     """
 
     layout: Layout = field(default_factory=lambda: preset("wii"))
+    kinds: tuple[str, ...] = ("force",)
     synthesis: str = "continuity"
     rate: float = 60.0
     smoothing: str | None = None
@@ -108,6 +111,8 @@ class SensorControl:
             if not (np.isfinite(value) and value > 0):
                 raise RequestError(f"{name} must be a positive number, found {value}")
 
+        if "force" not in self.kinds or tuple(k for k in KINDS if k in self.kinds) != tuple(self.kinds):
+            raise RequestError(f"kinds must be force and then angular, tilt or both, found {', '.join(self.kinds)}")
         if not (np.isfinite(self.ahead) and self.ahead >= 0):
             raise RequestError(f"ahead must be 0 or more seconds, found {self.ahead}")
 
@@ -127,7 +132,7 @@ class SensorControl:
         place of simulated ones, as in the thesis (4.2).
         """
         rng = np.random.default_rng(self.seed)
-        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng, readings or {})
+        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng, readings or {}, self.kinds)
         return fit_examples(self, examples, rng)
 
 

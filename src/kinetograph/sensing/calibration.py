@@ -56,7 +56,9 @@ class Calibration:
         row = np.array([self.names.index(name) for name in readings.names])[readings.sensors]
         force = rot.rotate(self.rotations[row], readings.force - self.offsets[row])
         angular = None if readings.angular is None else rot.rotate(self.rotations[row], readings.angular)
-        return replace(readings, force=force, angular=angular, orientation=None)
+        facing = readings.orientation
+        orientation = None if facing is None else rot.multiply(facing, rot.conjugate(self.rotations[row]))
+        return replace(readings, force=force, angular=angular, orientation=orientation)
 
 
 def mounted(layout: Layout, calibration: Calibration) -> Layout:

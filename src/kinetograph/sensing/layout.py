@@ -138,8 +138,8 @@ def _on_limbs(*limbs: str) -> tuple[Sensor, ...]:
 
 
 _WII = Device(span=3 * 9.81, bits=8, noise=0.2, rate=100.0, jitter=0.002, loss=0.01)
-_PHONE = Device(span=8 * 9.81, bits=16, noise=0.05, rate=60.0, jitter=0.004, loss=0.0)
-_IMU = Device(span=16 * 9.81, bits=16, noise=0.03, rate=100.0, jitter=0.0, loss=0.0)
+_PHONE = Device(span=8 * 9.81, bits=16, noise=0.05, rate=60.0, jitter=0.004, turn_noise=0.01, tilt_noise=0.03)
+_IMU = Device(span=16 * 9.81, bits=16, noise=0.03, rate=100.0, turn_noise=0.01, tilt_noise=0.02)
 
 PRESETS: Mapping[str, Layout] = {
     "ideal": Layout("ideal", _on_limbs("forearm", "upper_arm", "shank", "thigh")),

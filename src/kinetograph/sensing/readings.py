@@ -8,11 +8,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import DataError, RequestError
 
 GRAVITY = 9.81
 """Standing acceleration of the Earth, m/s^2; a sensor at rest reads this much upwards."""
+
+KINDS = ("force", "angular", "tilt")
+"""What a sensor can tell, three channels each in its own frame: specific force, angular velocity, which way is up."""
 
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
 
@@ -92,8 +96,35 @@ def _set_rows(readings: Readings, name: str, width: int) -> None:
         raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must be finite; leave such rows out")
 
 
+def kinds_of(readings: Readings) -> tuple[str, ...]:
+    """What readings tell, of `KINDS`."""
+    told = {"force": True, "angular": readings.angular is not None, "tilt": readings.orientation is not None}
+    return tuple(kind for kind in KINDS if told[kind])
+
+
+def channels(readings: Readings, kinds: Sequence[str]) -> FloatArray:
+    """The rows' channels of some kinds, ``(R, 3 K)``: m/s^2, rad/s, and the upward direction.
+
+    Of an orientation only the tilt is used: what compasses make of heading indoors is not to be relied on. Raises
+    RequestError for readings that do not have a kind.
+    """
+    for kind in kinds:
+        if kind not in kinds_of(readings):
+            columns = {"angular": "gx,gy,gz", "tilt": "qw,qx,qy,qz"}[kind]
+            raise RequestError(f"the model expects {kind} as well, columns {columns}, which the readings do not have")
+    parts = {"force": readings.force, "angular": readings.angular}
+    if "tilt" in kinds and readings.orientation is not None:
+        parts["tilt"] = rot.rotate(rot.conjugate(rot.normalize(readings.orientation)), np.array([0.0, 1.0, 0.0]))
+    return np.concatenate([parts[kind] for kind in kinds], axis=1)
+
+
 def select(readings: Readings, rows: BoolArray) -> Readings:
     """The rows for which ``rows``, shape ``(R,)``, is true; the sensors stay."""
+    return rows_of(readings, np.flatnonzero(rows))
+
+
+def rows_of(readings: Readings, rows: slice | IntArray) -> Readings:
+    """Some rows, by number; the sensors stay."""
     return Readings(
         readings.names,
         readings.times[rows],
