@@ -166,6 +166,18 @@ def test_bad_rows_are_refused_with_sensor_and_time():
         rows([0.1], [up], sensors=[1])
 
 
+def test_turns_and_orientations_that_cannot_be_are_refused():
+    told = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
+    check_units(told)
+    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees a second. divide by 57.3"):
+        check_units(replace(told, angular=np.degrees(told.angular)))
+    assert told.orientation is not None
+    zeros = told.orientation.copy()
+    zeros[5] = 0.0
+    with pytest.raises(DataError, match=r"orientation must be a quaternion, not zero; leave such rows out"):
+        replace(told, orientation=zeros)
+
+
 def test_sensors_may_interleave_in_any_order():
     readings = rows([0.0, 0.1, 0.05], [[0, 1, 0], [0, 2, 0], [0, 3, 0]], ("a", "b"), [0, 0, 1])
     assert readings.times.tolist() == [0.0, 0.05, 0.1]

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from kinetograph.motion import Motion
     from kinetograph.sensing import Calibration
 
+SURE = 30.0
+"""Degrees between the turns that halves of a recording give, beyond which a person is told."""
 Wearing = Annotated[str, typer.Option(help="Layout: a .toml file, or wii, phone, imu, ideal.")]
 Use = Annotated[
     list[str] | None,
@@ -159,6 +161,9 @@ def calibrate(
         mounted(worn, found), output, notes={str(line["sensor"]): _remark(line) for line in lines}, force=force
     )
     for line in lines:
+        if line["accepted"] and line["apart_degrees"] > SURE:
+            note(f"sensor {line['sensor']}: the recording's halves turn it {line['apart_degrees']:.0f} degrees apart; "
+                 "calibrate on a longer one, in which it turns in several ways")  # fmt: skip
         if not line["accepted"]:
             note(f"sensor {line['sensor']}: calibration is worse than none; it stays as layout {worn.name!r} has it")
     if as_json:

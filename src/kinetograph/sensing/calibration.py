@@ -27,7 +27,7 @@ APART = np.radians(45.0)
 """Angle between the rotations that two halves give beyond which neither is believed."""
 ALONG_A_LINE = 1.5e-3
 """Mean square, across the direction that a sensor mostly points, below which it points one way: 2.2 degrees."""
-AGREEMENT = 0.3
+AGREEMENT = 0.5
 """Correlation of magnitudes below which readings and a motion are not of one performance."""
 
 

@@ -18,6 +18,8 @@ GRAVITY = 9.81
 KINDS = ("force", "angular", "tilt")
 """What a sensor can tell, three channels each in its own frame: specific force, angular velocity, which way is up."""
 
+FASTEST = 35.0
+"""rad/s, 2,000 degrees a second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
 
 
@@ -90,10 +92,13 @@ def _set_rows(readings: Readings, name: str, width: int) -> None:
     if value.shape != (len(readings.times), width):
         raise DataError(f"{name} must be ({len(readings.times)}, {width}), found {value.shape}")
     bad = ~np.isfinite(value).all(axis=1)
+    if name == "orientation":
+        bad |= np.linalg.norm(value, axis=1) < 1e-6
     if bad.any():
         row = int(np.argmax(bad))
         sensor = readings.names[readings.sensors[row]]
-        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must be finite; leave such rows out")
+        wanted = "be a quaternion, not zero" if np.isfinite(value[row]).all() else "be finite"
+        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must {wanted}; leave such rows out")
 
 
 def kinds_of(readings: Readings) -> tuple[str, ...]:
@@ -159,13 +164,20 @@ def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
 
 
 def check_units(readings: Readings) -> None:
-    """Raises RequestError where the magnitudes cannot be specific force in m/s^2.
+    """Raises RequestError where the magnitudes cannot be specific force in m/s^2, or angular velocity in rad/s.
 
     Bodies spend most of their time near 1 g, so the median over all rows tells units of g, of milli-g or of counts,
     and accelerations from which gravity has been taken, from m/s^2.
     """
     if len(readings) == 0:
         return
+    if readings.angular is not None:
+        fast = float(np.quantile(np.linalg.norm(readings.angular, axis=1), 0.95))
+        if fast > FASTEST:
+            raise RequestError(
+                f"expected angular velocity in rad/s, found more than {fast:.3g} in every twentieth row; is it in "
+                "degrees a second? divide by 57.3"
+            )
     median = float(np.median(np.linalg.norm(readings.force, axis=1)))
     if _PLAUSIBLE[0] * GRAVITY <= median <= _PLAUSIBLE[1] * GRAVITY:
         return

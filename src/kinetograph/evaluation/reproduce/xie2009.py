@@ -44,7 +44,7 @@ METHODS = {
     FRAME_BY_FRAME: ("optimisation", "pca", "mean", 0.0),
     AHEAD: ("optimisation", "pca", "density", 0.15),
 }
-"""Synthesis, reduction, choice of the cluster, and seconds looked ahead; the last is not the thesis' but the default."""
+"""Synthesis, reduction, choice of the cluster, seconds looked ahead; the last is not the thesis' but the default."""
 _STYLE = "body{font:16px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .8em;text-align:left}"
 NOT_COMPARABLE = """The RMS of equation 7.1 is over quaternion components here; the thesis names neither its angles
 nor n, and gives the backhand by PCA as 0.40 in table 7.1 and 0.078 in figure 7.5. Its sensors are real and calibrated
