@@ -94,7 +94,7 @@ def median(job: Callable[[], object], repeats: int = 5) -> float:
 def size_row(label: str, segments: int, seconds: float) -> None:
     model = model_of_size(segments)
     x = control_of(model, seconds)
-    arrivals = list(model._arrivals(x, None))
+    arrivals = list(model.arrivals(x))
     search = model.search
     ours = median(lambda: segmental.solve(search, arrivals), 7)
     whole = median(lambda: model.interpret(x), 5)

@@ -148,6 +148,21 @@ def align_on_ground(window: FloatArray, example: FloatArray, weights: FloatArray
     return min(float(found.fun), left_over(start))
 
 
+def align_with_scale(
+    window: FloatArray, example: FloatArray, weights: FloatArray, scales: tuple[float, float]
+) -> float:
+    """The least residual over turns, shifts and bounded scales of what lies on the ground, found by search."""
+
+    def at_best_turn(scale: float) -> float:
+        return align_on_ground(window, example * np.array([scale, 1.0, scale]), weights)
+
+    start = min(np.linspace(*scales, 9), key=at_best_turn)
+    step = (scales[1] - scales[0]) / 8
+    bounds = (max(start - step, scales[0]), min(start + step, scales[1]))
+    found = minimize_scalar(at_best_turn, bounds=bounds, method="bounded", options={"xatol": 1e-9})
+    return min(float(found.fun), at_best_turn(scales[0]), at_best_turn(scales[1]))
+
+
 def align_rigidly(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:
     """The least residual over rotations and shifts, by scipy's own singular value decomposition."""
     w = weights.ravel()
@@ -184,3 +199,15 @@ def best_beats(pulse: FloatArray, period: float, evenness: float) -> tuple[float
 
     last = max(len(pulse) - round(2 * period), 0)
     return max(best(t) for t in range(last, len(pulse))), last
+
+
+def most_pairs(found: Sequence[float], expected: Sequence[float], tolerance: float) -> tuple[int, float]:
+    """The most one-to-one pairs at most ``tolerance`` apart and, of that many, their least total distance."""
+    if not found:
+        return 0, 0.0
+    options = [most_pairs(found[1:], expected, tolerance)]
+    for i, time in enumerate(expected):
+        if abs(found[0] - time) <= tolerance + 1e-9:
+            count, total = most_pairs(found[1:], [*expected[:i], *expected[i + 1 :]], tolerance)
+            options.append((count + 1, total + abs(found[0] - time)))
+    return max(options, key=lambda option: (option[0], -option[1]))

@@ -39,20 +39,28 @@ def test_links_in_the_docs_lead_somewhere():
                 assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
-def test_the_readme_runs(tmp_path: Path, clips_folder: Path):
+@pytest.fixture(scope="module")
+def after_the_demo(tmp_path_factory: pytest.TempPathFactory, clips_folder: Path) -> Path:
+    """A folder in which the demo has been run."""
+    folder = tmp_path_factory.mktemp("demo")
+    subprocess.run([sys.executable, "-m", "kinetograph", "demo"], cwd=folder, check=True, capture_output=True)
+    return folder
+
+
+def test_the_readme_runs(after_the_demo: Path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
     assert blocks
-    subprocess.run([sys.executable, "-m", "kinetograph", "demo"], cwd=tmp_path, check=True, capture_output=True)
     for number, block in enumerate(blocks):
-        program = tmp_path / f"readme_{number}.py"
+        program = after_the_demo / f"readme_{number}.py"
         program.write_text(block)
-        done = subprocess.run([sys.executable, str(program)], cwd=tmp_path, capture_output=True, text=True, check=False)
+        command = [sys.executable, str(program)]
+        done = subprocess.run(command, cwd=after_the_demo, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-    assert (tmp_path / "out" / "mine.bvh").stat().st_size > 10_000
+    assert (after_the_demo / "out" / "mine.bvh").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda p: p.stem)
-def test_examples_run(example: Path, tmp_path: Path, clips_folder: Path):
-    subprocess.run([sys.executable, "-m", "kinetograph", "demo"], cwd=tmp_path, check=True, capture_output=True)
-    done = subprocess.run([sys.executable, str(example)], cwd=tmp_path, capture_output=True, text=True, check=False)
+def test_examples_run(example: Path, after_the_demo: Path):
+    command = [sys.executable, str(example)]
+    done = subprocess.run(command, cwd=after_the_demo, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -12,9 +12,11 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.keys import Key
 from kinetograph.library import Library
+from kinetograph.methods._collect import LABELS
 from kinetograph.methods._ground_path import smooth_path
+from kinetograph.methods.grow import GROWN, Growth, by_hand, cut_tracks, grow_rest, grow_takes, growing_control
 from kinetograph.methods.keyframe import KeyframeControl
-from kinetograph.methods.performance import PerformanceControl, only_track
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, only_track
 from kinetograph.methods.rules import Rule
 from kinetograph.motion import Motion
 from kinetograph.segmentation import (
@@ -33,6 +35,7 @@ from kinetograph.take import Annotation, Take
 
 Progress = Callable[[int, int], None]
 CUT_BY = ("footplants", "beats", "labels", "fixed")
+"""What `segment_take` cuts by; `grow_library` cuts by examples."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +62,16 @@ def open_library(path: str | Path) -> Library:
 def has_partners(library: Library, target: str | None) -> bool:
     """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
 
-    Raises RequestError where no take has the target.
+    Raises RequestError where no take has the target, or where takes have several motions and none is named.
     """
     from kinetograph.library.store import contents
 
     tracks = [(track.take, track.name) for track in contents(library)]
     if target is None:
+        motions = [(track.take, track.name) for track in contents(library) if track.kind == "motion"]
+        if len(motions) > len({take for take, _ in motions}):
+            found = ", ".join(sorted({name for _, name in motions}))
+            raise RequestError(f"{library.path}: takes have several motions ({found}); name the one to make (--target)")
         return False
     with_target = {take for take, name in tracks if name == target}
     if tracks and not with_target:
@@ -115,7 +122,7 @@ def segment_take(
     elif by == "labels":
         cuts = cuts_at_labels(take, track, label)
     else:
-        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, found {by!r}")
+        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, examples; found {by!r}")
     return (*contacts, *_handholds(take, track), *(Annotation(track, "cut", by, time, time) for time in cuts))
 
 
@@ -159,6 +166,104 @@ def segment_library(
     return counts
 
 
+def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:
+    """Raise RequestError where one of a take's tracks has cuts already."""
+    for track in tracks:
+        if count := len(take.annotated(track, "cut")):
+            raise RequestError(
+                f"take {take.name!r} has {count} cuts on {track!r}; keep a copy (library annotate --export), "
+                "then give --force to put others in their place"
+            )
+
+
+def cut_by_hand(library: Library, take: Take, tracks: Sequence[str], times: Iterable[float]) -> tuple[float, ...]:
+    """Store a person's cuts on some motions of a take, in place of those there are; their seconds, in order.
+
+    Contacts and handholds are stored where there are none. Raises RequestError for fewer than two times, or one
+    outside the take.
+    """
+    cuts = tuple(sorted(set(times)))
+    shortest = min(take.tracks[track].duration for track in tracks)
+    outside = [time for time in cuts if not 0 <= time <= shortest + 1e-6]
+    if outside:
+        raise RequestError(f"take {take.name!r} lasts {shortest:.2f} s, found a cut at {outside[0]:g} s")
+    if len(cuts) < 2:
+        raise RequestError(f"segments need 2 cuts or more, found {len(cuts)}; nothing was written")
+    for track in tracks:
+        library.annotate(take.name, (Annotation(track, "cut", "tapped", t, t) for t in cuts), kind="cut", track=track)
+        _store_meetings(library, take, track)
+    return cuts
+
+
+def grow_library(
+    library: Library,
+    method: PerformanceControl | None = None,
+    *,
+    examples: Sequence[str] = (),
+    join: bool = False,
+    rest: bool = False,
+    again: bool = False,
+    tolerance: float = 0.1,
+    progress: Progress | None = None,
+) -> list[Growth]:
+    """Cut the takes of a library that have no cuts by those that have, and store cuts, labels, contacts and handholds.
+
+    examples: the takes to learn from; without names, all that a person has cut. Those a person has cut are grown
+    without their own cuts, and compared. join: see `grow_takes`. rest: what lies before the first and after the last
+    cut of the examples is cut too. again: what was grown before is grown anew; it is left as it is otherwise, since a
+    person may have edited it. No cut or label of a person's is changed. Raises RequestError where there is nothing to
+    grow from.
+    """
+    takes = {name: library.take(name) for name in library.names()}
+    hand = [by_hand(take) for take in takes.values() if any(_of_hand(note) for note in take.annotations)]
+    known = [by_hand(takes.get(name) or library.take(name)) for name in examples] or hand
+    method = method or growing_control(any(len(_motions(take)) > 1 for take in known))
+    cut_tracks(known)
+    used = {take.name for take in (*known, *hand)}
+    left = [take for name, take in takes.items() if name not in used and _motions(take)]
+    new = [take for take in left if again or not any(note.kind == "cut" for note in take.annotations)]
+    others = [take for take in hand if examples and take.name not in examples]
+    grown = grow_takes(method, known, [*new, *others], join=join, tolerance=tolerance, progress=progress)
+    for take in known if len(known) > 1 and not examples else ():
+        grown += grow_takes(method, [other for other in known if other is not take], [take], tolerance=tolerance)
+    for growth, take in zip(grown, new, strict=False):
+        _store_growth(library, take, growth)
+    for take in known if rest else ():
+        if again or not any(note.label == GROWN for note in takes[take.name].annotations):
+            grown.append(grow_rest(method, known, take))
+            _store_growth(library, take, grown[-1])
+    return grown
+
+
+def _of_hand(note: Annotation) -> bool:
+    return note.kind == "cut" and note.label != GROWN
+
+
+def _motions(take: Take) -> dict[str, Motion]:
+    return {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
+
+
+def _store_growth(library: Library, take: Take, growth: Growth) -> None:
+    """Cuts beside a person's; labels where there are none, or none but those of an earlier growth."""
+    for track, grown in growth.tracks.items():
+        cuts = take.annotated(track, "cut")
+        library.annotate(take.name, (*filter(_of_hand, cuts), *grown.cuts), kind="cut", track=track)
+        before = any(note.label == GROWN for note in cuts)
+        for kind in LABELS:
+            notes = [note for note in grown.labels if note.kind == kind]
+            if notes and (before or not take.annotated(track, kind)):
+                library.annotate(take.name, notes, kind=kind, track=track)
+        _store_meetings(library, take, track)
+
+
+def _store_meetings(library: Library, take: Take, track: str) -> None:
+    """Contacts and handholds of a motion that has none stored: of feet with the ground, and of hands with hands."""
+    if not take.annotated(track, "contact"):
+        library.annotate(take.name, detect_contacts(take.motion(track), track=track), kind="contact", track=track)
+    if not take.annotated(track, "handhold"):
+        library.annotate(take.name, _handholds(take, track), kind="handhold", track=track)
+
+
 def perform(
     control: Take | Signal | Motion,
     library: Library,
@@ -172,11 +277,41 @@ def perform(
 ) -> Synthesis:
     """The main job: a walker, made of the library's recordings, performs a control."""
     model = (method or PerformanceControl()).fit(library, exclude=exclude, track=track)
+    return perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress)
+
+
+def perform_with(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    *,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+    progress: Progress | None = None,
+) -> Synthesis:
+    """The same by a model that is there, with its notes among the warnings."""
+    result = model.synthesize(_smoothed(control, smoothing), progress, rules)
+    return replace(result, warnings=(*model.notes, *result.warnings))
+
+
+def perform_alternatives(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    count: int,
+    *,
+    alike: bool = False,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+) -> tuple[Synthesis, ...]:
+    """The best performance of a control and up to ``count`` - 1 others: see `PerformanceModel.alternatives`."""
+    found = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
+    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in found)
+
+
+def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Signal | Motion:
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
-        wanted = smooth_path(wanted, smoothing.time, smoothing.space)
-    result = model.synthesize(wanted, progress, rules)
-    return replace(result, warnings=(*model.notes, *result.warnings))
+        return smooth_path(wanted, smoothing.time, smoothing.space)
+    return wanted
 
 
 def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:

@@ -22,7 +22,8 @@ class Piece:
     take, track: where it comes from; mirrored: whether left and right are exchanged. source_start, source_stop:
     seconds in the take; in a looping clip they run on past its end, cycle after cycle. start, stop: seconds in the
     result. rotation: the quaternion it is turned by (for the ground group a turn about the vertical); shift: metres
-    ``(x, y, z)``, after the turn. cost: its share of the interpretation; seam: of the continuity with its forerunner.
+    ``(x, y, z)``, after the turn; scale: by what its place on the ground is multiplied before the turn. cost: its
+    share of the interpretation; seam: of the continuity with its forerunner.
     """
 
     take: str
@@ -37,6 +38,7 @@ class Piece:
     weight: float = 1.0
     cost: float = 0.0
     seam: float = 0.0
+    scale: float = 1.0
 
     @property
     def stretch(self) -> float:

@@ -15,7 +15,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.alignment import Placement, align
 
-_GROUPS = ("ground", "rigid", "fixed")
+_GROUPS = ("ground", "similarity", "rigid", "fixed")
 _SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -31,7 +31,8 @@ def _moved(points: FloatArray, rotation: FloatArray, shift: FloatArray) -> Float
 
 
 def _placed(placement: Placement, window: int, index: int, example: FloatArray) -> FloatArray:
-    return _moved(example, *placement.transform(window, index))
+    scale = placement.scale(window, index)
+    return _moved(example * [scale, 1.0, scale], *placement.transform(window, index))
 
 
 def test_a_path_turned_by_a_right_angle() -> None:
@@ -119,6 +120,58 @@ def test_costs_do_not_depend_on_where_either_stands(group: str, seed: int) -> No
     turn, shift = rot.about("y", rng.uniform(-3, 3)), rng.normal(size=3) * [1, 0, 1]
     moved, _ = align(group, _moved(x, turn, shift), _moved(a, rot.conjugate(turn), -shift), w)
     np.testing.assert_allclose(moved, align(group, x, a, w)[0], rtol=1e-8)
+
+
+# ---- scales ----
+
+
+@pytest.mark.parametrize("scales", [(0.5, 2.0), (0.9, 1.1), (1.0, 1.0)])
+@given(seed=_SEEDS)
+@settings(max_examples=4)
+def test_similarity_agrees_with_the_naive_twin(scales: tuple[float, float], seed: int) -> None:
+    x, a, w = _random(seed, windows=2, examples=2, samples=4)
+    x[1] *= 3.0
+    costs, placement = align("similarity", x, a, w, scales)
+    for b, n in np.ndindex(costs.shape):
+        assert costs[b, n] == pytest.approx(naive.align_with_scale(x[b], a[n], w, scales), rel=1e-6)
+        assert scales[0] <= placement.scale(b, n) * (1 + 1e-12)
+        assert placement.scale(b, n) <= scales[1] * (1 + 1e-12)
+
+
+@given(seed=_SEEDS, scale=st.floats(0.5, 2.0))
+@settings(max_examples=25)
+def test_a_known_scale_is_recovered(seed: int, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    _, a, w = _random(seed, examples=1)
+    turn, shift = rot.about("y", rng.uniform(-3.1, 3.1)), rng.normal(size=3) * [1, 0, 1]
+    costs, placement = align("similarity", _moved(a * [scale, 1, scale], turn, shift), a, w)
+    rotation, found = placement.transform(0, 0)
+    assert costs[0, 0] == pytest.approx(0.0, abs=1e-9)
+    assert placement.scale(0, 0) == pytest.approx(scale)
+    assert rot.angle_between(rotation, turn) < 1e-6
+    np.testing.assert_allclose(found, shift, atol=1e-6)
+
+
+def test_nothing_shrinks_to_a_point_to_fit_one_that_stands_still() -> None:
+    walk, still = np.zeros((2, 1, 5, 1, 3))
+    walk[0, :, 0, 2] = np.arange(5.0)
+    costs, placement = align("similarity", still, walk, np.ones((5, 1)), (0.5, 2.0))
+    assert placement.scale(0, 0) == 0.5
+    assert costs[0, 0] == pytest.approx(0.25 * (4 + 1 + 0 + 1 + 4))
+    # and a point has no scale
+    costs, placement = align("similarity", walk, still, np.ones((5, 1)), (0.5, 2.0))
+    assert placement.scale(0, 0) == 1.0
+    assert costs[0, 0] == pytest.approx(4 + 1 + 0 + 1 + 4)
+
+
+def test_without_room_for_scale_it_is_the_ground_group() -> None:
+    x, a, w = _random(11)
+    np.testing.assert_allclose(align("similarity", x, a, w, (1.0, 1.0))[0], align("ground", x, a, w)[0])
+
+
+def test_none_is_another_name_for_fixed() -> None:
+    x, a, w = _random(12)
+    np.testing.assert_array_equal(align("none", x, a, w)[0], align("fixed", x, a, w)[0])
 
 
 def test_a_reflection_is_never_taken_for_a_rotation() -> None:
@@ -209,5 +262,5 @@ def test_joined_placements_are_those_of_all_examples(group: str) -> None:
 
 def test_an_unknown_group_is_named() -> None:
     x, a, w = _random(0)
-    with pytest.raises(RequestError, match="alignment must be ground, rigid or fixed, found 'affine'"):
+    with pytest.raises(RequestError, match="must be ground, similarity, rigid, fixed or none, found 'affine'"):
         align("affine", x, a, w)

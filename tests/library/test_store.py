@@ -13,7 +13,7 @@ import shutil
 import sqlite3
 import tempfile
 import threading
-import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -262,7 +262,7 @@ def test_info_counts(library: Library) -> None:
     ]
 
 
-def test_ten_hours_open_in_milliseconds(library: Library) -> None:
+def test_ten_hours_are_opened_without_reading_them(library: Library) -> None:
     """A catalogue of 2,000 takes, each 18 s at 120 Hz, over a frames file of 4.6 GB that is a hole."""
     library.add(walk_take("first", 2160))
     joints, frames, count = 30, 2160, 2000
@@ -280,18 +280,16 @@ def test_ten_hours_open_in_milliseconds(library: Library) -> None:
                 start += _frames.Span(name, dtype, width, frames, start, 0).size
         _catalogue.set_storage(db, _catalogue.Storage("frames-1.bin", start))
     os.truncate(library.path / "frames-1.bin", start)
-    times = [timed(lambda: Library.open(library.path)) for _ in range(5)]
-    print(f"{library.info().seconds / 3600:.2f} h open in {min(times) * 1000:.2f} ms")
-    assert library.info().seconds > 9.99 * 3600
-    assert min(times) < 0.02
-    assert timed(lambda: Library.open(library.path).take("first")) < 0.1
-    assert len(library.names()) == count + 1
-
-
-def timed(work: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
+    tracemalloc.start()
+    try:
+        again = Library.open(library.path)
+        assert tracemalloc.get_traced_memory()[1] < 1e6
+        first = again.take("first").motion()
+        assert tracemalloc.get_traced_memory()[1] < 10 * (first.rotations.nbytes + first.translation.nbytes) + 1e6
+    finally:
+        tracemalloc.stop()
+    assert again.info().seconds > 9.99 * 3600
+    assert len(again.names()) == count + 1
 
 
 # folders and versions
@@ -446,7 +444,7 @@ def test_readers_do_not_wait_for_a_writer(library: Library) -> None:
     library.add(walk_take("walk"))
     with _catalogue.writing(library.path) as db:
         db.execute("INSERT INTO takes (name) VALUES ('begun')")
-        assert timed(lambda: Library.open(library.path).take("walk")) < 0.1
+        assert Library.open(library.path).take("walk").name == "walk"  # one that waited would end in an error
         assert library.names() == ("walk",)
 
 

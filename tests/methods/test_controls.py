@@ -152,11 +152,14 @@ def test_hands_that_are_held_in_the_recording_are_held_in_the_result(tmp_path: P
     hold = Annotation("follower", "handhold", "right_hand:left_hand", 0.5, 7.5)
     near = Take("a", {**take.tracks, "follower": place(take.motion("leader"), 0.0, (0.1, 0.0, 0.0))}, take.annotations)
     library = _library(tmp_path, Take("a", near.tracks, (*near.annotations, hold)))
-    method = replace(_METHOD, post=replace(PostSettings(), footskate=False))
+    method = replace(_METHOD, post=PostSettings(footskate=False, limits=None))  # elbows of stick figures never bend
     result = method.fit(library, track="follower").synthesize(take.motion("leader"))
     carried = [n for n in result.annotations if n.kind == "handhold"]
     assert [(n.label, round(n.start, 2), round(n.stop, 2)) for n in carried] == [("right_hand:left_hand", 0.5, 7.5)]
     assert result.statistics["handhold_residual_p95"] < 0.01
+    assert 0.0 < result.statistics["constraints_moved_mean"] < result.statistics["constraints_moved_most"] < 0.2
+    stiff = replace(method, post=PostSettings(footskate=False)).fit(library, track="follower")
+    assert stiff.synthesize(take.motion("leader")).statistics["handhold_residual_p95"] > 0.01
 
 
 # ---- evaluation ----

@@ -10,7 +10,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
-from kinetograph.methods.rules import Rule, alternatives, transcribe
+from kinetograph.methods.rules import Rule, alternatives, best_sequences, transcribe
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -64,7 +64,7 @@ def test_a_second_of_a_take_can_be_asked_for(tmp_path: Path) -> None:
 
 def test_rules_that_cannot_be_met(tmp_path: Path) -> None:
     model = _model(tmp_path, moves=False)
-    with pytest.raises(RequestError, match="no segment of the library matches"):
+    with pytest.raises(RequestError, match="matches the rule take 'backwards' from 0 to 1 s; library info"):
         model.synthesize(_control(), rules=(Rule(0.0, 1.0, take="backwards"),))
     with pytest.raises(RequestError, match=r"from a start to a later stop, found 2\.0 and 1\.0"):
         Rule(2.0, 1.0)
@@ -72,15 +72,45 @@ def test_rules_that_cannot_be_met(tmp_path: Path) -> None:
         transcribe(model, _control())
 
 
-def test_alternatives_each_replace_a_piece_and_come_cheapest_first(tmp_path: Path) -> None:
+def test_alternatives_share_no_piece_and_come_cheapest_first(tmp_path: Path) -> None:
     model = _model(tmp_path)
     x = model.at_search_rate(model.control_points(_control()), 30.0)
-    best = model.interpret(x)
     found = alternatives(model, x, 3)
-    scores = [path.score for _, path in found]
+    scores = [path.score for path in found]
     assert len(found) == 3
+    assert scores[0] == pytest.approx(model.interpret(x).score)
     assert scores == sorted(scores)
-    assert scores[0] >= best.score * (1 - 1e-6)
-    for rule, path in found:
-        assert path.score == model.interpret(x, rules=(rule,)).score
-        assert path.states.tolist() != best.states.tolist() or path.starts.tolist() != best.starts.tolist()
+    shown = [
+        {
+            (int(model.instances.states[s, 0]), t)
+            for s, a, b in zip(p.states, p.starts, p.stops, strict=True)
+            for t in range(a, b)
+        }
+        for p in found
+    ]
+    assert not shown[0] & shown[1]
+    assert not shown[2] & (shown[0] | shown[1])
+
+
+def test_there_are_no_more_alternatives_than_recordings_allow(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    only = Rule(0.0, 6.0, take="straight", source=3.2)
+    assert len(alternatives(model, x[:9], 4, (only,))) == 1
+
+
+def test_the_best_sequences_come_in_order_and_keep_the_rules(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    rule = Rule(2.0, 4.0, take="left", forbid=True)
+    for rules in ((), (rule,)):
+        found = best_sequences(model, x, 5, rules)
+        scores = np.array([p.score for p in found])
+        assert scores[0] == pytest.approx(model.interpret(x, rules=rules).score, rel=1e-9)
+        assert np.all(np.diff(scores) >= 0)
+        assert len({(tuple(p.states), tuple(p.stops)) for p in found}) == 5
+    segments = [model.instances.segments[i] for p in found for i in model.instances.states[p.states, 0]]
+    starts = [t for p in found for t in zip(p.starts, p.stops, strict=True)]
+    for segment, (start, stop) in zip(segments, starts, strict=True):
+        inside = start < 4.0 * model.method.rate and stop > 2.0 * model.method.rate
+        assert not (inside and model.sources[segment.source].take == "left")

@@ -43,9 +43,12 @@ class Given:
     target_points: list[str] | None = None
 
 
-def configured(given: Given, partners: bool) -> PerformanceControl:
-    """The configuration for walkers or for partners, with what was given in its place."""
-    from kinetograph.methods.controls import PointsByRole
+def configured(given: Given, partners: bool, channels: tuple[str, ...] = ()) -> PerformanceControl:
+    """The configuration for walkers or for partners, with what was given in its place.
+
+    channels: the names of a control's channels, where it has no points.
+    """
+    from kinetograph.methods.controls import Channels, PointsByRole
     from kinetograph.methods.performance import PerformanceControl, partner_control
 
     method = partner_control() if partners else PerformanceControl()
@@ -54,6 +57,9 @@ def configured(given: Given, partners: bool) -> PerformanceControl:
             method = replace(method, **{name: value})
     if given.target_points:
         method = replace(method, targets=weights_by_role(given.target_points, "--target-point"))
+    if partners and channels and given.velocity is None:
+        followed = weights_by_role(given.control_points or list(channels), "--control-point")
+        return replace(method, control=Channels(followed), alignment="none")
     if isinstance(method.control, PointsByRole):
         reading = method.control
         if given.velocity is not None:

@@ -123,6 +123,11 @@ def refuse_existing(paths: Sequence[Path], force: bool) -> None:
             raise RequestError(f"{path}: the folder {path.parent} does not exist; make it first")
 
 
+def numbered(path: Path, number: int) -> Path:
+    """The file of one of several motions: the first has the name that was given."""
+    return path if number == 1 else path.with_stem(f"{path.stem}_{number}")
+
+
 def refuse_unknown_formats(outputs: Sequence[Path]) -> None:
     """Raise RequestError, before any work is done, where no writer knows an output's suffix."""
     from kinetograph.formats import WRITERS

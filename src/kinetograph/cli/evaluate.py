@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,7 +20,7 @@ from kinetograph.cli._method import (
     Velocity,
     configured,
 )
-from kinetograph.cli._shell import AsJson, LibraryFolder, announce_compilation, progress_bar, table
+from kinetograph.cli._shell import AsJson, LibraryFolder, announce_compilation, note, progress_bar, table
 
 
 def register(app: typer.Typer) -> None:
@@ -45,17 +45,19 @@ def performance(
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
     cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
     mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
-    baselines: Annotated[bool, typer.Option(help="Simpler methods in the same table, for partners.")] = True,
+    baselines: Annotated[bool, typer.Option(help="Simpler methods in the same table.")] = True,
     as_json: AsJson = False,
 ) -> None:
     """Leave one take out: its hips, or the partner of the target, are the control, the other takes the library.
 
+    Takes with moves annotated (kind 'move') give error rates of segments and patterns as well.
+
     Example: kinetograph evaluate performance -l dances --target follower
     """
-    from dataclasses import asdict
-
-    from kinetograph.evaluation.dance import leave_one_dance_out, mean_rows
+    from kinetograph.evaluation.dance import leave_one_dance_out
+    from kinetograph.evaluation.dance import mean_rows as mean_dances
     from kinetograph.evaluation.protocol import leave_one_take_out
+    from kinetograph.evaluation.protocol import mean_rows as mean_walks
     from kinetograph.pipeline import has_partners, open_library
 
     takes = open_library(library)
@@ -63,13 +65,22 @@ def performance(
     given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
     method = replace(configured(given, partners), beam=beam, cluster=cluster, mirror=mirrored)
     announce_compilation()
+    rows: list[dict[str, Any]]
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
             dances = leave_one_dance_out(method, takes, target, baselines=baselines, progress=progress)
-            rows = [asdict(row) for row in (*dances, *mean_rows(dances))]
+            rows = [vars(row) for row in (*dances, *mean_dances(dances))]
         else:
-            rows = [asdict(row) for row in leave_one_take_out(method, takes, track=target, progress=progress)]
-    table(rows, as_json)
+            walks = leave_one_take_out(method, takes, track=target, baselines=baselines, progress=progress)
+            rows = [vars(row) for row in (*walks, *mean_walks(walks))]
+    if all(row["segment_errors"] != row["segment_errors"] for row in rows):
+        note("no moves are annotated: segment and pattern errors are left out (library annotate, kind 'move')")
+    table([_measured(row, as_json) for row in rows], as_json)
+
+
+def _measured(row: dict[str, Any], as_json: bool) -> dict[str, Any]:
+    """A row with nothing in place of what is not a number."""
+    return {name: (None if as_json else "-") if value != value else value for name, value in row.items()}
 
 
 def keyframe(

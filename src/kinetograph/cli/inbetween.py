@@ -14,6 +14,7 @@ from kinetograph.cli._shell import (
     Units,
     Up,
     note,
+    numbered,
     refuse_existing,
     refuse_unknown_formats,
     result,
@@ -68,7 +69,7 @@ def inbetween(
 
     named = [*output, *(p for p in (picture, report) if p)]
     refuse_unknown_formats(output)
-    refuse_existing([_numbered(path, i) for path in named for i in range(1, alternatives + 1)], force)
+    refuse_existing([numbered(path, i) for path in named for i in range(1, alternatives + 1)], force)
     takes = open_library(library)
     wanted = _keys(keys, first, last, seconds, takes, ReadOptions(units, up))
     method = KeyframeControl(
@@ -84,19 +85,14 @@ def inbetween(
         note(text)
     for number, synthesis in enumerate(made, start=1):
         for path in output:
-            save(synthesis.motion, _numbered(path, number), force=force)
+            save(synthesis.motion, numbered(path, number), force=force)
         if picture:
-            draw(synthesis, _numbered(picture, number), None, "in between")
+            draw(synthesis, numbered(picture, number), None, "in between")
         if report:
-            write_report(synthesis, _numbered(report, number), force)
-    written = [str(_numbered(path, number)) for number in range(1, len(made) + 1) for path in named]
+            write_report(synthesis, numbered(report, number), force)
+    written = [str(numbered(path, number)) for number in range(1, len(made) + 1) for path in named]
     others = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     result({"wrote": written, **_summary(made[0]), **others}, as_json)
-
-
-def _numbered(path: Path, number: int) -> Path:
-    """The file of one of several motions: the first has the name that was given."""
-    return path if number == 1 else path.with_stem(f"{path.stem}_{number}")
 
 
 def _keys(

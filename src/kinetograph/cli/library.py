@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli._shell import AsJson, Fps, Lenient, Units, Up, note, parse_roles, progress_bar, result, table
+from kinetograph.cli._shell import (
+    AsJson,
+    Fps,
+    Lenient,
+    Units,
+    Up,
+    announce_compilation,
+    note,
+    parse_roles,
+    progress_bar,
+    result,
+    table,
+)
+from kinetograph.cli.tap import tap
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.formats import ReadOptions
     from kinetograph.library import Library
+    from kinetograph.methods.grow import Growth
 
 _LONG = 100_000_000  # bytes of BVH from which a file is read a block at a time
 
@@ -23,7 +38,7 @@ Roles = Annotated[list[str] | None, typer.Option("--role", help="Override a role
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
-    for command in (create, add, remove, segment, info, annotate, check):
+    for command in (create, add, remove, segment, tap, info, annotate, check):
         group.command()(command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
@@ -123,21 +138,72 @@ def remove(folder: Folder, take: Annotated[str, typer.Argument(help="The take's 
 
 def segment(
     folder: Folder,
-    by: Annotated[str, typer.Option(help="Where to cut: footplants, beats, labels or fixed.")] = "footplants",
+    by: Annotated[
+        str, typer.Option(help="Where to cut: footplants, beats, labels, fixed, or examples.")
+    ] = "footplants",
     length: Annotated[float, typer.Option(help="Seconds of a segment, for fixed.")] = 0.5,
     label: Annotated[str, typer.Option(help="Kind of annotation whose borders are cuts, for labels.")] = "move",
     parts: Annotated[int, typer.Option(help="Cuts a beat, for beats.")] = 1,
+    example: Annotated[
+        list[str] | None, typer.Option(help="A take to learn from, for examples; else all cut by hand. Repeatable.")
+    ] = None,
+    join: Annotated[
+        bool, typer.Option("--join", help="For examples: takes grown become examples, the best understood first.")
+    ] = False,
+    rest: Annotated[
+        bool, typer.Option("--rest", help="For examples: cut them, too, before their first and after their last cut.")
+    ] = False,
+    again: Annotated[bool, typer.Option("--again", help="For examples: grow anew what was grown before.")] = False,
+    tolerance: Annotated[float, typer.Option(help="Seconds within which a grown cut agrees with one by hand.")] = 0.1,
     as_json: AsJson = False,
 ) -> None:
     """Cut every take and keep the cuts as annotations, which people can edit (library annotate).
 
-    Example: kinetograph library segment walks --by footplants
-    """
-    from kinetograph.pipeline import open_library, segment_library
+    By examples, takes that have cuts, and names of moves, teach those that have none. Nothing cut by hand is changed;
+    it is grown from the other examples and compared, which says how far to trust the rest.
 
+    Example: kinetograph library segment walks --by footplants
+    Example: kinetograph library segment dances --by examples --example salsa_1 --join
+    """
+    from kinetograph.pipeline import grow_library, open_library, segment_library
+
+    library = open_library(folder)
+    if by == "examples":
+        announce_compilation()
+        with progress_bar("growing") as progress:
+            grown = grow_library(
+                library,
+                examples=example or (),
+                join=join,
+                rest=rest,
+                again=again,
+                tolerance=tolerance,
+                progress=progress,
+            )
+        table([_growth_row(growth, as_json) for growth in grown], as_json)
+        return
     with progress_bar("cutting") as progress:
-        counts = segment_library(open_library(folder), by, length=length, label=label, parts=parts, progress=progress)
+        counts = segment_library(library, by, length=length, label=label, parts=parts, progress=progress)
     table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
+
+
+def _growth_row(growth: Growth, as_json: bool) -> dict[str, Any]:
+    """What was grown for a take and, where a person has cut it too, how well the two agree."""
+    nothing = None if as_json else "-"
+    first = next(iter(growth.tracks.values()))
+    first, found = next(iter(growth.tracks.values())), growth.agreement
+    row: dict[str, Any] = {
+        "take": f"{growth.take}, rest" if growth.rest else growth.take,
+        "cuts": len(first.cuts),
+        "metres_off": first.distance,
+        "by_hand": found.expected if found else math.nan,
+        "precision": found.precision if found else math.nan,
+        "recall": found.recall if found else math.nan,
+        "f1": found.f1 if found else math.nan,
+        "seconds_off": found.offset if found else math.nan,
+        "labels": growth.labels,
+    }
+    return {n: nothing if isinstance(v, float) and not math.isfinite(v) else v for n, v in row.items()}
 
 
 def info(folder: Folder, as_json: AsJson = False) -> None:

@@ -30,11 +30,14 @@ from kinetograph.cli._shell import (
     Up,
     announce_compilation,
     note,
+    numbered,
     progress_bar,
     refuse_existing,
     refuse_unknown_formats,
     result,
+    table,
 )
+from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
@@ -63,7 +66,9 @@ def perform(
     velocity: Velocity = None,
     control_point: ControlPoint = None,
     target_point: TargetPoint = None,
-    alignment: Annotated[str, typer.Option(help="Group of the alignment: ground, rigid or fixed.")] = "ground",
+    alignment: Annotated[
+        str | None, typer.Option(help="Group: ground, similarity, rigid or none; ground, or none for channels.")
+    ] = None,
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
     gap: Annotated[bool, typer.Option("--gap", help="Report the beam's gap to the exact score.")] = False,
     cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
@@ -71,12 +76,16 @@ def perform(
     blend: Annotated[str, typer.Option(help="Blend at seams: inertialised, linear or none.")] = "inertialised",
     footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,
     handholds: Annotated[bool, typer.Option(help="Bring hands to those of the partner where recordings do.")] = True,
+    limits: Annotated[bool, typer.Option(help="Keep arms and legs within what joints do in the recordings.")] = True,
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0,
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0,
     pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
     forbid: Annotated[list[str] | None, typer.Option(help="Use no such piece there. Repeatable.")] = None,
     transcript: Annotated[Path | None, typer.Option(help="CSV to write: moves seen, with the margin of each.")] = None,
+    alternatives: Annotated[int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...", min=1)] = 1,
+    alike: Annotated[bool, typer.Option("--alike", help="The best of all; without it, they share no piece.")] = False,
     exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
+    pieces: Annotated[bool, typer.Option("--pieces", help="Tell where every piece is from and what it costs.")] = False,
     units: Units = None,
     up: Up = None,
     fps: Fps = None,
@@ -90,56 +99,88 @@ def perform(
     """
     from kinetograph.formats import ReadOptions, read, save
     from kinetograph.methods.performance import only_track
-    from kinetograph.pipeline import Smoothing, has_partners, open_library
-    from kinetograph.pipeline import perform as run
+    from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
+    from kinetograph.post.limits import JointLimits
+    from kinetograph.signal import Signal
 
     written = [*output, *(p for p in (picture, report, transcript) if p)]
     refuse_unknown_formats(output)
-    refuse_existing(written, force)
+    several = [p for p in written if p != transcript]
+    refuse_existing([*written, *(numbered(p, i) for i in range(2, alternatives + 1) for p in several)], force)
     loaded = read(control, ReadOptions(units, up, fps))
     for text in loaded.notes:
         note(f"{control}: {text}")
     wanted = only_track(loaded.take)
     takes = open_library(library)
     given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
+    channels = wanted.names if isinstance(wanted, Signal) and not wanted.spatial else ()
+    method = configured(given, has_partners(takes, target), channels)
     method = replace(
-        configured(given, has_partners(takes, target)),
-        alignment=alignment,
+        method,
+        alignment=alignment or method.alignment,
         beam=beam,
         cluster=cluster,
         mirror=mirrored,
-        post=PostSettings(blend=blend, footskate=footskate, handholds=HoldSettings() if handholds else None),
+        post=PostSettings(
+            blend=blend,
+            footskate=footskate,
+            handholds=HoldSettings() if handholds else None,
+            limits=JointLimits() if limits else None,
+        ),
     )
     announce_compilation()
     smoothing = Smoothing(smooth_time, smooth_space)
     rules = [*(_rule(text, False) for text in pin or ()), *(_rule(text, True) for text in forbid or ())]
-    with progress_bar("searching") as progress:
-        synthesis = run(
-            wanted,
-            takes,
-            method,
-            smoothing=smoothing,
-            exclude=tuple(exclude or ()),
-            track=target,
-            rules=rules,
-            progress=progress,
-        )
-    for text in synthesis.warnings:
-        note(text)
-    for path in output:
-        save(synthesis.motion, path, force=force)
-    if picture:
-        draw(synthesis, picture, wanted, control.name)
+    model = method.fit(takes, exclude=tuple(exclude or ()), track=target)
+    if transcript:
+        require_moves(model)
+    if alternatives > 1:
+        made = perform_alternatives(model, wanted, alternatives, alike=alike, smoothing=smoothing, rules=rules)
+    else:
+        with progress_bar("searching") as progress:
+            made = (perform_with(model, wanted, smoothing=smoothing, rules=rules, progress=progress),)
+    synthesis = made[0]
+    moves = transcribed(model, wanted) if transcript else ""
     summary = summarize(synthesis)
     if gap and beam is not None:
-        summary["beam_gap"] = method.fit(takes, exclude=tuple(exclude or ()), track=target).beam_gap(wanted)
-    if report:
-        write_report(synthesis, report, force)
+        summary["beam_gap"] = model.beam_gap(wanted)
+    for text in synthesis.warnings:
+        note(text)
+    for number, each in enumerate(made, start=1):
+        for path in output:
+            save(each.motion, numbered(path, number), force=force)
+        if picture:
+            draw(each, numbered(picture, number), wanted, control.name)
+        if report:
+            write_report(each, numbered(report, number), force)
     if transcript:
-        write_transcript(method.fit(takes, exclude=tuple(exclude or ()), track=target), wanted, transcript, force)
-    result({"wrote": [str(p) for p in written], **summary}, as_json)
+        write_text(moves, transcript, force)
+    rows = breakdown(synthesis) if pieces else []
+    if pieces and not as_json:
+        table(rows, as_json=False)
+    extra = [str(numbered(p, i)) for i in range(2, len(made) + 1) for p in several]
+    others = {f"cost_{number}": each.cost for number, each in enumerate(made[1:], start=2)}
+    told = {"breakdown": rows} if rows and as_json else {}
+    result({"wrote": [*(str(p) for p in written), *extra], **summary, **others, **told}, as_json)
+
+
+def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
+    """A row a piece: when, where from, its stretch, and its two shares of the cost."""
+    return [
+        {
+            "start": piece.start,
+            "stop": piece.stop,
+            "take": f"{piece.take}, mirrored" if piece.mirrored else piece.take,
+            "from": piece.source_start,
+            "to": piece.source_stop,
+            "stretch": piece.stretch,
+            "interpretation": piece.cost,
+            "continuity": piece.seam,
+        }
+        for piece in synthesis.pieces
+    ]
 
 
 def summarize(synthesis: Synthesis) -> dict[str, Any]:
@@ -151,7 +192,8 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "pieces": len(synthesis.pieces),
         "takes_used": len(takes),
         "cost": synthesis.cost,
-        **{name: value for name, value in synthesis.statistics.items() if name.startswith("handhold")},
+        "optimal": bool(synthesis.statistics.get("optimal", 0)),
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }
 
@@ -177,8 +219,6 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
     """Pieces, costs, contacts and warnings as JSON; the file appears whole or not at all."""
     from dataclasses import asdict
 
-    from kinetograph.formats._atomic import atomic_path
-
     content = {
         "cost": synthesis.cost,
         "costs": dict(synthesis.costs),
@@ -188,8 +228,7 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "annotations": [asdict(mark) for mark in synthesis.annotations],
         "frames": _frames(synthesis),
     }
-    with atomic_path(path, force=force) as draft:
-        draft.write_text(json.dumps(content, indent=1))
+    write_text(json.dumps(content, indent=1), path, force)
 
 
 def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
@@ -204,18 +243,29 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     return rows
 
 
-def write_transcript(model: PerformanceModel, control: Signal | Motion, path: Path, force: bool) -> None:
-    """The moves of a control as CSV: move, start and stop in seconds, margin; the file appears whole or not at all."""
-    from kinetograph.formats._atomic import atomic_path
+def require_moves(model: PerformanceModel) -> None:
+    """Raise RequestError, before any work is done, where a model's recordings name no moves to transcribe by."""
+    if not any(mark.kind == "move" for source in model.sources for mark in source.marks):
+        raise RequestError("the library names no moves; annotate some of kind 'move' (library annotate --from CSV)")
+
+
+def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
+    """The moves of a control as CSV: move, start and stop in seconds, margin."""
     from kinetograph.methods.rules import transcribe
 
     rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
+    return "\n".join(["move,start,stop,margin", *rows]) + "\n"
+
+
+def write_text(text: str, path: Path, force: bool) -> None:
+    """Write a file, whole or not at all."""
+    from kinetograph.formats._atomic import atomic_path
+
     with atomic_path(path, force=force) as draft:
-        draft.write_text("\n".join(["move,start,stop,margin", *rows]) + "\n")
+        draft.write_text(text)
 
 
 def _rule(text: str, forbid: bool) -> Rule:
-    from kinetograph.errors import RequestError
     from kinetograph.methods.rules import Rule
 
     take, _, span = text.rpartition("@")

@@ -9,19 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.baselines import constant_pose, nearest_frames, ridge_regression
-from kinetograph.evaluation.metrics import contact_speed, hold_errors, jerk, position_errors
+from kinetograph.errors import RequestError
+from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
+from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
+from kinetograph.evaluation.metrics import contact_speed, distinct_share, hold_errors, jerk, mean_known, position_errors
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl
-from kinetograph.motion import Motion, resample
+from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.segmentation import detect_contacts, detect_handholds
-from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
 
 Progress = Callable[[int, int], None]
-NOT_A_NUMBER = float("nan")
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,9 @@ class DanceRow:
     relative to the root. hold_median_cm, hold_p95_cm: where the recording holds hands, how much further the hand is
     from the leader's than it was recorded; place_median_cm: how far it is from where it was recorded. slide: mean
     speed of planted feet in m/s. jerk: mean of the joints' jerk over the recorded follower's. distinct: seconds of
-    recording used over seconds made. A measure that a method has none of is not a number.
+    recording used over seconds made. segment_errors, pattern_errors: shares of the labelled segments, and of the
+    patterns they make up, that are another move (`label_errors`). A measure that a method or a take has none of is
+    not a number.
     """
 
     take: str
@@ -46,6 +48,8 @@ class DanceRow:
     slide_recorded: float
     jerk: float
     distinct: float
+    segment_errors: float
+    pattern_errors: float
     times_real_time: float
 
 
@@ -76,7 +80,7 @@ def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
     for method in dict.fromkeys(row.method for row in rows):
         mine = [row for row in rows if row.method == method]
         values = {
-            name: float(np.mean([getattr(row, name) for row in mine]))
+            name: mean_known([getattr(row, name) for row in mine])
             for name, value in vars(mine[0]).items()
             if isinstance(value, float)
         }
@@ -87,7 +91,11 @@ def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
 def _dancers(method: PerformanceControl, take: Take, target: str) -> tuple[Motion, Motion]:
     follower = take.motion(target)
     recorded = method.control.recorded(take, target)
-    assert isinstance(recorded, Motion)
+    if not isinstance(recorded, Motion):
+        raise RequestError(
+            f"take {take.name!r}: expected a character to control {target!r}, found a signal of "
+            f"{', '.join(recorded.names[:4])}; evaluation compares partners"
+        )
     return resample(recorded, follower.fps), follower
 
 
@@ -97,37 +105,32 @@ def _synthesized(label: str, method: PerformanceControl, library: Library, take:
     began = time.perf_counter()
     result = model.synthesize(leader)
     taken = time.perf_counter() - began
-    row = _row(take.name, label, joint_positions(result.motion), leader, follower, take, target)
+    row = _row(take.name, label, joint_positions(resample(result.motion, follower.fps)), leader, follower, take, target)
+    errors = take_errors(take, target, result.annotations, method.span)
     return replace(
         row,
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(follower, detect_contacts(follower)),
         distinct=distinct_share(result),
+        segment_errors=errors.segment_rate,
+        pattern_errors=errors.pattern_rate,
         times_real_time=follower.duration / taken,
     )
 
 
-def distinct_share(result: Synthesis) -> float:
-    """Seconds of recordings that a result uses, each counted once, over the result's own seconds."""
-    step = 1 / 30
-    used = set()
-    for piece in result.pieces:
-        ticks = np.arange(round(piece.source_start / step), round(piece.source_stop / step))
-        used |= {(piece.take, piece.track, piece.mirrored, int(t)) for t in ticks}
-    return len(used) * step / max(result.motion.duration, step)
-
-
 def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, target: str) -> list[DanceRow]:
-    pairs = [_dancers(method, library.take(name), target) for name in library.names() if name != take.name]
+    examples = [_example(method, library.take(name), target) for name in library.names() if name != take.name]
     leader, follower = _dancers(method, take, target)
-    rows = []
-    for label, fit in (
-        ("5 nearest frames", nearest_frames),
-        ("ridge regression", ridge_regression),
-        ("constant pose", constant_pose),
-    ):
-        rows.append(_row(take.name, label, fit(pairs)(leader), leader, follower, take, target))
-    return rows
+    return [
+        _row(take.name, label, fit(examples)(guide_of_partner(leader)), leader, follower, take, target)
+        for label, fit in FRAME_BY_FRAME
+    ]
+
+
+def _example(method: PerformanceControl, take: Take, target: str) -> Example:
+    leader, follower = (resample(motion, RATE) for motion in _dancers(method, take, target))
+    frames = min(len(leader), len(follower))
+    return guide_of_partner(cut(leader, 0, frames)), joint_positions(follower)[:frames]
 
 
 def _row(
@@ -150,6 +153,8 @@ def _row(
         slide_recorded=NOT_A_NUMBER,
         jerk=jerk(joints, follower.fps) / jerk(truth, follower.fps),
         distinct=NOT_A_NUMBER,
+        segment_errors=NOT_A_NUMBER,
+        pattern_errors=NOT_A_NUMBER,
         times_real_time=NOT_A_NUMBER,
     )
 

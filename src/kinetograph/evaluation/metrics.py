@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
@@ -9,6 +11,7 @@ from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.motion import Motion
 from kinetograph.post.footskate import contact_mask
+from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
 
 
@@ -85,3 +88,19 @@ def hold_errors(
         gaps.append(np.abs(np.linalg.norm(made - other, axis=1) - np.linalg.norm(real - other, axis=1)))
         places.append(np.linalg.norm(made - real, axis=1))
     return np.concatenate(gaps), np.concatenate(places)
+
+
+def distinct_share(result: Synthesis) -> float:
+    """Seconds of recordings that a result uses, each counted once, over the result's own seconds."""
+    step = 1 / 30
+    used = set()
+    for piece in result.pieces:
+        ticks = np.arange(round(piece.source_start / step), round(piece.source_stop / step))
+        used |= {(piece.take, piece.track, piece.mirrored, int(t)) for t in ticks}
+    return len(used) * step / max(result.motion.duration, step)
+
+
+def mean_known(values: Sequence[float]) -> float:
+    """The mean of the values that are numbers; not a number where none is."""
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else float("nan")

@@ -1,66 +1,126 @@
-"""Held-out protocols: what is tested on was never trained on."""
+"""Held-out walks: the hips of each take are performed with the other takes as the library (Hsu 2004, section 6.1)."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.metrics import accelerations, contact_speed, control_error, joint_error, near_seams
+from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_path
+from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
+from kinetograph.evaluation.metrics import (
+    accelerations,
+    contact_speed,
+    control_error,
+    distinct_share,
+    jerk,
+    mean_known,
+    near_seams,
+    position_errors,
+)
+from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
+from kinetograph.methods.controls import GroundPath
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.segmentation import detect_contacts
 from kinetograph.synthesis import Synthesis
+from kinetograph.take import Take
 
 Progress = Callable[[int, int], None]
+LOOPED = 8.0
+"""Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
+
+_OF_SEGMENTS = (
+    *("control_cm", "slide", "slide_recorded", "distinct"),
+    *("seam", "seam_recorded", "seam_all", "seam_all_recorded"),
+)
 
 
 @dataclass(frozen=True)
 class WalkRow:
-    """One held-out take, whose hips were the control.
+    """One held-out take, whose hips were the control, by one method.
 
-    control_cm, joint_cm: mean distances from the control and from the real performance. slide, slide_recorded: mean
-    speed in m/s of planted feet, in the result and in the real performance. seam, seam_recorded: the largest joint
-    acceleration within 0.2 s of a seam over the 99th percentile, inside the library's segments, of each frame's
-    largest joint acceleration, for the result and for the real performance at the same instants. seam_all: the same
-    over the 99th percentile of all joints' accelerations.
+    control_cm: mean ground distance of the hips from the control. joint_cm, relative_cm: mean distance from the real
+    performance, in the room and relative to the root. slide, slide_recorded: mean speed in m/s of planted feet, in the
+    result and in the real performance. jerk: mean of the joints' jerk over the real performance's. seam,
+    seam_recorded: the largest joint acceleration within 0.2 s of a seam over the 99th percentile, inside the library's
+    segments, of each frame's largest joint acceleration, for the result and for the real performance at the same
+    instants. seam_all: the same over the 99th percentile of all joints' accelerations. distinct: seconds of recording
+    used over seconds made. segment_errors, pattern_errors: shares of the labelled segments, and of the patterns they
+    make up, that are another move (`label_errors`). What a method or a take has none of is not a number; frame-by-frame
+    baselines stand on the control by construction.
     """
 
     take: str
+    method: str
     seconds: float
     pieces: int
     control_cm: float
     joint_cm: float
+    relative_cm: float
     slide: float
     slide_recorded: float
+    jerk: float
     seam: float
     seam_recorded: float
     seam_all: float
     seam_all_recorded: float
+    distinct: float
+    segment_errors: float
+    pattern_errors: float
     times_real_time: float
 
 
 def leave_one_take_out(
-    method: PerformanceControl, library: Library, *, track: str | None = None, progress: Progress | None = None
+    method: PerformanceControl,
+    library: Library,
+    *,
+    track: str | None = None,
+    baselines: bool = False,
+    progress: Progress | None = None,
 ) -> list[WalkRow]:
-    """Perform the hips of each take with the other takes as the library (Hsu 2004, section 6.1)."""
+    """A row for each take by the configured method and, with baselines, by simpler ones.
+
+    A take that loops is played for `LOOPED` seconds or longer.
+    """
     rows = []
     names = library.names()
     for done, name in enumerate(names, start=1):
-        model = method.fit(library, exclude=(name,), track=track)
-        held_out = library.take(name).motion(track)
-        began = time.perf_counter()
-        result = model.synthesize(held_out)
-        taken = time.perf_counter() - began
-        rows.append(walk_row(name, model, held_out, result, taken))
+        take = library.take(name)
+        rows.append(_synthesized("segments", method, library, take, track))
+        if baselines:
+            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, take, track))
+            rows += _frame_by_frame(method, library, take, track)
         if progress:
             progress(done, len(names))
     return rows
+
+
+def held_out_motion(take: Take, track: str | None = None) -> Motion:
+    """The motion of a take that is performed: as recorded, or a looping clip played for `LOOPED` seconds or longer."""
+    motion = take.motion(track)
+    loops = any(note.kind == "loop" and take.tracks[note.track] is motion for note in take.annotations)
+    return repeat(motion, int(np.ceil(LOOPED / motion.duration))) if loops else motion
+
+
+def mean_rows(rows: list[WalkRow]) -> list[WalkRow]:
+    """The means over the takes, a row for each method; pieces and seconds are sums."""
+    means = []
+    for method in dict.fromkeys(row.method for row in rows):
+        mine = [row for row in rows if row.method == method]
+        values = {
+            name: mean_known([getattr(row, name) for row in mine])
+            for name, value in vars(mine[0]).items()
+            if isinstance(value, float)
+        }
+        values["seconds"] = float(sum(row.seconds for row in mine))
+        means.append(WalkRow(take="mean", method=method, pieces=sum(row.pieces for row in mine), **values))
+    return means
 
 
 def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesis, seconds: float) -> WalkRow:
@@ -70,19 +130,65 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
     frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
     joint_limit = float(np.quantile(np.concatenate([a.ravel() for a in inside]), 0.99))
     ours, real = _largest_near(result.motion, seams), _largest_near(truth, seams)
-    return WalkRow(
-        take=name,
-        seconds=truth.duration,
-        pieces=len(result.pieces),
+    return replace(
+        _row(name, "segments", joint_positions(resample(result.motion, truth.fps)), truth),
         control_cm=100 * control_error(result.motion, model.control_points(truth), truth.fps),
-        joint_cm=100 * joint_error(result.motion, truth),
+        pieces=len(result.pieces),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(truth, detect_contacts(truth)),
         seam=ours / frame_limit,
         seam_recorded=real / frame_limit,
         seam_all=ours / joint_limit,
         seam_all_recorded=real / joint_limit,
+        distinct=distinct_share(result),
         times_real_time=truth.duration / seconds,
+    )
+
+
+def _synthesized(label: str, method: PerformanceControl, library: Library, take: Take, track: str | None) -> WalkRow:
+    model = method.fit(library, exclude=(take.name,), track=track)
+    truth = held_out_motion(take, track)
+    began = time.perf_counter()
+    result = model.synthesize(truth)
+    row = walk_row(take.name, model, truth, result, time.perf_counter() - began)
+    name = next(key for key, value in take.tracks.items() if value is take.motion(track))
+    errors = take_errors(take, name, result.annotations, method.span)
+    return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)
+
+
+def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, track: str | None) -> list[WalkRow]:
+    """The baselines that see a path: they need its left and right point."""
+    if not isinstance(method.control, GroundPath):
+        return []
+    others = [library.take(name) for name in library.names() if name != take.name]
+    examples = [_example(method, other, track) for other in others]
+    truth = held_out_motion(take, track)
+    guide = guide_of_path(method.control.points(truth), truth.fps)
+    return [_row(take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
+
+
+def _example(method: PerformanceControl, take: Take, track: str | None) -> Example:
+    motion = resample(held_out_motion(take, track), RATE)
+    return guide_of_path(method.control.points(motion), RATE), joint_positions(motion)
+
+
+def _row(name: str, method: str, joints: FloatArray, truth: Motion) -> WalkRow:
+    """What can be said of joints ``(F, J, 3)`` alone, at the rate of the truth."""
+    real = joint_positions(truth)
+    frames = min(len(joints), len(real))
+    absolute, relative = position_errors(joints[:frames], real[:frames])
+    return WalkRow(
+        take=name,
+        method=method,
+        seconds=truth.duration,
+        pieces=0,
+        joint_cm=100 * absolute,
+        relative_cm=100 * relative,
+        jerk=jerk(joints, truth.fps) / jerk(real, truth.fps),
+        segment_errors=NOT_A_NUMBER,
+        pattern_errors=NOT_A_NUMBER,
+        times_real_time=NOT_A_NUMBER,
+        **dict.fromkeys(_OF_SEGMENTS, NOT_A_NUMBER),
     )
 
 

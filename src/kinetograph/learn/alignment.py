@@ -1,9 +1,12 @@
 """Optimal alignment of examples with windows of a control, in closed form (Hsu 2004, section 4.1).
 
 D is the weighted squared distance that is left after the best transform M of a group has been applied to the example
-(4.1, 4.2). Three groups: *ground* (a turn about the vertical and a shift on the ground), *rigid* (any rotation and
-shift) and *fixed* (none, for controls that are not spatial). Each scores all windows against all examples with one
-matrix product.
+(4.1, 4.2). Four groups: *ground* (a turn about the vertical and a shift on the ground), *similarity* (also a scale, of
+what lies on the ground: heights stay), *rigid* (any rotation and shift) and *fixed* or *none* (for controls that are
+not spatial). Each scores all windows against all examples with one matrix product.
+
+A scale of 0 would fit any example to a control that stands still, for nothing: scales are bounded. Within the bounds
+the optimum has a closed form too: D is quadratic in the scale, whatever the turn.
 
 Shapes: windows ``(B, S, P, 3)`` and examples ``(N, S, P, 3)`` in metres, S samples of P points; weights ``(S, P)``,
 which carry the time step, so that D is in m^2 s. Costs come out as ``(B, N)``.
@@ -21,6 +24,10 @@ from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import _kernels
 
+GROUPS = ("ground", "similarity", "rigid", "fixed", "none")
+SCALES = (0.5, 2.0)
+"""Least and greatest scale of the similarity group where none are given."""
+
 
 class Placement(Protocol):
     """The transforms M, one for each of ``(B, N)`` pairs of a window and an example."""
@@ -35,13 +42,19 @@ class Placement(Protocol):
     def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
         """Rotation, a quaternion ``(4,)``, and shift ``(3,)`` of one pair."""
 
+    def scale(self, window: int, example: int) -> float:
+        """By what one pair's example is scaled on the ground, before it is turned and shifted."""
+
     def join(self, others: list[Placement]) -> Placement:
         """This placement and others of the same windows, side by side along the examples."""
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPlacement:
-    """Turns and shifts ``(B, N)`` in the complex ground plane z + i x: a point p goes to turn p + shift."""
+    """Turns and shifts ``(B, N)`` in the complex ground plane z + i x: a point p goes to turn p + shift.
+
+    The absolute value of a turn is a scale.
+    """
 
     turn: ComplexArray
     shift: ComplexArray
@@ -57,6 +70,10 @@ class GroundPlacement:
         """See `Placement`."""
         turn, shift = self.turn[window, example], self.shift[window, example]
         return rot.about("y", float(np.angle(turn))), np.array([shift.imag, 0.0, shift.real])
+
+    def scale(self, window: int, example: int) -> float:
+        """See `Placement`."""
+        return float(np.abs(self.turn[window, example]))
 
     def join(self, others: list[Placement]) -> Placement:
         """See `Placement`."""
@@ -84,6 +101,10 @@ class RigidPlacement:
         """See `Placement`."""
         return rot.from_matrix(self.rotation[window, example]), self.shift[window, example]
 
+    def scale(self, window: int, example: int) -> float:
+        """See `Placement`."""
+        return 1.0
+
     def join(self, others: list[Placement]) -> Placement:
         """See `Placement`."""
         parts = [self, *(o for o in others if isinstance(o, RigidPlacement))]
@@ -92,10 +113,16 @@ class RigidPlacement:
         )
 
 
-def align(group: str, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+def align(
+    group: str,
+    windows: FloatArray,
+    examples: FloatArray,
+    weights: FloatArray,
+    scales: tuple[float, float] = SCALES,
+) -> tuple[FloatArray, Placement]:
     """D and the optimal transforms of every example for every window; costs ``(B, N)`` in m^2 s.
 
-    group: ``"ground"``, ``"rigid"`` or ``"fixed"``. Raises RequestError for any other.
+    group: one of `GROUPS`. scales: least and greatest scale, for ``"similarity"``. Raises RequestError for any other.
 
     >>> path = np.zeros((1, 3, 1, 3)); path[0, :, 0, 0] = [0, 1, 2]
     >>> turned = np.zeros((1, 3, 1, 3)); turned[0, :, 0, 2] = [5, 6, 7]
@@ -104,15 +131,24 @@ def align(group: str, windows: FloatArray, examples: FloatArray, weights: FloatA
     True
     """
     if group == "ground":
-        return _align_ground(windows, examples, weights)
+        return _align_ground(windows, examples, weights, None)
+    if group == "similarity":
+        return _align_ground(windows, examples, weights, scales)
     if group == "rigid":
         return _align_rigid(windows, examples, weights)
-    if group == "fixed":
+    if group in ("fixed", "none"):
         return _align_fixed(windows, examples, weights)
-    raise RequestError(f"alignment must be ground, rigid or fixed, found {group!r}")
+    raise unknown_group(group)
 
 
-def _align_ground(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+def unknown_group(group: str) -> RequestError:
+    """The error that names the groups there are."""
+    return RequestError(f"alignment must be {', '.join(GROUPS[:-1])} or {GROUPS[-1]}, found {group!r}")
+
+
+def _align_ground(
+    windows: FloatArray, examples: FloatArray, weights: FloatArray, scales: tuple[float, float] | None
+) -> tuple[FloatArray, Placement]:
     w = weights.ravel()
     total = w.sum()
     x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
@@ -120,8 +156,23 @@ def _align_ground(windows: FloatArray, examples: FloatArray, weights: FloatArray
     x_mean, a_mean = x @ w / total, a @ w / total
     x, a = x - x_mean[:, None], a - a_mean[:, None]
     product = x @ (a.conj() * w).T
-    costs, turn, shift = _kernels.fit_on_ground(product, _power(x) @ w, _power(a) @ w, x_mean, a_mean)
+    spreads = _power(x) @ w, _power(a) @ w
+    costs, turn, shift = _kernels.fit_on_ground(product, *spreads, x_mean, a_mean)
+    if scales is not None:
+        costs, scale = _fit_scale(np.abs(product), *spreads, scales)
+        turn = scale * turn
+        shift = x_mean[:, None] - turn * a_mean
     return costs + _heights(windows, examples, w), GroundPlacement(turn, shift)
+
+
+def _fit_scale(
+    size: FloatArray, window_spread: FloatArray, example_spread: FloatArray, scales: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Costs and scales ``(B, N)``, of turned examples whose product with the windows is ``size``, within the bounds."""
+    best = np.where(example_spread > 1e-12, size / np.maximum(example_spread, 1e-12), 1.0)
+    scale = np.clip(best, *scales)
+    costs = window_spread[:, None] + scale * (scale * example_spread - 2.0 * size)
+    return np.maximum(costs, 0.0), scale
 
 
 def _power(z: ComplexArray) -> FloatArray:

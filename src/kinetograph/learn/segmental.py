@@ -15,19 +15,25 @@ Differences from the thesis, each of them exact:
 - Scores are pulled at a segment's last step rather than pushed at its first. That visits the same pairs and lets the
   same code run while the control still arrives.
 - Predecessors are scanned in order of their score, up to the point where the score alone exceeds the best total.
+- Of many states (`GROUPED`), like ones are scanned together, and most need not be worked out: see `prove`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
-from kinetograph.learn import _kernels
+from kinetograph.learn._ring import GroupedRing, Links, Ring, inexact, predecessors
+
+GROUPED = 5000
+"""States from which on like ones are grouped."""
+
+SHARES = (0.1, 0.4, 1.0)
+"""Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +41,14 @@ class SegmentalSearch:
     """Configuration of a search.
 
     durations: shape ``(S,)`` steps of each state, ascending. continuity: k of equation 4.5. beam: w of section 4.4.1,
-    or None for the exact search: predecessors scoring above the best of their step plus w are dropped.
+    or None for the exact search: predecessors scoring above the best of their step plus w are dropped. share: of many
+    states, how many of a step are worked out; the rest get lower bounds on their scores.
     """
 
     durations: IntArray
     continuity: float
     beam: float | None = None
+    share: float = 1.0
 
     def __post_init__(self) -> None:
         durations = np.asarray(self.durations, dtype=np.int64)
@@ -51,6 +59,8 @@ class SegmentalSearch:
             raise DataError(f"continuity must be 0 or more, found {self.continuity}")
         if self.beam is not None and not self.beam >= 0:
             raise DataError(f"a beam's width must be 0 or more, found {self.beam}")
+        if not 0 < self.share <= 1:
+            raise DataError(f"the share of states worked out must be above 0 and at most 1, found {self.share}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,57 +82,13 @@ class Arrivals:
                 object.__setattr__(self, name, np.pad(getattr(self, name), ((0, 0), (0, missing))))
 
 
-@dataclass(frozen=True, eq=False)
-class Ring:
-    """What later steps need of the latest R steps, at index step % R.
-
-    live ``(R,)``: states that may be continued; orders ``(R, S)``: those by score; seeds ``(R, S + 1)``: each live
-    state itself, and the best one in place of the others and, last, of none; scores ``(R, S)``: Q; tails
-    ``(R, S, K)``; packed_scores ``(R, B, LANES)``, packed_tails ``(R, B, K, LANES)``: laid out for the kernel.
-    """
-
-    live: IntArray
-    orders: IntArray
-    seeds: IntArray
-    scores: FloatArray
-    tails: SingleArray
-    packed_scores: SingleArray
-    packed_tails: SingleArray
-
-    @classmethod
-    def empty(cls, reach: int, states: int, width: int) -> Ring:
-        """Room for ``reach`` steps."""
-        blocks = -(-states // _kernels.LANES)
-        return cls(
-            np.zeros(reach, dtype=np.int64),
-            np.zeros((reach, states), dtype=np.int64),
-            np.zeros((reach, states + 1), dtype=np.int64),
-            np.full((reach, states), np.inf),
-            np.zeros((reach, states, width), dtype=np.float32),
-            np.zeros((reach, blocks, _kernels.LANES), dtype=np.float32),
-            np.zeros((reach, blocks, width, _kernels.LANES), dtype=np.float32),
-        )
-
-    def arrays(self) -> tuple[npt.NDArray[np.generic], ...]:
-        """The arrays in the order that the kernel takes them."""
-        return (
-            self.live,
-            self.orders,
-            self.seeds,
-            self.scores,
-            self.tails,
-            self.packed_scores,
-            self.packed_tails,
-        )
-
-
 @dataclass(eq=False)
 class SearchState:
     """A search under way: the step reached, the steps still in reach, and the back-pointers of every step."""
 
     time: int = 0
     ring: Ring | None = None
-    back: list[npt.NDArray[np.int32]] = field(default_factory=list)
+    back: list[Links] = field(default_factory=list)
     pairs: int = 0
 
 
@@ -130,7 +96,8 @@ class SearchState:
 class SegmentalPath:
     """The best sequence: states ``(L,)``, their first and last steps ``(L,)``, and the score of equation 4.5.
 
-    The first state may begin before step 0 and the last may end after the final step: they are partial.
+    The first state may begin before step 0 and the last may end after the final step: they are partial. proved: whether
+    no sequence scores less; otherwise the score is a lower bound of them all, and this sequence scores more.
     """
 
     states: IntArray
@@ -138,11 +105,20 @@ class SegmentalPath:
     stops: IntArray
     score: float
     pairs: int
+    proved: bool = True
 
 
 def padded_width(width: int) -> int:
     """Coordinates in a row of heads or tails for ``width`` used ones: the kernels take eight, then four at a time."""
     return max(-(-width // 4) * 4, 8)
+
+
+def empty_ring(search: SegmentalSearch, states: int, width: int) -> Ring:
+    """Room for all steps that a segment may reach back to."""
+    reach = int(search.durations[-1]) + 1
+    return (
+        GroupedRing.empty(reach, states, width, search.share) if states >= GROUPED else Ring.empty(reach, states, width)
+    )
 
 
 def init(search: SegmentalSearch) -> SearchState:
@@ -153,7 +129,7 @@ def init(search: SegmentalSearch) -> SearchState:
 def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> SearchState:
     """Advance by one step: equation 4.6 for every state that ends here. The given state is used up."""
     time = state.time + 1
-    ring = state.ring or Ring.empty(int(search.durations[-1]) + 1, *arrivals.heads.shape)
+    ring = state.ring or empty_ring(search, *arrivals.heads.shape)
     scores, back, pairs = _extend(search, ring, state.back, arrivals, time, search.durations)
     _record(search, ring, time, scores, arrivals.tails)
     state.back.append(back)
@@ -172,10 +148,7 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
     best, length, back = float(scores[winner]), int(search.durations[winner]), int(state.back[-1][winner])
     pairs = state.pairs
     for used, arrivals in (partial or {}).items():
-        costs = np.where(search.durations > used, arrivals.costs, np.inf)
-        early = Arrivals(costs, arrivals.heads, arrivals.tails)
-        spans = np.full(len(scores), used)
-        values, links, visited = _extend(search, state.ring, state.back, early, state.time, spans)
+        values, links, visited = left_early(search, state, arrivals, used, best)
         pairs += visited
         candidate = int(np.argmin(values))
         if values[candidate] < best:
@@ -183,6 +156,20 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
     if not np.isfinite(best):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
     return _trace(search, state, winner, length, back, best, pairs)
+
+
+def left_early(
+    search: SegmentalSearch, state: SearchState, arrivals: Arrivals, used: int, enough: float | None = None
+) -> tuple[FloatArray, Links, int]:
+    """Scores and back-pointers ``(S,)`` of the segments that the control leaves after ``used`` steps; pairs evaluated.
+
+    enough: the score from which on lower bounds will do.
+    """
+    if state.ring is None:
+        raise DataError("a search needs at least one step of control, found none")
+    early = replace(arrivals, costs=np.where(search.durations > used, arrivals.costs, np.inf))
+    spans = np.full(len(search.durations), used)
+    return _extend(search, state.ring, state.back, early, state.time, spans, enough)
 
 
 def solve(
@@ -193,6 +180,23 @@ def solve(
     for arrival in arrivals:
         state = step(search, state, arrival)
     return finish(search, state, partial)
+
+
+def prove(
+    search: SegmentalSearch, arrivals: Callable[[], Iterable[Arrivals]], partial: dict[int, Arrivals] | None = None
+) -> SegmentalPath:
+    """The whole control at once where there are many states, most of which need not be worked out.
+
+    A state that scores badly is given a lower bound of its score, from the boxes around its predecessors. Scores that
+    build upon it are lower bounds as well, and the best sequence is the optimum if none of its own states has one. Such
+    a sequence that is not best loses more than any share of the states would save, so that few are needed, however
+    long the control; where they were too few, more are worked out. arrivals: called for every attempt.
+    """
+    for share in SHARES[:-1] if len(search.durations) >= GROUPED and search.beam is None else ():
+        path = solve(replace(search, share=share), arrivals(), partial)
+        if path.proved:
+            return path
+    return solve(search, arrivals(), partial)
 
 
 def keep_only(search: SegmentalSearch, state: SearchState, time: int, kept: BoolArray) -> None:
@@ -252,24 +256,27 @@ def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, 
 def _extend(
     search: SegmentalSearch,
     ring: Ring,
-    back: list[npt.NDArray[np.int32]],
+    back: list[Links],
     arrivals: Arrivals,
     time: int,
     spans: IntArray,
-) -> tuple[FloatArray, npt.NDArray[np.int32], int]:
-    """Scores and back-pointers of segments that end at ``time`` and span ``spans`` steps."""
+    enough: float | None = None,
+) -> tuple[FloatArray, Links, int]:
+    """Scores and back-pointers of segments that end at ``time`` and span ``spans`` steps.
+
+    enough: the score from which on lower bounds will do.
+    """
     scores = np.empty(len(spans))
     links = np.empty(len(spans), dtype=np.int32)
     last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
     control = (arrivals.costs, arrivals.heads, search.continuity)
-    pairs = _kernels.extend(time, spans, *control, last, ring.arrays(), scores, links)
-    return scores, links, int(pairs)
+    return scores, links, ring.extend(time, spans, control, last, (scores, links), enough)
 
 
 def _record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:
     """Put a step into the ring, in place of the one that no segment reaches back to any more."""
     limit = np.inf if search.beam is None else scores.min() + search.beam
-    _kernels.record(time, scores, tails, np.argsort(scores), limit, search.continuity, ring.arrays())
+    ring.record(time, scores, tails, limit, search.continuity)
 
 
 def _trace(
@@ -283,13 +290,14 @@ def _trace(
     time: int | None = None,
 ) -> SegmentalPath:
     time = state.time if time is None else time
-    states, starts, stops = [winner], [time - length], [time]
+    states, starts, stops, links = [winner], [time - length], [time], [back]
     if length < search.durations[winner]:
         stops[0] = starts[0] + int(search.durations[winner])
     while starts[-1] > 0:
         stop = starts[-1]
-        states.append(back)
-        starts.append(stop - int(search.durations[back]))
+        states.append(int(predecessors(np.array(links[-1]))))
+        starts.append(stop - int(search.durations[states[-1]]))
         stops.append(stop)
-        back = int(state.back[stop - 1][states[-1]])
-    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), score, pairs)
+        links.append(int(state.back[stop - 1][states[-1]]))
+    proved = search.beam is None and not inexact(np.array(links)).any()
+    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), score, pairs, proved)

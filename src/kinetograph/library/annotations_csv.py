@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -44,6 +46,29 @@ def import_annotations(library: Library, path: str | Path) -> int:
     for name, notes in _by_take(rows).items():
         library.annotate(name, notes)
     return len(rows)
+
+
+def read_times(path: str | Path) -> tuple[float, ...]:
+    """Seconds, one a line in the first column, as beats are exported by audio editors; a line of words may head them.
+
+    Lines that begin with ``#`` are comments. Raises FormatError with the line.
+    """
+    times: list[float] = []
+    for number, line in enumerate(_text(Path(path)).splitlines(), start=1):
+        cell = re.split(r"[,;\t]", line)[0].strip()
+        if not cell or cell.startswith("#"):
+            continue
+        try:
+            time = float(cell)
+        except ValueError:
+            time = math.nan
+        if math.isfinite(time) and time >= 0:
+            times.append(time)
+        elif times or re.match(r"[-+.\d]|nan|inf", cell.lower()):
+            raise FormatError(path, f"expected seconds, 0 or more, in the first column, found {cell!r}", line=number)
+    if not times:
+        raise FormatError(path, "expected seconds, one a line, found none")
+    return tuple(times)
 
 
 def _write_whole(path: Path, rows: Iterable[tuple[str, ...]]) -> None:

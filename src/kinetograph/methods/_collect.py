@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.learn.alignment import align
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
 
+LABELS = ("move", "style")
+"""Kinds of annotations by which people name what is done, and how."""
+
 ALIKE = 0.05
 """Metres by which bones of two recordings of one library may differ."""
 
@@ -40,6 +44,8 @@ def collect(
 ) -> tuple[tuple[Source, ...], Instances, tuple[str, ...]]:
     """Sources, instances and notes of a library for one configuration; ``rng`` draws the clusters' representatives."""
     sources, notes = [], []
+    if unknown := sorted(set(exclude) - set(library.names())):
+        raise RequestError(f"no take {unknown[0]!r} to leave out; there are {', '.join(library.names()) or 'none'}")
     for name in library.names():
         if name in exclude:
             continue
@@ -83,7 +89,7 @@ def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tu
     holds = take.annotated(name, "handhold")
     if not holds and isinstance(partner, Motion):
         holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
-    marks = (*contacts, *holds, *take.annotated(name, "move"))
+    marks = (*contacts, *holds, *(note for kind in LABELS for note in take.annotated(name, kind)))
     found = [_source(method, take.name, name, False, long, partner, marks, cuts, period)]
     if method.mirror:
         from kinetograph.mirroring import mirror
@@ -121,10 +127,16 @@ def _source(
     cuts: tuple[float, ...],
     period: float,
 ) -> Source:
-    control = method.control.points(motion if partner is None else partner)
+    try:
+        control = method.control.points(motion if partner is None else partner)
+    except RequestError as error:
+        raise RequestError(f"take {take!r}: {error}") from error
     if partner is not None:
         control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))
+    if method.placing == "continued":  # C compares poses where bodies stand, wherever that is
+        back = rot.about("y", -rot.twist(motion.rotations[:, 0], "y"))
+        target = rot.rotate(back[:, None], target - motion.translation[:, None] * np.array([1.0, 0.0, 1.0]))
     held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
     return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
 
@@ -173,7 +185,7 @@ def segment_distances(
         rows.append(np.concatenate([interpolate(source.control, at), interpolate(source.target, at)], axis=1))
     points = np.stack(rows)
     weights = np.full(points.shape[1:3], 1.0 / (samples * points.shape[2]))
-    squares, _ = align(method.alignment, points, points, weights)
+    squares, _ = align(method.alignment, points, points, weights, method.scales)
     durations = np.array([s.duration for s in segments])
     apart = np.abs(durations[:, None] - durations) > max(method.stretch, 1e-9)
     distances = np.sqrt(0.5 * (squares + squares.T))

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import joint_positions
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.retiming import Span, retime
 from kinetograph.learn.segmental import SegmentalPath, padded_width
 from kinetograph.methods._handholds import carried_holds
 from kinetograph.methods._instances import Segment, interpolate
-from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, assemble, constrain
+from kinetograph.motion import Motion, sample
+from kinetograph.post.assemble import Part, assemble, constrain, edits
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
+from kinetograph.take import Annotation
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
@@ -39,25 +43,44 @@ def realize(
     parts = []
     for piece, segment in zip(pieces, segments, strict=True):
         source = model.sources[segment.source]
-        parts.append(Part(piece, source.motion, source.marks))
+        parts.append(Part(piece, _scaled(source.motion, piece.scale), source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    marks = carry((part.piece, part.marks) for part in parts)
+    marks = _until(duration, carry((part.piece, part.marks) for part in parts))
     holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
         holds = carried_holds(taken, marks, partner, frames, out_fps)
-    motion = constrain(assemble(parts, out_fps, frames, method.post), marks, holds, method.post)
+    joined = assemble(parts, out_fps, frames, method.post)
+    motion = constrain(joined, marks, holds, method.post, model.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
+    statistics["optimal"] = int(path.proved)
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=marks,
-        statistics={**statistics, **_hold_statistics(hold_residuals(motion, holds))},
+        statistics={**statistics, **_moved(joined, motion), **_hold_statistics(hold_residuals(motion, holds))},
         warnings=method.control.warnings(points, fps, model.speed_range()),
+        edited=edits(motion, parts),
     )
+
+
+def _until(end: float, marks: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
+    """Annotations without what lies after ``end`` seconds: the last piece may go on longer than the control."""
+    return tuple(replace(note, stop=min(note.stop, end)) for note in marks if note.start < end)
+
+
+def _scaled(motion: Motion, scale: float) -> Motion:
+    """The motion with its way over the ground scaled; a body keeps its size."""
+    return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
+
+
+def _moved(before: Motion, after: Motion) -> dict[str, float]:
+    """How far constraints have moved the joints, in metres: the mean of all, and the most that any was."""
+    distances = np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1)
+    return {"constraints_moved_mean": float(distances.mean()), "constraints_moved_most": float(distances.max())}
 
 
 def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
@@ -127,7 +150,8 @@ def _place(
     times = segment.start + (np.arange(first, last + 1) - start) * (segment.duration / (stop - start))
     example = interpolate(source.control, times * source.motion.fps)
     weights = model.weights(last - first + 1, rate)
-    costs, placement = align(model.method.alignment, x[None, first : last + 1], example[None], weights)
+    method = model.method
+    costs, placement = align(method.alignment, x[None, first : last + 1], example[None], weights, method.scales)
     return float(costs[0, 0]), placement
 
 
@@ -138,6 +162,7 @@ def pieces_of(
     width = padded_width(3 * len(model.basis))
     pieces: list[Piece] = []
     tail: FloatArray | None = None
+    left = model.sources[0].motion  # the recording of the piece before
     for segment, start, stop in zip(segments, borders[:-1], borders[1:], strict=True):
         source = model.sources[segment.source]
         cost, placement = _place(model, x, rate, segment, int(start), int(stop))
@@ -146,6 +171,9 @@ def pieces_of(
         seam = 0.0 if tail is None else model.method.continuity * float(np.sum((tail - head).astype(np.float64) ** 2))
         tail = placement.ends(0, tail_points, model.basis_sums, width)[0]
         rotation, shift = placement.transform(0, 0)
+        if pieces and model.method.placing == "continued":
+            rotation, shift = _continued(pieces[-1], left, source.motion, segment.start)
+        left = source.motion
         pieces.append(
             Piece(
                 take=source.take,
@@ -159,6 +187,20 @@ def pieces_of(
                 mirrored=source.mirrored,
                 cost=cost,
                 seam=seam,
+                scale=placement.scale(0, 0),
             )
         )
     return pieces
+
+
+def _continued(before: Piece, left: Motion, motion: Motion, start: float) -> tuple[FloatArray, FloatArray]:
+    """Rotation and shift by which a recording, from its second ``start``, goes on from where a piece leaves the body.
+
+    left: the recording of that piece. Bodies stand on their own floor: nothing is lifted.
+    """
+    last, first = sample(left, [before.source_stop], left.fps), sample(motion, [start], motion.fps)
+    heading = before.turn + rot.twist(last.rotations[0, 0], "y") - rot.twist(first.rotations[0, 0], "y")
+    rotation = rot.about("y", float(heading))
+    place = rot.rotate(np.array(before.rotation), last.translation[0]) + before.shift
+    shift = (place - rot.rotate(rotation, first.translation[0])) * np.array([1.0, 0.0, 1.0])
+    return rotation, shift

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
 from kinetograph.keys import Key
-from kinetograph.kinematics import joint_positions
 from kinetograph.learn.goals import Walk
-from kinetograph.methods._examples import Example, headings
+from kinetograph.methods._examples import Example
 from kinetograph.methods._search_model import SearchModel, pinned
-from kinetograph.motion import Motion, sample
-from kinetograph.post.assemble import Part, PostSettings, assemble
+from kinetograph.post.assemble import Part, PostSettings, assemble, edits
 from kinetograph.post.contacts import carry
 from kinetograph.post.footskate import clean_feet
 from kinetograph.post.meet import Waypoint, bend, meet_poses
@@ -118,29 +113,3 @@ def waypoints(model: SearchModel, keys: tuple[Key, ...], walk: Walk) -> list[Way
             joints = None if key.roles is None else np.array([skeleton.landmark(r).joint for r in key.roles])
         points.append(Waypoint(round(clock), pose, key.frame, joints, place, heading))
     return points
-
-
-def edits(motion: Motion, parts: list[Part]) -> FloatArray:
-    """How far each frame is from the recording it came from, shape ``(F,)``: mean joint distance in metres, the
-    root's place on the ground and heading put aside.
-    """
-    times = np.arange(len(motion)) / motion.fps
-    starts = np.array([part.piece.start for part in parts])
-    owner = np.clip(np.searchsorted(starts, times + 1e-9, side="right") - 1, 0, len(parts) - 1)
-    out = np.zeros(len(motion))
-    for i, part in enumerate(parts):
-        own = np.flatnonzero(owner == i)
-        if len(own):
-            source = sample(part.motion, part.piece.source_time(times[own]), motion.fps)
-            mine = Motion(motion.skeleton, motion.translation[own], motion.rotations[own], motion.fps)
-            gap = joint_positions(_centred(mine)) - joint_positions(_centred(source))
-            out[own] = np.linalg.norm(gap, axis=-1).mean(axis=1)
-    return out
-
-
-def _centred(motion: Motion) -> Motion:
-    """Every frame over the origin, facing along z."""
-    back = rot.about("y", -headings(motion))
-    rotations = motion.rotations.copy()
-    rotations[:, 0] = rot.multiply(back, rotations[:, 0])
-    return replace(motion, translation=motion.translation * np.array([0.0, 1.0, 0.0]), rotations=rotations)

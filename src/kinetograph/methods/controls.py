@@ -42,6 +42,10 @@ class ControlReading(Protocol):
     def frame_by_frame(self) -> bool:
         """Whether the points of a character's frame need that frame alone."""
 
+    @property
+    def spatial(self) -> bool:
+        """Whether the points lie in space, where examples may be turned and moved."""
+
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
         """What a person should know of a control that the library, of these ``speeds``, can hardly meet."""
 
@@ -75,6 +79,11 @@ class GroundPath:
 
     @property
     def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    @property
+    def spatial(self) -> bool:
         """See `ControlReading`."""
         return True
 
@@ -122,14 +131,7 @@ class PointsByRole:
 
     def recorded(self, take: Take, target: str) -> Track:
         """The partner's track. Raises RequestError, naming the tracks there are."""
-        others = [name for name in take.tracks if name != target]
-        if self.track is None and len(others) == 1:
-            return take.tracks[others[0]]
-        if self.track is None or self.track not in others:
-            found = ", ".join(others) or "none"
-            wanted = "one track beside it" if self.track is None else f"a track {self.track!r}"
-            raise RequestError(f"take {take.name!r}: expected {wanted} to control {target!r}, found {found}")
-        return take.tracks[self.track]
+        return _beside(take, target, self.track)
 
     def points(self, control: Motion | Signal) -> FloatArray:
         """See `ControlReading`. Raises RequestError for a role, or a signal's point, that is not there."""
@@ -157,6 +159,73 @@ class PointsByRole:
         """See `ControlReading`."""
         return self.velocity == 0
 
+    @property
+    def spatial(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
         """Nothing: a partner's speed is not bound to that of the one who is led."""
         return ()
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Channels of a signal that lie in no space, such as features of speech (chapter 7): the group is ``"none"``.
+
+    The target stays where it was recorded: there is no transform to inherit. channels: weights by name; they say how
+    much a unit of each is worth beside a metre of continuity. track: see `PointsByRole`.
+    """
+
+    channels: Mapping[str, float]
+    track: str | None = None
+
+    def __post_init__(self) -> None:
+        if not self.channels or not all(np.isfinite(w) and w > 0 for w in self.channels.values()):
+            raise RequestError(f"channels need positive weights by name, found {dict(self.channels)}")
+        object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
+
+    def recorded(self, take: Take, target: str) -> Track:
+        """The track beside the target. Raises RequestError, naming the tracks there are."""
+        return _beside(take, target, self.track)
+
+    def points(self, control: Motion | Signal) -> FloatArray:
+        """A channel a point, ``(F, C, 3)``, on the first axis. Raises RequestError for a channel that is not there."""
+        names = control.names if isinstance(control, Signal) and not control.spatial else ()
+        missing = [name for name in self.channels if name not in names]
+        if missing or isinstance(control, Motion):
+            found = f"its channels are {', '.join(names[:8])}" if names else "it has none"
+            raise RequestError(f"the control has no channel {', '.join(missing)}; {found}")
+        points = np.zeros((len(control), len(self.channels), 3))
+        points[..., 0] = control.values[:, [names.index(name) for name in self.channels]]
+        return points
+
+    def weights(self) -> FloatArray:
+        """See `ControlReading`."""
+        return np.array(list(self.channels.values()), dtype=np.float64)
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    @property
+    def spatial(self) -> bool:
+        """See `ControlReading`."""
+        return False
+
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """Nothing: channels have no speed that a body could lack."""
+        return ()
+
+
+def _beside(take: Take, target: str, wanted: str | None) -> Track:
+    """The track that was the control of ``target``: the one wanted or the only other. Raises RequestError."""
+    others = [name for name in take.tracks if name != target]
+    if wanted is None and len(others) == 1:
+        return take.tracks[others[0]]
+    if wanted is None or wanted not in others:
+        found = ", ".join(others) or "none"
+        expected = "one track beside it" if wanted is None else f"a track {wanted!r}"
+        raise RequestError(f"take {take.name!r}: expected {expected} to control {target!r}, found {found}")
+    return take.tracks[wanted]

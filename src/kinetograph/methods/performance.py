@@ -6,6 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,14 +17,15 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.alignment import Placement, align
-from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, solve
+from kinetograph.learn.alignment import GROUPS, SCALES, Placement, align, unknown_group
+from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, prove
 from kinetograph.methods._collect import collect
 from kinetograph.methods._instances import Instances, Source, interpolate
 from kinetograph.methods._realize import realize
 from kinetograph.methods.controls import ControlReading, GroundPath, PointsByRole
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
+from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
     from kinetograph.methods.rules import Rule
 
 Progress = Callable[[int, int], None]
+PLACEMENTS = 1 << 21
+"""Placements of segments that are worked out at once; each takes some hundred bytes."""
+
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
 )
@@ -48,13 +53,15 @@ class PerformanceControl:
 
     continuity: k, the weight of continuity against interpretation, in seconds (D is integrated over time).
     stretch: how far a segment may be stretched or squeezed, seconds. rate: of the search, Hz; fine_rate: of the
-    constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"rigid"`` or
-    ``"fixed"``. control: how control points are read: `GroundPath` for walks, `PointsByRole` for partners. span:
-    cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the roles
-    whose positions are compared across seams. beam: width of the beam search, or None for the exact one. cluster:
-    metres; segments closer than this to one another are represented by one of them, or None. mirror: also use every
-    recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen segments
-    afterwards.
+    constrained search that adjusts durations, Hz, or None to leave them. alignment: ``"ground"``, ``"similarity"``,
+    ``"rigid"``, or ``"fixed"`` or ``"none"``, which are one; scales: least and greatest, for similarity; placing: where
+    segments go without an alignment, ``"recorded"`` or ``"continued"``, on from where the one before ends. control: how
+    control points are read: `GroundPath` for walks, `PointsByRole` for partners, `Channels` for what is not spatial.
+    span: cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap. targets: weights of the
+    roles whose positions are compared across seams. beam: width of the beam search, or None for the exact one.
+    cluster: metres; segments closer than this to one another are represented by one of them, or None. mirror: also
+    use every recording mirrored. longest: seconds of the longest segment used. post: what happens to the chosen
+    segments afterwards.
     """
 
     continuity: float = 0.2
@@ -62,6 +69,8 @@ class PerformanceControl:
     rate: float = 10.0
     fine_rate: float | None = 30.0
     alignment: str = "ground"
+    scales: tuple[float, float] = SCALES
+    placing: str = "recorded"
     control: ControlReading = field(default_factory=GroundPath)
     span: int = 1
     targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
@@ -80,6 +89,16 @@ class PerformanceControl:
         for name in ("rate", "longest"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
+        if self.alignment not in GROUPS:
+            raise unknown_group(self.alignment)
+        if self.placing not in ("recorded", "continued"):
+            raise RequestError(f"placing must be recorded or continued, found {self.placing!r}")
+        if self.placing == "continued" and self.alignment not in ("fixed", "none"):
+            raise RequestError(f"segments are continued without alignment only; found {self.alignment!r}, not none")
+        if not self.control.spatial and self.alignment not in ("fixed", "none"):
+            raise RequestError(f"channels are in no space: alignment must be none, found {self.alignment!r}")
+        if not 0 < self.scales[0] <= 1 <= self.scales[1] < np.inf:
+            raise RequestError(f"scales run from one in (0, 1] to one of 1 or more, found {self.scales}")
         if self.span < 1:
             raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -144,6 +163,12 @@ class PerformanceModel:
         """How much of a shift each mixture takes, shape ``(Q,)``."""
         return np.asarray(self.basis.sum(axis=1))
 
+    @cached_property
+    def joint_ranges(self) -> tuple[JointRange, ...]:
+        """How far the recordings turn the joints of arms and legs."""
+        motions = [source.motion for source in self.sources]
+        return seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton)))
+
     def control_points(self, control: Signal | Motion) -> FloatArray:
         """The control points of a control, shape ``(F, P, 3)``, at its own rate.
 
@@ -165,17 +190,23 @@ class PerformanceModel:
     def interpret(self, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()) -> SegmentalPath:
         """The best sequence of states for control points ``x``, shape ``(T + 1, P, 3)`` at the search's rate.
 
-        rules: what is pinned or forbidden.
+        rules: what is pinned or forbidden. Raises RequestError for a control shorter than any segment can be made.
         """
-        steps = len(x) - 1
+        steps, rate, shortest = len(x) - 1, self.method.rate, int(self.instances.states[0, 1])
         if steps < 1:
-            raise RequestError(f"the control is too short: expected 2 samples at {self.method.rate:g} Hz or more")
-        arrivals, partial = self._arrivals(x, progress), self.left_early(x)
+            raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
+        if steps < shortest:
+            raise RequestError(
+                f"the control is too short: it lasts {steps / rate:.2f} s, the library's shortest segment, squeezed, "
+                f"{shortest / rate:.2f} s; record more of it, or cut the library finer (library segment)"
+            )
+        partial = self.left_early(x)
         if not rules:
-            return solve(self.search, arrivals, partial)
+            return prove(self.search, lambda: self.arrivals(x, progress), partial)
         from kinetograph.methods.rules import bind, bind_partial
 
-        return solve(self.search, bind(self, rules, arrivals), bind_partial(self, rules, partial, steps))
+        bound = bind_partial(self, rules, partial, steps)
+        return prove(self.search, lambda: bind(self, rules, self.arrivals(x, progress)), bound)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame at ``fps``; pieces are decided ``lag`` seconds later at most.
@@ -201,19 +232,37 @@ class PerformanceModel:
         path = self.interpret(self.at_search_rate(points, track.fps), progress, rules)
         return realize(self, points, track.fps, path, track if isinstance(track, Motion) else None)
 
+    def alternatives(
+        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
+    ) -> tuple[Synthesis, ...]:
+        """The best motion for a control and up to ``count`` - 1 others.
+
+        Each is the best that shares no piece with those before. alike: the best of all instead, which may differ by a
+        border only. Raises RequestError as `synthesize` does.
+        """
+        from kinetograph.methods.rules import alternatives, best_sequences
+
+        track = only_track(control) if isinstance(control, Take) else control
+        points = self.control_points(track)
+        x = self.at_search_rate(points, track.fps)
+        paths = (best_sequences if alike else alternatives)(self, x, count, rules)
+        partner = track if isinstance(track, Motion) else None
+        return tuple(realize(self, points, track.fps, path, partner) for path in paths)
+
     def beam_gap(self, control: Signal | Motion) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
         x = self.at_search_rate(self.control_points(control), control.fps)
         exact = replace(self, method=replace(self.method, beam=None)).interpret(x).score
         return self.interpret(x).score / exact - 1.0 if exact > 0 else 0.0
 
-    def _arrivals(self, x: FloatArray, progress: Progress | None) -> Iterator[Arrivals]:
+    def arrivals(self, x: FloatArray, progress: Progress | None = None) -> Iterator[Arrivals]:
         """Every step's input to the search: first the steps at which some states are partial, then whole chunks."""
         steps, longest = len(x) - 1, self.instances.longest
+        chunk = max(min(256, PLACEMENTS // len(self.instances.states)), 1)
         for t in range(1, min(longest, steps + 1)):
             yield self.arrivals_at(x[: t + 1])
-        for low in range(longest, steps + 1, 256):
-            high = min(low + 256, steps + 1)
+        for low in range(longest, steps + 1, chunk):
+            high = min(low + chunk, steps + 1)
             windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
             costs, placement = self._align(np.moveaxis(windows, -1, 1), slice(None))
             for i in range(high - low):
@@ -242,7 +291,8 @@ class PerformanceModel:
         for examples in self.instances.controls.values():
             used = examples[:, part]
             samples = used.shape[1]
-            d, placed = align(self.method.alignment, windows[:, -samples:], used, self.weights(samples))
+            group, scales = self.method.alignment, self.method.scales
+            d, placed = align(group, windows[:, -samples:], used, self.weights(samples), scales)
             costs.append(d)
             placements.append(placed)
         return np.concatenate(costs, axis=1), placements[0].join(placements[1:])

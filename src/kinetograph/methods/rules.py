@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.errors import RequestError
+from kinetograph.errors import DataError, RequestError
+from kinetograph.learn.k_best import k_best
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
@@ -40,6 +41,18 @@ class Rule:
         if not self.start < self.stop:
             raise RequestError(f"a rule runs from a start to a later stop, found {self.start} and {self.stop}")
 
+    def __str__(self) -> str:
+        named = ", ".join(
+            text
+            for text, given in (
+                (f"take {self.take!r}", self.take),
+                (f"move {self.move!r}", self.move),
+                (f"second {self.source} of it", self.source),
+            )
+            if given is not None
+        )
+        return f"{named or 'any piece'} from {self.start:g} to {self.stop:g} s"
+
 
 @dataclass(frozen=True)
 class Transcript:
@@ -65,7 +78,7 @@ def matching(model: PerformanceModel, rule: Rule) -> BoolArray:
             and (rule.move is None or rule.move in moves_of(model, segment.source, segment.start, segment.stop))
         )
     if not any(found):
-        raise RequestError(f"no segment of the library matches {rule}; look at its takes and moves (library info)")
+        raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
     return np.array(found)[model.instances.states[:, 0]]
 
 
@@ -122,24 +135,43 @@ def transcribe(model: PerformanceModel, control: Signal | Motion) -> list[Transc
     return rows
 
 
-def alternatives(
-    model: PerformanceModel, x: FloatArray, count: int, rules: Sequence[Rule] = ()
-) -> list[tuple[Rule, SegmentalPath]]:
-    """The ``count`` best sequences that each replace a piece of the best one, cheapest first, with what was forbidden.
+def alternatives(model: PerformanceModel, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
+    """The best sequence and up to ``count`` - 1 that differ: each is the best that shares no piece with those before.
 
-    x: control points ``(T + 1, P, 3)`` at the search's rate. Every alternative is the optimum without that piece's
-    recording there; those that forbid different pieces and come out the same count once.
+    x: control points ``(T + 1, P, 3)`` at the search's rate. A piece is shared where two sequences show the same moment
+    of a recording at the same time of the control. Fewer are returned where no other sequence covers the control.
     """
-    best = model.interpret(x, rules=rules)
-    found: dict[tuple[tuple[int, int], ...], tuple[Rule, SegmentalPath]] = {}
-    for state, start, stop in zip(best.states, best.starts, best.stops, strict=True):
+    found: list[SegmentalPath] = [model.interpret(x, rules=rules)]
+    used = list(rules)
+    while len(found) < count:
+        used += _forbidding(model, found[-1])
+        try:
+            found.append(model.interpret(x, rules=used))
+        except DataError:  # nothing else covers it
+            break
+    return found
+
+
+def _forbidding(model: PerformanceModel, path: SegmentalPath) -> list[Rule]:
+    """Rules against every piece of a sequence."""
+    rules, rate = [], model.method.rate
+    for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):
         segment = model.instances.segments[model.instances.states[state, 0]]
         middle = 0.5 * (segment.start + segment.stop)
-        begin, end = max(float(start), 0.0) / model.method.rate, float(stop) / model.method.rate
-        rule = Rule(begin, end, take=model.sources[segment.source].take, source=middle, forbid=True)
-        path = model.interpret(x, rules=(*rules, rule))
-        found.setdefault(tuple(zip(path.states.tolist(), path.starts.tolist(), strict=True)), (rule, path))
-    return sorted(found.values(), key=lambda pair: pair[1].score)[:count]
+        take = model.sources[segment.source].take
+        rules.append(Rule(max(float(start), 0.0) / rate, float(stop) / rate, take=take, source=middle, forbid=True))
+    return rules
+
+
+def best_sequences(
+    model: PerformanceModel, x: FloatArray, count: int, rules: Sequence[Rule] = ()
+) -> list[SegmentalPath]:
+    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only.
+
+    x: control points ``(T + 1, P, 3)`` at the search's rate. Sequences that differ more: `alternatives`.
+    """
+    arrivals = list(bind(model, rules, model.arrivals(x)))
+    return k_best(model.search, arrivals, bind_partial(model, rules, model.left_early(x), len(x) - 1), count)
 
 
 def _runs(model: PerformanceModel, path: SegmentalPath) -> list[tuple[str, float, float]]:

@@ -1,0 +1,85 @@
+"""Keys pressed in a terminal, and when."""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from kinetograph.errors import RequestError
+
+BOUNCE = 0.05  # seconds; taps closer than this are one
+_ESCAPE, _BACK, _END = 0x1B, b"\x7f\x08", b"\r\nq"
+
+Draw = Callable[[float, int], None]
+Wait = Callable[[int, float], bool]
+
+
+@contextmanager
+def single_keys(file: int) -> Iterator[None]:
+    """Have a terminal give every key at once and unseen; as it was afterwards. Raises RequestError for another file."""
+    if not os.isatty(file):
+        raise RequestError("tapping needs a terminal to press keys in; give the times in a file instead (--from CSV)")
+    try:
+        import termios
+        import tty
+    except ImportError:
+        message = "tapping does not work in this system's terminals; give the times in a file (--from CSV)"
+        raise RequestError(message) from None
+    before = termios.tcgetattr(file)
+    try:
+        tty.setcbreak(file)
+        termios.tcflush(file, termios.TCIFLUSH)
+        yield
+    finally:
+        with suppress(termios.error):  # it may be gone
+            termios.tcsetattr(file, termios.TCSADRAIN, before)
+
+
+def pressed(file: int, seconds: float) -> bool:
+    """Whether a key is pressed within ``seconds``; returns as soon as one is."""
+    return bool(select.select([file], [], [], max(seconds, 0.0))[0])
+
+
+def taps(
+    file: int,
+    duration: float,
+    draw: Draw,
+    *,
+    rate: float = 15.0,
+    clock: Callable[[], float] = time.monotonic,
+    wait: Wait = pressed,
+) -> list[float]:
+    """Seconds from now at which keys are pressed, for ``duration`` seconds or until Enter or q.
+
+    Backspace takes the last one back; keys that send several characters at once (arrows) are none. draw is called
+    ``rate`` times a second with the time and the number of taps. Raises RequestError where the terminal goes away.
+    """
+    began, times = clock(), list[float]()
+    while (now := clock() - began) < duration:
+        draw(now, len(times))
+        if not wait(file, min(1.0 / rate, duration - now)):
+            continue
+        at, keys = clock() - began, _read(file)
+        if keys[0] == _ESCAPE:
+            continue
+        for key in keys:
+            if key in _END:
+                return times
+            if key in _BACK:
+                times = times[:-1]
+            elif not times or at - times[-1] >= BOUNCE:
+                times.append(at)
+    return times
+
+
+def _read(file: int) -> bytes:
+    try:
+        keys = os.read(file, 64)
+    except OSError:
+        keys = b""
+    if not keys:
+        raise RequestError("the terminal went away while a take was tapped; nothing was written")
+    return keys

@@ -1,0 +1,66 @@
+"""evaluate performance: one table of every measure, for walks as for dances, and no number where there is none."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetograph as kg
+from kinetograph.cli.evaluate import performance
+from kinetograph.errors import RequestError
+from kinetograph.take import Annotation, Take
+from walkers import walk
+
+_METHODS = ["segments", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"]
+
+
+def _library(folder: Path, named: bool) -> Path:
+    library = kg.Library.create(folder / "library")
+    for name, turn in (("a", 0.0), ("b", 0.3)):
+        cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(11) / 2)
+        moves = (Annotation("body", "move", "step", 0.0, 5.0),) if named else ()
+        library.add(Take(name, {"body": walk(5.0, turn_rate=turn)}, (*cuts, *moves)))
+    return library.path
+
+
+def test_every_method_and_measure_is_in_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    performance(_library(tmp_path, named=False), as_json=True)
+    told = capsys.readouterr()
+    assert "no moves are annotated: segment and pattern errors are left out" in told.err
+    assert "NaN" not in told.out
+    rows = json.loads(told.out)
+    assert [(r["take"], r["method"]) for r in rows] == [(t, m) for t in ("a", "b", "mean") for m in _METHODS]
+    ours, constant = rows[0], rows[4]
+    for measure in ("control_cm", "joint_cm", "relative_cm", "slide", "jerk", "distinct", "times_real_time"):
+        assert isinstance(ours[measure], float)
+    assert ours["segment_errors"] is None
+    assert constant["slide"] is None
+    assert isinstance(constant["joint_cm"], float)
+    assert rows[10]["joint_cm"] == pytest.approx(0.5 * (rows[0]["joint_cm"] + rows[5]["joint_cm"]))
+
+
+def test_moves_give_error_rates(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    performance(_library(tmp_path, named=True), baselines=False)
+    told = capsys.readouterr()
+    assert "no moves" not in told.err
+    head, *lines = told.out.splitlines()
+    assert "segment errors  pattern errors" in head
+    assert len(lines) == 3
+    at = head.index("segment errors")
+    assert [line[at:].split()[:2] for line in lines] == [["0", "0"]] * 3
+
+
+def test_a_signal_is_no_partner(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "library")
+    ends = ("left_toe", "right_toe", "left_hand", "right_hand")
+    for name in "ab":
+        motion = walk(4.0)
+        signal = kg.Signal(np.zeros((len(motion), 4, 3)), ends, "m", 30.0)
+        cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(9) / 2)
+        library.add(Take(name, {"body": motion, "markers": signal}, cuts))
+    points = [f"{role}=1" for role in ends]
+    with pytest.raises(RequestError, match="expected a character to control 'body', found a signal of left_toe"):
+        performance(library.path, target="body", control_point=points, target_point=points)
