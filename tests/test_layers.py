@@ -20,7 +20,7 @@ _LAYERS = (
     {"evaluation", "pictures", "_figures", "rendering"},
     {"pipeline"},
     {"methods", "post"},
-    {"segmentation", "library", "formats"},
+    {"segmentation", "library", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations"},

@@ -2,9 +2,9 @@
 
     make check-clients        or: python tests/clients/check.py [--keep FOLDER] [--blender PYTHON]
 
-Needs node with the packages of package.json, and a Python that has bpy 5.0.1 (its own environment: it pins an older
-numpy). What is missing is skipped, with a reason. A row fails where joints are more than 1 mm from ours, or rate or
-duration differ.
+Needs node with the packages of package.json, Chromium, and a Python that has bpy 5.0.1 (its own environment: it pins an
+older numpy). What is missing is skipped, with a reason. A row fails where joints are more than 1 mm from ours, or rate
+or duration differ.
 """
 
 from __future__ import annotations
@@ -37,8 +37,9 @@ Entry = dict[str, Any]
 
 def main() -> int:
     arguments = argparse.ArgumentParser()
-    arguments.add_argument("--keep", type=Path, help="folder for what is written")
+    arguments.add_argument("--keep", type=Path, help="folder for what is written, and browser.png")
     arguments.add_argument("--blender", default=os.environ.get("KINETOGRAPH_BPY", ""), help="a Python that has bpy")
+    arguments.add_argument("--chromium", default=shutil.which("chromium") or "", help="a Chromium to draw with")
     given = arguments.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = given.keep or Path(scratch)
@@ -46,6 +47,7 @@ def main() -> int:
         reference = write_all(folder)
         failed = validator([name for name in reference if name.endswith(".glb")])
         failed |= three({n: e for n, e in reference.items() if n.rpartition(".")[2] in ("bvh", "glb", "fbx")}, folder)
+        failed |= browser(reference, folder, given.chromium)
         failed |= blender(reference, folder, given.blender)
     return int(failed)
 
@@ -149,6 +151,34 @@ def three(reference: dict[str, Entry], folder: Path) -> bool:
     if ran is None:
         return False
     return ran.returncode != 0 or compare("three.js", reference, json.loads((folder / "three.json").read_text()))
+
+
+def browser(reference: dict[str, Entry], folder: Path, chromium: str) -> bool:
+    """three.js in a browser: the same positions, and a picture of a person who walks."""
+    if not chromium:
+        print(
+            "skipped the browser: no Chromium; install it (on Debian: apt-get install chromium) or name it: --chromium"
+        )
+        return False
+    if not (HERE / "node_modules" / "playwright-core").is_dir():
+        print(f"skipped the browser: no playwright-core: npm --prefix {HERE.name} ci")
+        return False
+    wanted = [name for name in reference if Path(name).name in ("human.glb", "human.fbx", "walk.glb", "walk.bvh")]
+    shown = {name: reference[name] | {"shown": [1.0, 1.25, 1.5, 1.75]} for name in sorted(wanted)}
+    (folder / "reference.json").write_text(json.dumps(shown))
+    paths = [folder / "reference.json", folder / "browser.json", folder / "browser.png"]
+    ran = node("see_with_three.mjs", *map(str, paths), chromium)
+    if ran is None or ran.returncode:
+        return ran is not None
+    found = json.loads((folder / "browser.json").read_text())
+    failed = compare("browser", shown, found)
+    for name, seen in found.items():
+        # a figure covers a twentieth of its picture or so, and never all of it
+        good = all(0.02 < share < 0.5 for share in seen["drawn"])
+        failed |= not good
+        shares = ", ".join(f"{100 * share:.1f} %" for share in seen["drawn"])
+        print(f"browser   {Path(name).name:12} {'ok  ' if good else 'FAIL'} a figure covers {shares} of its pictures")
+    return failed
 
 
 def node(script: str, *arguments: str) -> subprocess.CompletedProcess[str] | None:

@@ -1,24 +1,36 @@
 """Damaged files: bytes of a good file changed as disks, mailers and malice change them, and what readers do with them.
 
-By hand, for as many as one likes of every reader:
+By hand, for as many as one likes of every reader, or of those named:
 
-    python tests/formats/mutations.py 10000
+    python tests/formats/mutations.py 10000 [small.usdc ...]
+    python tests/formats/mutations.py memory
 
 Every file is read in this process, which may take 2 GB of address space more than it has; a reader must give a take
-or raise FormatError, within 5 seconds.
+or raise FormatError, within 5 seconds. USD's native code runs in a process of its own for each file, as always, which
+is forked from one that has usd-core loaded, or else ten thousand files would take an hour.
+
+The second prints how much memory reading takes, by Python's and NumPy's own account: of good files of some megabytes as
+a multiple of the file, and of damaged small ones the most of all beyond ten times the file.
 """
 
 from __future__ import annotations
 
+import base64
+import contextlib
 import io
+import json
+import os
 import resource
 import struct
+import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 import warnings
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -185,6 +197,37 @@ def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
     return header + body.ljust(512, b"\x00") + rows.tobytes()
 
 
+def gltf_text() -> str:
+    """A small glTF file in text: a spline, and numbers some of which are replaced."""
+    times, tangents = np.array([0, 2], dtype="<f4"), np.zeros((2, 3, 3), dtype="<f4")
+    replaced, at = np.array([[8, 0, 0], [12, 0, 0]], dtype="<f4"), np.array([4, 5], dtype="<u2")
+    parts = [array.tobytes() for array in (times, tangents, replaced, at)]
+    starts = np.cumsum([0, *map(len, parts)]).tolist()
+    data = b"".join(parts)
+    numbers = {"componentType": 5126, "count": 2}
+    sparse = {"count": 2, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 2}}
+    sampler = {"input": 0, "output": 1, "interpolation": "CUBICSPLINE"}
+    document = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"name": "a", "children": [1]}, {"name": "b", "translation": [0, 1, 0]}],
+        "animations": [
+            {"samplers": [sampler], "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}
+        ],
+        "accessors": [
+            numbers | {"bufferView": 0, "type": "SCALAR"},
+            numbers | {"bufferView": 1, "type": "VEC3", "count": 6, "sparse": sparse},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(part)}
+            for start, part in zip(starts, parts, strict=False)
+        ],
+        "buffers": [
+            {"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}
+        ],
+    }
+    return json.dumps(document, indent=1)
+
+
 def good_files(folder: Path) -> dict[str, bytes]:
     """A good file a reader, by the name to give it; an ``.asf`` lies in the folder for the ``.amc``."""
     (folder / "small.asf").write_text(ASF)
@@ -196,20 +239,115 @@ def good_files(folder: Path) -> dict[str, bytes]:
     side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
     rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 3
     files["clip.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    files["sparse.gltf"] = gltf_text().encode()
     pose = folder / "pose.npz"
     np.savez_compressed(pose, poses=np.full((4, 66), 0.1), trans=np.zeros((4, 3)), mocap_framerate=np.array(30.0))
     files["pose.npz"] = pose.read_bytes()
     return files
 
 
-def main(count: int) -> None:
+def forked(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+    """What `subprocess.run` does for the reader of USD, without starting Python anew."""
+    from kinetograph.formats import _usd_child
+
+    with tempfile.TemporaryFile("w+", errors="replace") as said:
+        child = os.fork()
+        if child == 0:
+            os.dup2(said.fileno(), 2)
+            code = 0
+            try:
+                _usd_child.main(*command[-2:])
+            except SystemExit as end:
+                os.write(2, f"{end}\n".encode(errors="replace"))
+                code = 1
+            except BaseException:
+                code = 1
+            os._exit(code)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        said.seek(0)
+        return subprocess.CompletedProcess(command, status, "", said.read())
+
+
+def usd_files(folder: Path) -> dict[str, bytes]:
+    """Good USD files, and usd-core loaded for `forked`; none where it is not installed."""
+    try:
+        from pxr import Sdf, Usd, UsdGeom, UsdSkel  # noqa: F401
+    except ImportError:
+        return {}
+    from kinetograph.formats import _usd_read
+
+    _usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
+    files = {}
+    for suffix in ("usda", "usdc"):
+        save(small_motion(), folder / f"good.{suffix}")
+        files[f"small.{suffix}"] = (folder / f"good.{suffix}").read_bytes()
+    return files
+
+
+def peak(path: Path) -> int:
+    """The most bytes that Python and NumPy held while a file was read; a file that is refused counts too."""
+    tracemalloc.reset_peak()
+    before = tracemalloc.get_traced_memory()[0]
+    with contextlib.suppress(KinetographError):
+        read(path)
+    return tracemalloc.get_traced_memory()[1] - before
+
+
+def long_files(folder: Path) -> dict[str, bytes]:
+    """Good files of some megabytes."""
+    files = {}
+    for suffix in ("bvh", "glb", "fbx", "npz"):
+        save(small_motion(20_000), folder / f"long.{suffix}")
+        files[f"long.{suffix}"] = (folder / f"long.{suffix}").read_bytes()
+    head, _, frame = AMC.partition("2\n")
+    files["small_long.amc"] = (head + "".join(f"{i}\n{frame}" for i in range(2, 30_000))).encode()
+    files["long.csv"] = CSV + b"".join(b"%.2f,1,2,3\n" % (i / 10) for i in range(3, 200_000))
+    files["long.c3d"] = c3d_bytes(60_000)
+    side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
+    rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 20_000
+    files["terse.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
+    numbers = "[" + ", ".join("[" + ", ".join(f"{value:.6f}" for value in row) + "]" for row in rows) + "]"
+    files["long.json"] = ('{"Loop": "none", "Frames": ' + numbers + "}").encode()
+    return files
+
+
+def memory(count: int = 300) -> None:
+    """Print what reading takes."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        small, long = good_files(folder), long_files(folder)
+        for file, good in small.items():  # what is imported is not what is read
+            (folder / file).write_bytes(good)
+            read(folder / file)
+        tracemalloc.start()
+        for file, good in long.items():
+            (folder / file).write_bytes(good)
+            taken = peak(folder / file)
+            print(
+                f"{file:16} {len(good) / 1e6:6.1f} MB takes {taken / 1e6:6.1f} MB: {taken / len(good):4.1f} x the file"
+            )
+        rng = np.random.default_rng(1)
+        for file, good in small.items():
+            most = 0
+            for _ in range(count):
+                data = mutate_archive(good, rng) if good[:2] == b"PK" and rng.random() < 0.7 else mutate(good, rng)
+                (folder / file).write_bytes(data)
+                most = max(most, peak(folder / file) - 10 * len(data))
+            size = f"{len(good)} bytes"
+            print(f"{file:16} {count} damaged files of {size}: at most 10 x the file and {most / 1e6:.1f} MB")
+
+
+def main(count: int, only: list[str]) -> None:
     warnings.simplefilter("error")
     limit = 2 * 2**30
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + limit, used + limit))
+    resource.setrlimit(resource.RLIMIT_AS, (used + limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file, good in good_files(folder).items():
+        files = good_files(folder) | usd_files(folder)
+        for file, good in files.items():
+            if only and file not in only:
+                continue
             (folder / file).write_bytes(good)
             read(folder / file)
             fine, refused, slowest = fuzz(file, good, count, 1, folder)
@@ -217,4 +355,7 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
+    if sys.argv[1:2] == ["memory"]:
+        memory()
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000, sys.argv[2:])

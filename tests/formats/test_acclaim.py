@@ -62,6 +62,23 @@ def test_radians_and_another_order(tmp_path: Path) -> None:
     np.testing.assert_allclose(radians.rotations, degrees.rotations, atol=1e-12)
 
 
+def test_bones_that_move_and_stretch(tmp_path: Path) -> None:
+    asf = mutations.ASF.replace("dof rx ry rz", "dof rx ry rz l").replace("dof rx\n", "dof tx tz rx\n")
+    amc = mutations.AMC.replace("leg 5 6 7", "leg 5 6 7 0.5").replace("leg 5.5 6.5 7.5", "leg 5.5 6.5 7.5 -1")
+    amc = amc.replace("shin 20", "shin 0.2 0.3 20").replace("shin 25", "shin 0 0 25")
+    loaded = read(files(tmp_path, amc, asf))
+    root = matrix("z", 30) @ matrix("y", 20) @ matrix("x", 10)
+    c = matrix("z", 20)
+    leg = root @ c @ matrix("z", 7) @ matrix("y", 6) @ matrix("x", 5) @ c.T
+    own = matrix("x", 10)  # of the shin's axes
+    knee = np.array([1.0, 17, 2]) + leg @ ([0, -7.5, 0] + own @ [0.2, 0, 0.3])
+    motion = loaded.take.motion()
+    np.testing.assert_allclose(joint_positions(motion)[0, 2] / INCH, knee, atol=1e-9)
+    lengths = np.linalg.norm(np.diff(joint_positions(motion)[:, 1:], axis=1)[:, 0], axis=1) / INCH
+    assert lengths[1] == pytest.approx(6.0)
+    assert any("change their length: both are kept" in note for note in loaded.notes)
+
+
 def test_the_skeleton_alone_is_its_rest_pose(tmp_path: Path) -> None:
     motion = load(files(tmp_path).with_name("small.asf")).motion()
     np.testing.assert_allclose(joint_positions(motion)[0, 2], [0, -7 * INCH, 0], atol=1e-12)

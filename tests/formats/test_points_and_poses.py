@@ -26,6 +26,14 @@ def test_a_small_c3d_file(tmp_path: Path) -> None:
     assert loaded.notes == ()
 
 
+def test_units_filled_up_with_zeros(tmp_path: Path) -> None:
+    data = mutations.c3d_bytes().replace(b"mm", b"m\0", 1)
+    (tmp_path / "a.c3d").write_bytes(data)
+    loaded = read(tmp_path / "a.c3d", ReadOptions(up="y"))
+    assert loaded.notes == ()
+    np.testing.assert_allclose(loaded.take.signal("markers").values[1, 0], [1401.0] * 3)
+
+
 @pytest.mark.parametrize(
     ("at", "value", "expected"),
     [
@@ -96,6 +104,16 @@ def test_smpl_x_names_and_given_offsets(tmp_path: Path) -> None:
     np.testing.assert_allclose(b.take.motion().rotations, a.rotations, atol=1e-12)
     np.testing.assert_allclose(b.take.motion().skeleton.offsets[1:], offsets[1:], atol=1e-12)
     assert not any("offsets" in note for note in b.notes)
+
+
+def test_a_member_longer_than_its_archive_is_refused(tmp_path: Path) -> None:
+    path = poses(tmp_path)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"PK\x01\x02")  # the first member's entry in the archive's table
+    data[at + 20 : at + 24] = struct.pack("<I", 2**31)
+    path.write_bytes(bytes(data))
+    with pytest.raises(FormatError, match="an array is longer than the file; is it cut short"):
+        load(path)
 
 
 def test_the_bones_of_another_file(tmp_path: Path, data_folder: Path) -> None:

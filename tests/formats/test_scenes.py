@@ -125,6 +125,68 @@ def test_hostile_gltf_is_refused(tmp_path: Path, changes: dict[str, Any], expect
         load(written(folder, document(**changes)))
 
 
+def data_uri(*arrays: np.ndarray) -> list[dict[str, Any]]:
+    data = b"".join(array.tobytes() for array in arrays)
+    text = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    return [{"byteLength": len(data), "uri": text}]
+
+
+def test_cubic_splines_bend_as_their_tangents_say(tmp_path: Path) -> None:
+    # x is t^3 between its keys at 0 and 2 s: values 0 and 8, slopes 0 and 12
+    times = np.array([0, 2], dtype="<f4")
+    values = np.zeros((2, 3, 3), dtype="<f4")
+    values[:, 0, 0], values[:, 1, 0], values[:, 2, 0] = (0, 12), (0, 8), (0, 12)
+    content = document(buffers=data_uri(times, values))
+    content["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE"
+    content["accessors"][1]["count"] = 6
+    content["bufferViews"][1]["byteLength"] = 72
+    motion = read(written(tmp_path, content), ReadOptions(fps=4.0, units="metre", up="y")).take.motion()
+    np.testing.assert_allclose(motion.translation[:, 0], (np.arange(9) / 4) ** 3, atol=1e-5)
+
+
+def test_cubic_splines_of_turns_stay_turns(tmp_path: Path) -> None:
+    turns = rot.about("y", np.array([0.0, 1.0]))[:, [1, 2, 3, 0]]
+    values = np.zeros((2, 3, 4), dtype="<f4")
+    values[:, 1] = turns
+    values[0, 2] = values[1, 0] = turns[1] - turns[0]
+    content = document(buffers=data_uri(np.array([0, 1], dtype="<f4"), values))
+    content["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE"
+    content["animations"][0]["channels"][0]["target"]["path"] = "rotation"
+    content["accessors"][1] |= {"count": 6, "type": "VEC4"}
+    content["bufferViews"][1]["byteLength"] = 96
+    motion = read(written(tmp_path, content), ReadOptions(fps=10.0, units="metre", up="y")).take.motion()
+    spun = np.unwrap(rot.twist(motion.rotations[:, 0], "y"))
+    np.testing.assert_allclose([spun[0], spun[5], spun[10]], [0.0, 0.5, 1.0], atol=1e-6)
+    assert np.all(np.diff(spun) > 0)
+
+
+@pytest.mark.parametrize("dense", [True, False])
+def test_sparse_numbers_replace_rows(tmp_path: Path, dense: bool) -> None:
+    times, base = np.array([0, 1], dtype="<f4"), np.array([[0, 0, 0], [1, 0, 0]], dtype="<f4")
+    at, new = np.array([1], dtype="<u2"), np.array([[5, 6, 7]], dtype="<f4")
+    content = document(buffers=data_uri(times, base, new, at))
+    content["bufferViews"] += [
+        {"buffer": 0, "byteOffset": 32, "byteLength": 12},
+        {"buffer": 0, "byteOffset": 44, "byteLength": 2},
+    ]
+    sparse = {"count": 1, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 2}}
+    entry = content["accessors"][1] | {"sparse": sparse}
+    content["accessors"][1] = entry if dense else {key: v for key, v in entry.items() if key != "bufferView"}
+    motion = read(written(tmp_path, content), ReadOptions(fps=1.0, units="metre", up="y")).take.motion()
+    np.testing.assert_allclose(motion.translation, [[0, 0, 0], [5, 6, 7]])
+    for change, expected in (
+        ({"count": 3}, "expected count to be an index below 3"),
+        ({"indices": {"bufferView": 3, "componentType": 5126}}, "expected whole numbers as indices"),
+        ({"indices": {"bufferView": 0, "componentType": 5123}, "count": 2}, "expected rising indices below 2"),
+    ):
+        content["accessors"][1] = entry | {"sparse": sparse | change}
+        with pytest.raises(FormatError, match=expected):
+            load(written(tmp_path, content))
+    content["accessors"][1] = {"componentType": 5126, "count": 10**9, "type": "VEC3", "sparse": sparse}
+    with pytest.raises(FormatError, match="1000000000 rows of zeros are too many"):
+        load(written(tmp_path, content))
+
+
 def test_claims_are_checked_by_arithmetic(tmp_path: Path) -> None:
     content = document()
     content["accessors"][0]["count"] = 10**9

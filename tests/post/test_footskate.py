@@ -11,7 +11,16 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import forward, joint_positions, role_positions
 from kinetograph.motion import Motion, place
-from kinetograph.post.footskate import GRIP, clean_feet, contact_mask, foot_correction, move_foot
+from kinetograph.post.footskate import (
+    DEEPEST,
+    FURTHEST,
+    GRIP,
+    clean_feet,
+    contact_mask,
+    foot_correction,
+    hip_drop,
+    move_foot,
+)
 from kinetograph.segmentation import detect_contacts
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
@@ -220,3 +229,44 @@ def test_a_leg_is_straightened_gently_and_never_past_its_limit():
     assert np.all(np.diff(length) >= -1e-12)
     nearer = within_reach(hip, knee, ankle, ankle + np.array([0.0, 0.05, 0.0]))
     np.testing.assert_allclose(nearer, [[0.0, 0.05, 0.0]], atol=1e-12)
+
+
+def _tall() -> tuple[Motion, dict[str, FloatArray]]:
+    """A walker who stands nearly straight, and a step aside of the left foot that its leg is too short for."""
+    motion = walk(4.0, fps=_FPS)
+    still = dataclasses.replace(
+        motion,
+        translation=np.tile(motion.translation[:1], (241, 1)),
+        rotations=np.tile(motion.rotations[:1], (241, 1, 1)),
+    )
+    height = np.linalg.norm(np.diff(role_positions(still, ("left_hip", "left_foot"))[0], axis=0))
+    bump = np.exp(-(((np.arange(241) - 120) / 30.0) ** 2))
+    return still, {"left": 0.6 * height * bump[:, None] * [1.0, 0.0, 0.0]}
+
+
+def test_the_hips_go_down_for_a_foot_to_be_reached() -> None:
+    motion, offsets = _tall()
+    drop = hip_drop(motion, offsets)
+    assert np.all(drop[:, [0, 2]] == 0)
+    assert 0.01 < drop[:, 1].max() <= DEEPEST + 1e-9
+    assert np.all(drop[:20] == 0)
+    assert np.abs(np.diff(drop[:, 1])).max() < 0.006
+    before = role_positions(motion, ("left_foot",))[:, 0] + offsets["left"]
+    lower = dataclasses.replace(motion, translation=motion.translation - drop)
+    missed = [
+        np.linalg.norm(role_positions(m, ("left_foot",))[:, 0] - before, axis=1)[100:140].max()
+        for m in (move_foot(motion, "left", offsets["left"]), move_foot(lower, "left", offsets["left"] + drop))
+    ]
+    assert missed[1] < 0.9 * missed[0]
+
+
+def test_the_hips_stay_where_legs_are_long_enough() -> None:
+    motion, offsets = _tall()
+    assert not hip_drop(motion, {"left": 0.02 * offsets["left"]}).any()
+    assert not hip_drop(motion, {}).any()
+
+
+def test_a_foot_set_down_in_two_places_is_not_torn_to_their_middle() -> None:
+    offset = foot_correction(_sliding(slip=2.0), _plants(), "left", 0.2)
+    assert np.linalg.norm(offset, axis=1).max() == pytest.approx(FURTHEST)
+    assert np.linalg.norm(foot_correction(_sliding(), _plants(), "left", 0.2), axis=1).max() < FURTHEST

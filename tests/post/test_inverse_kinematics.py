@@ -138,3 +138,24 @@ def test_a_straight_leg_bends_about_the_hinge_that_is_given():
     assert placed[0, 2] < -0.05
     upper, _ = reach(hip, knee, ankle, target, -from_left_to_right)
     assert (hip + rot.rotate(upper, knee - hip))[0, 2] > 0.05
+
+
+def test_a_leg_that_is_nearly_straight_bends_where_its_hinge_says_whatever_its_noise() -> None:
+    """The knee lies a millimetre off the line, here and there: the plane it bends in says nothing."""
+    rng = np.random.default_rng(0)
+    hip, ankle = np.array([[0.0, 0.9, 0.0]]).repeat(50, axis=0), np.array([[0.0, 0.1, 0.0]]).repeat(50, axis=0)
+    knee = np.array([0.0, 0.5, 0.0]) + 0.002 * rng.normal(size=(50, 3)) * [1, 0, 1]
+    target = ankle + np.array([0.0, 0.008, 0.01])
+    hinge = np.array([[0.2, 0.0, 0.0]]).repeat(50, axis=0)
+    upper, lower = reach(hip, knee, ankle, target, hinge)
+    found = hip + rot.rotate(upper, knee - hip)
+    np.testing.assert_allclose(found + rot.rotate(lower, ankle - knee), target, atol=1e-6)
+    assert np.ptp(found, axis=0).max() < 0.012
+    assert found[:, 2].max() < -0.03
+
+
+def test_a_bent_leg_that_stays_is_left_as_it_is_with_a_hinge_too() -> None:
+    hip, knee, ankle, rng = _limbs(4)
+    upper, lower = reach(hip, knee, ankle, ankle, rng.normal(size=hip.shape))
+    np.testing.assert_allclose(rot.rotate(upper, knee - hip), knee - hip, atol=1e-6)
+    np.testing.assert_allclose(rot.rotate(lower, ankle - knee), ankle - knee, atol=1e-6)

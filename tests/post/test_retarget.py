@@ -11,7 +11,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import load
-from kinetograph.kinematics import forward, joint_positions
+from kinetograph.kinematics import forward, joint_positions, role_positions
 from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import move_foot
 from kinetograph.post.joint_table import joint_table, parse_table
@@ -103,6 +103,24 @@ def test_there_and_back_is_the_pose_within_a_degree(other: Skeleton) -> None:
     back = retarget(retarget(motion, other).motion, motion.skeleton).motion
     assert np.degrees(rot.angle_between(forward(back)[1], forward(motion)[1])).max() < 1.0
     np.testing.assert_allclose(joint_positions(back), joint_positions(motion), atol=0.005)
+
+
+def test_straight_legs_stay_straight_there_and_back() -> None:
+    motion = walk(person())
+    turns = motion.rotations.copy()
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        swing = 0.3 * sign * np.sin(2 * np.pi * np.arange(len(motion)) / 30.0)
+        turns[:, motion.skeleton.index(f"{side}UpLeg")] = rot.about("x", swing)
+        turns[:, motion.skeleton.index(f"{side}Leg")] = rot.about("x", np.radians(3.0) * (1 - sign * np.sign(swing)))
+    motion = replace(motion, rotations=turns)
+    wide = person()
+    wide = replace(wide, offsets=wide.offsets * np.where([[n.endswith("UpLeg")] for n in wide.names], [1.3, 1, 1], 1.0))
+    there = retarget(motion, wide).motion
+    back = retarget(there, motion.skeleton).motion
+    assert np.degrees(rot.angle_between(forward(back)[1], forward(motion)[1])).max() < 1.0
+    for role in ("left_foot", "right_foot"):
+        apart = role_positions(there, [role]) - role_positions(motion, [role])
+        assert np.linalg.norm(apart, axis=-1).max() < 0.002
 
 
 def test_feet_that_stand_still_stay_where_they_are() -> None:

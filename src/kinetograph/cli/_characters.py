@@ -27,6 +27,10 @@ Table = Annotated[
     typer.Option("--joint-table", help="Which joints go together; written there where it does not exist yet."),
 ]
 Scale = Annotated[float | None, typer.Option("--scale", help="Scale of the way; that of the legs without it.")]
+Holds = Annotated[
+    str | None,
+    typer.Option("--handholds", help="When hands hold: a CSV (library annotate --export), or find, for two dancers."),
+]
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,10 @@ def body(wear: str | None, onto: Path | None) -> Body:
         raise RequestError(f"unknown character {wear!r}; expected human, capsules or a .glb file with a skin")
     from kinetograph.formats import read_character
 
-    character = read_character(path)
+    notes: list[str] = []
+    character = read_character(path, notes)
+    for text in notes:
+        note(f"{path}: {text}")
     return Body(character, character.skeleton)
 
 
@@ -76,6 +83,32 @@ def _skeleton(path: Path) -> Skeleton:
     return motion.skeleton
 
 
+def held(take: Take, holds: str | None) -> Take:
+    """The take with the handholds and contacts of a CSV, or with the handholds found between its two motions."""
+    from kinetograph.motion import Motion
+    from kinetograph.take import Take
+
+    if holds is None:
+        return take
+    if holds != "find":
+        from kinetograph.library.annotations_csv import read_annotations
+
+        marks = read_annotations(holds, take.name)
+        unknown = sorted({mark.track for mark in marks} - take.tracks.keys())
+        if unknown:
+            raise RequestError(f"{holds}: no track {unknown[0]!r}; the file has {', '.join(take.tracks)}")
+        return Take(take.name, take.tracks, (*take.annotations, *marks))
+    from kinetograph.segmentation import detect_handholds
+
+    motions = {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
+    if len(motions) != 2:
+        raise RequestError(f"--handholds find is for two dancers in one file, found {len(motions)} motions")
+    (one, first), (other, second) = motions.items()
+    found = (*detect_handholds(first, second, track=one), *detect_handholds(second, first, track=other))
+    note(f"found {len(found) // 2} handholds, {sum(n.stop - n.start for n in found) / 2:.1f} s in all")
+    return Take(take.name, take.tracks, (*take.annotations, *found))
+
+
 def dressed(take: Take, skeleton: Skeleton | None, table: Path | None, scale: float | None) -> Take:
     """The take with its motions on a skeleton; the joint table is read where it exists, else written."""
     from kinetograph.motion import Motion
@@ -93,7 +126,7 @@ def dressed(take: Take, skeleton: Skeleton | None, table: Path | None, scale: fl
     for name, track in take.tracks.items():
         if isinstance(track, Motion):
             pairs = given or joint_table(track.skeleton, skeleton)
-            holds = take.annotated(name, "handhold")
+            holds = (*take.annotated(name, "handhold"), *take.annotated(name, "contact"))
             done = retarget(track, skeleton, table=pairs, scale=scale, handholds=holds)
             note(f"{name}: {len(pairs.pairs)} of {len(skeleton)} joints mapped, way scaled by {done.scale:.3f}")
             if table and given is None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli._characters import Onto, Scale, Table, Wear, body, dressed
+from kinetograph.cli._characters import Holds, Onto, Scale, Table, Wear, body, dressed, held
+from kinetograph.cli._markers import Fit, fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli._shell import (
     AsJson,
     Force,
@@ -25,7 +27,7 @@ from kinetograph.cli._shell import (
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.take import Take, Track
+    from kinetograph.take import Annotation, Take, Track
 
 GROUP = "Files"
 
@@ -112,11 +114,13 @@ def convert(
     character: Wear = None,
     joint_table: Table = None,
     scale: Scale = None,
+    handholds: Holds = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Convert a motion or signal to another format, rate, span, unit, axis or body.
+    """Convert a motion or signal to another format, rate, span, unit, axis or body; markers too, to a body's motion.
 
     Example: kinetograph convert walk.bvh walk.glb --fps 60 --start 2 --end 8 --character human
     """
@@ -126,12 +130,19 @@ def convert(
     loaded = read(source, ReadOptions(units, up, file_fps, lenient, skeleton))
     for text in loaded.notes:
         note(f"{source}: {text}")
-    take = _edited(loaded.take, fps, start, end, mirrored)
     worn = body(character, onto)
+    bodily = fit_markers or wants_motion(target) or worn.skeleton is not None or values == "angles"
+    take, fits = fitted(loaded.take, source) if bodily else (loaded.take, {})
+    if not as_json:
+        list_residuals(fits)
+    if handholds is not None and worn.skeleton is None:
+        raise RequestError("--handholds goes with --retarget or --character")
+    take = _edited(held(take, handholds), fps, start, end, mirrored)
     take = dressed(take, worn.skeleton, joint_table, scale)
     save(take, target, force=force, options=WriteOptions(order, to_units, to_up, worn.character, values))
     first = next(iter(take.tracks.values()))
-    result({"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}, as_json)
+    figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
+    result(figures | (residuals(fits) if as_json else {}), as_json)
 
 
 def _edited(take: Take, fps: float | None, start: float, end: float | None, mirrored: bool) -> Take:
@@ -152,7 +163,22 @@ def _edited(take: Take, fps: float | None, start: float, end: float | None, mirr
             raise RequestError(f"track {name!r} is a signal: --start, --end and --mirror are for motions")
         else:
             tracks[name] = resample_signal(track, fps) if fps else track
-    return Take(take.name, tracks)
+    span = max(track.duration for track in tracks.values())
+    return Take(take.name, tracks, _moved(take.annotations, start, span, mirrored))
+
+
+def _moved(marks: Sequence[Annotation], start: float, span: float, mirrored: bool) -> tuple[Annotation, ...]:
+    """Annotations of what is left of a take, in its time and on its sides."""
+    from kinetograph.skeleton import opposite
+    from kinetograph.take import Annotation
+
+    out = []
+    for mark in marks:
+        begin, end = max(mark.start - start, 0.0), min(mark.stop - start, span)
+        label = ":".join(map(opposite, mark.label.split(":"))) if mirrored else mark.label
+        if begin <= end:
+            out.append(Annotation(mark.track, mark.kind, label, begin, end))
+    return tuple(out)
 
 
 def view(
@@ -186,6 +212,7 @@ def view(
     take, notes = read_take(file, ReadOptions(units, up, fps, lenient), parse_roles(role))
     for text in notes:
         note(f"{file}: {text}")
+    take, _ = fitted(take, file)
     if character is not None or output.suffix.lower() == ".gif":
         _view_character(take, output, character, frames, seconds)
         return

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli._markers import Fit, fitted
 from kinetograph.cli._shell import (
     AsJson,
     Fps,
@@ -50,6 +51,7 @@ def create(
     up: Up = None,
     fps: Fps = None,
     role: Roles = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     as_json: AsJson = False,
 ) -> None:
@@ -72,6 +74,7 @@ def create(
             take, notes = read_take(path, options, roles)
             for text in notes:
                 note(f"{path.name}: {text}")
+            take = fitted(take, path)[0] if fit_markers else take
             library.add(take)
             progress(done, len(paths))
     _summary(folder, as_json)
@@ -97,6 +100,7 @@ def add(
     up: Up = None,
     fps: Fps = None,
     role: Roles = None,
+    fit_markers: Fit = False,
     lenient: Lenient = False,
     replace: Annotated[bool, typer.Option("--replace", help="Take the place of a take of this name.")] = False,
     as_json: AsJson = False,
@@ -119,6 +123,7 @@ def add(
         read, notes = read_take(Path(file), ReadOptions(units, up, fps, lenient), parse_roles(role))
         for text in notes:
             note(f"{file}: {text}")
+        read = fitted(read, Path(file))[0] if fit_markers else read
         found[name] = only_track(read)
         marks += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
     library.add(Take(take, found, tuple(marks)), replace=replace)

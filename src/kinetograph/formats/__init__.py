@@ -117,15 +117,17 @@ def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream
         raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
 
 
-def read_character(path: str | Path) -> Character:
+def read_character(path: str | Path, notes: list[str] | None = None) -> Character:
     """The body in a ``.glb`` or ``.gltf`` file with one skin, for `WriteOptions.character`.
+
+    notes: gets a line on what of the body is left out.
 
     Raises FormatError for a file that cannot be read or has no skinned character.
     """
     from kinetograph.formats import _gltf_character
 
     try:
-        return _gltf_character.read_character(Path(path))
+        return _gltf_character.read_character(Path(path), [] if notes is None else notes)
     except OSError as error:
         raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
 

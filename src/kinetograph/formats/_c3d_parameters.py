@@ -68,7 +68,7 @@ class Parameters:
                 break
             size = found.sides[0] if found.sides else len(found.data)  # a single character has no sides
             text = found.data.decode("latin-1")
-            rows += [text[i : i + size] for i in range(0, len(text) - size + 1, size)]
+            rows += [text[i : i + size].rstrip("\0 ") for i in range(0, len(text) - size + 1, size)]
         return rows
 
     def text(self, group: str, name: str) -> str:

@@ -26,6 +26,8 @@ _TYPES: dict[int, type[np.generic]] = {
 }
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
+_SWELL, _ROOM = 10, 1_000_000  # numbers that a file may ask for without giving them: a byte, and beside that
+
 Json = dict[str, Any]
 
 
@@ -73,30 +75,63 @@ class Gltf:
         return np.array(found, dtype=np.float64)
 
     def accessor(self, index: int) -> FloatArray:
-        """The rows of an accessor, shape ``(count, width)``; integers that stand for fractions are divided."""
+        """The rows of an accessor, shape ``(count, width)``; integers that stand for fractions are divided.
+
+        Of a sparse one the rows that it replaces are put into its view, or into zeros where it has none.
+        """
         entry = self.objects("accessors")[index]
         kind, width = _TYPES.get(entry.get("componentType", 0)), _WIDTHS.get(str(entry.get("type")))
         count = self.index(entry, "count", 2**40)
-        if kind is None or width is None or "sparse" in entry:
-            raise FormatError(self.path, f"accessor {index}: a kind that is not read; only dense numbers are")
+        sparse = entry.get("sparse")
+        if kind is None or width is None or not isinstance(sparse, dict | None):
+            raise FormatError(self.path, f"accessor {index}: a kind of numbers that is not read")
+        where = f"accessor {index}"
+        if sparse is None or "bufferView" in entry:
+            values = self._rows(entry, kind, width, count, where)
+        elif count * width <= _ROOM + _SWELL * self.size:
+            values = np.zeros((count, width))
+        else:
+            raise FormatError(self.path, f"{where}: {count} rows of zeros are too many for the file")
+        if sparse is not None:
+            values = self._replaced(values, sparse, kind, where)
+        if entry.get("normalized") and kind is not np.float32:
+            values = np.maximum(values / np.iinfo(kind).max, -1.0)  # type: ignore[type-var]
+        return values
+
+    def _replaced(self, values: FloatArray, sparse: Json, kind: type[np.generic], where: str) -> FloatArray:
+        """Rows with some of them replaced, as a sparse accessor says."""
+        count = self.index(sparse, "count", len(values) + 1)
+        indices, rows = sparse.get("indices"), sparse.get("values")
+        if not isinstance(indices, dict) or not isinstance(rows, dict):
+            raise FormatError(self.path, f"{where}: expected indices and values of what is sparse")
+        index_kind = _TYPES.get(indices.get("componentType", 0))
+        if index_kind not in (np.uint8, np.uint16, np.uint32):
+            raise FormatError(self.path, f"{where}: expected whole numbers as indices of what is sparse")
+        at = self._rows(indices, index_kind, 1, count, where)[:, 0].astype(np.int64)
+        if count and (at[-1] >= len(values) or np.any(np.diff(at) <= 0)):
+            raise FormatError(self.path, f"{where}: expected rising indices below {len(values)} of what is sparse")
+        out = values.copy()
+        out[at] = self._rows(rows, kind, values.shape[1], count, where)
+        return out
+
+    def _rows(self, holder: Json, kind: type[np.generic], width: int, count: int, where: str) -> FloatArray:
+        """Numbers of a view, shape ``(count, width)``."""
         views = self.objects("bufferViews")
-        view = views[self.index(entry, "bufferView", len(views))]
+        view = views[self.index(holder, "bufferView", len(views))]
         data = self._buffer(self.index(view, "buffer", len(self.objects("buffers"))))
         item = np.dtype(kind).itemsize * width
         start = self.index({"x": view.get("byteOffset", 0)}, "x", len(data) + 1)
         length = self.index(view, "byteLength", len(data) - start + 1)
-        inside = self.index({"x": entry.get("byteOffset", 0)}, "x", length + 1)
+        inside = self.index({"x": holder.get("byteOffset", 0)}, "x", length + 1)
         stride = self.index({"x": view.get("byteStride", item)}, "x", 2**16)
         needed = inside + (count - 1) * stride + item if count else 0
         if stride < item or needed > length:
-            raise FormatError(self.path, f"accessor {index}: {count} rows take {needed} bytes, there are {length}")
+            raise FormatError(self.path, f"{where}: {count} rows take {needed} bytes, there are {length}")
         flat = np.frombuffer(data, np.uint8, needed - inside if count else 0, start + inside)
         rows = np.lib.stride_tricks.as_strided(flat, (count, item), (stride, 1)) if count else flat.reshape(0, item)
         values = np.ascontiguousarray(rows).view(np.dtype(kind).newbyteorder("<")).astype(np.float64)
         if not np.isfinite(values).all():
-            raise FormatError(self.path, f"accessor {index}: expected finite numbers")
-        if entry.get("normalized") and kind is not np.float32:
-            values = np.maximum(values / np.iinfo(kind).max, -1.0)  # type: ignore[type-var]
+            raise FormatError(self.path, f"{where}: expected finite numbers")
         return values
 
     def _buffer(self, index: int) -> bytes:

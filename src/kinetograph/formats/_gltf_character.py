@@ -18,8 +18,10 @@ from kinetograph.skeleton import Skeleton
 _GREY: Colour = (0.5, 0.5, 0.5)
 
 
-def read_character(path: Path) -> Character:
+def read_character(path: Path, notes: list[str]) -> Character:
     """The character of a ``.glb`` or ``.gltf`` file with one skin; colours are kept, pictures on it are not.
+
+    notes: gets a line on pictures that are left out.
 
     Raises FormatError where there is no skinned mesh, or more than one skeleton.
     """
@@ -37,6 +39,8 @@ def read_character(path: Path) -> Character:
     ]
     if not parts:
         raise FormatError(path, "expected a skinned mesh of triangles, found none")
+    if pictures := len(gltf.objects("textures")):
+        notes.append(f"{pictures} pictures (textures) on the body are left out, its colours are kept")
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
     tints = np.cumsum([0, *(len(part.palette) for part in parts)])
     skin = Skin(

@@ -161,14 +161,25 @@ def _sampled(gltf: Gltf, sampler: Json, what: str, times: FloatArray) -> FloatAr
     keys = gltf.accessor(gltf.index(sampler, "input", accessors))[:, 0]
     values = gltf.accessor(gltf.index(sampler, "output", accessors))
     kind = sampler.get("interpolation", "LINEAR")
-    if kind == "CUBICSPLINE":
-        values, kind = values[1::3], "LINEAR"  # the values between their tangents
+    if kind == "CUBICSPLINE" and values.shape == (3 * len(keys), _PATHS[what]):
+        return _splined(gltf, keys, values.reshape(len(keys), 3, -1), what, times)
     if values.shape != (len(keys), _PATHS[what]):
         raise FormatError(gltf.path, f"expected {len(keys)} values of a {what}, found {values.shape}")
     if what == "rotation":
         values = _unit(gltf, values[:, [3, 0, 1, 2]])
         kind = "SLERP" if kind == "LINEAR" else kind
     return _scene.interpolate(times, keys, values, str(kind))
+
+
+def _splined(gltf: Gltf, keys: FloatArray, values: FloatArray, what: str, times: FloatArray) -> FloatArray:
+    if what != "rotation":
+        return _scene.spline(times, keys, values)
+    values = values[..., [3, 0, 1, 2]]
+    values[:, 1] = _unit(gltf, values[:, 1])
+    found = _scene.spline(times, keys, values)
+    if np.any(np.linalg.norm(found, axis=1) < 1e-3):
+        raise FormatError(gltf.path, "a spline of rotations passes through zero")
+    return rot.normalize(found)
 
 
 def _unit(gltf: Gltf, turns: FloatArray) -> FloatArray:

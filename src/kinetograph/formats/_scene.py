@@ -18,6 +18,7 @@ from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
 _MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
+_BLOCK = 1024  # frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, as single precision has them
 
 
@@ -81,7 +82,6 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
 
     bind: world positions ``(N, 3)`` and rotations ``(N, 4)`` of all nodes in the bind pose.
     """
-    positions, turns = world(nodes)
     chosen = set(joints)
     above = {joint: _above(nodes.parents, chosen, joint) for joint in sorted(chosen)}
     trees: dict[int, list[int]] = {}
@@ -89,7 +89,19 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
     for joint in sorted(chosen):
         top[joint] = joint if above[joint] < 0 else top[above[joint]]
         trees.setdefault(top[joint], []).append(joint)
-    return [_motion(nodes, tree, above, positions, turns, bind, fps) for tree in trees.values()]
+    frames = max(len(nodes.translations), len(nodes.rotations), len(nodes.scales))
+    made = [_Tree(tree, above, frames) for tree in trees.values()]
+    for start in range(0, frames, _BLOCK):  # the world of every frame at once would take many times the file
+        block = slice(start, min(start + _BLOCK, frames))
+        positions, turns = world(_cut(nodes, block))
+        for tree in made:
+            tree.fill(block, positions, turns, bind[1])
+    return [tree.motion(nodes.names, bind[0], fps) for tree in made]
+
+
+def _cut(nodes: Nodes, block: slice) -> Nodes:
+    parts = (nodes.translations, nodes.rotations, nodes.scales)
+    return Nodes(nodes.names, nodes.parents, *(part[block] if len(part) > 1 else part for part in parts))
 
 
 def _above(parents: IntArray, chosen: set[int], joint: int) -> int:
@@ -99,30 +111,39 @@ def _above(parents: IntArray, chosen: set[int], joint: int) -> int:
     return parent
 
 
-def _motion(
-    nodes: Nodes,
-    tree: list[int],
-    above: dict[int, int],
-    positions: FloatArray,
-    turns: FloatArray,
-    bind: tuple[FloatArray, FloatArray],
-    fps: float,
-) -> Motion:
-    index = {joint: i for i, joint in enumerate(tree)}
-    parents = np.array([index.get(above[joint], -1) for joint in tree])
-    up = np.maximum(parents, 0)
-    at = positions[:, tree]
-    turn = rot.multiply(turns[:, tree], rot.conjugate(bind[1][tree]))  # aligned with the world in the bind pose
-    local = rot.multiply(rot.conjugate(turn[:, up]), turn)
-    local[:, 0] = turn[:, 0]
-    bones = rot.rotate(rot.conjugate(turn[:, up]), at - at[:, up])
-    middle = bones.mean(axis=0)
-    offsets = middle.copy()
-    offsets[0] = bind[0][tree[0]]
-    size = max(float(np.abs(middle).max()), 1e-9)
-    loose = np.abs(bones - middle)[:, 1:].max(initial=0.0) > _RIGID * size
-    skeleton = Skeleton(tuple(nodes.names[joint] for joint in tree), parents, offsets)
-    return Motion(skeleton, at[:, 0], rot.unroll(rot.normalize(local)), fps, bones if loose else None)
+class _Tree:
+    """The joints of one character, as blocks of frames fill them."""
+
+    def __init__(self, joints: list[int], above: dict[int, int], frames: int) -> None:
+        index = {joint: i for i, joint in enumerate(joints)}
+        self.joints = joints
+        self.parents = np.array([index.get(above[joint], -1) for joint in joints])
+        self.translation = np.empty((frames, 3))
+        self.local = np.empty((frames, len(joints), 4))
+        self.bones = np.empty((frames, len(joints), 3))
+
+    def fill(self, block: slice, positions: FloatArray, turns: FloatArray, bind: FloatArray) -> None:
+        """Take a block of frames of the world, aligned with it in the bind pose."""
+        up = np.maximum(self.parents, 0)
+        at = positions[:, self.joints]
+        turn = rot.multiply(turns[:, self.joints], rot.conjugate(bind[self.joints]))
+        local = rot.multiply(rot.conjugate(turn[:, up]), turn)
+        local[:, 0] = turn[:, 0]
+        self.translation[block], self.local[block] = at[:, 0], rot.normalize(local)
+        self.bones[block] = rot.rotate(rot.conjugate(turn[:, up]), at - at[:, up])
+
+    def motion(self, names: tuple[str, ...], bind: FloatArray, fps: float) -> Motion:
+        """The motion, whose bones are rigid unless they change."""
+        middle = self.bones.mean(axis=0)
+        offsets = middle.copy()
+        offsets[0] = bind[self.joints[0]]
+        size = max(float(np.abs(middle).max()), 1e-9)
+        strays = (float(np.abs(self.bones[:, j] - middle[j]).max()) for j in range(1, len(self.joints)))
+        loose = max(strays, default=0.0) > _RIGID * size
+        for joint in range(len(self.joints)):
+            self.local[:, joint] = rot.unroll(self.local[:, joint])
+        skeleton = Skeleton(tuple(names[joint] for joint in self.joints), self.parents, offsets)
+        return Motion(skeleton, self.translation, self.local, fps, self.bones if loose else None)
 
 
 def interpolate(times: FloatArray, keys: FloatArray, values: FloatArray, kind: str) -> FloatArray:
@@ -140,3 +161,17 @@ def interpolate(times: FloatArray, keys: FloatArray, values: FloatArray, kind: s
     if kind == "SLERP":
         return rot.slerp(values[lower], values[upper], u)
     return np.asarray((1 - u[:, None]) * values[lower] + u[:, None] * values[upper])
+
+
+def spline(times: FloatArray, keys: FloatArray, values: FloatArray) -> FloatArray:
+    """Values at ``times`` ``(F,)`` of glTF's splines, ``(K, 3, n)``: a tangent in, a value and a tangent out a key."""
+    if len(keys) == 1:
+        return np.repeat(values[:, 1], len(times), axis=0)
+    upper = np.clip(np.searchsorted(keys, times, side="right"), 1, len(keys) - 1)
+    lower = upper - 1
+    span = keys[upper] - keys[lower]
+    u = np.clip((times - keys[lower]) / np.maximum(span, 1e-12), 0.0, 1.0)
+    u, span = u[:, None], span[:, None]
+    begin, end = (2 * u**3 - 3 * u**2 + 1) * values[lower, 1], (3 * u**2 - 2 * u**3) * values[upper, 1]
+    leave, arrive = (u**3 - 2 * u**2 + u) * values[lower, 2], (u**3 - u**2) * values[upper, 0]
+    return np.asarray(begin + end + span * (leave + arrive))

@@ -6,8 +6,10 @@ is in the way of reading is written to stderr, in one line.
 
 from __future__ import annotations
 
+import os
 import resource
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,15 +18,17 @@ SAYS = "in the way: "
 """What begins the line on stderr that says why, among what usd-core itself may write."""
 
 MEMORY = 4 * 2**30
+ROOM, SWELL = 300 * 2**20, 10  # bytes that reading may take, and more for every byte of the file
 SECONDS = 60
 MOST_FRAMES, MOST_VALUES = 1_000_000, 40_000_000
 
 
 def main(path: str, out: str) -> None:
     """Write every skeleton's joints, bind pose and local transforms over time."""
+    os.environ["PXR_WORK_THREAD_LIMIT"] = "1"  # every thread's stack would count
     from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    _hold(Path(path).stat().st_size)
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
     layer = Sdf.Layer.OpenAsAnonymous(path)
     if layer is None:
@@ -49,6 +53,16 @@ def main(path: str, out: str) -> None:
             arrays |= {f"{count}/{key}": value for key, value in _look(stage, skeleton, query).items()}
             count += 1
     np.savez(out, count=count, **arrays)
+
+
+def _hold(size: int) -> None:
+    """Let this process take no more memory than a file of ``size`` bytes may need, where the system can tell."""
+    status = Path("/proc/self/statm")
+    if status.is_file():
+        used = int(status.read_text().split()[5]) * resource.getpagesize()
+        most = used + ROOM + SWELL * size
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
 def _look(stage: Any, skeleton: Any, query: Any) -> dict[str, Any]:

@@ -9,6 +9,7 @@ Lengths are in inches over the file's ``length``, as Carnegie Mellon's and HDM05
 from __future__ import annotations
 
 import math
+from array import array
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,10 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     else:
         columns, frames = _parse_values(path, asf, notes, options.lenient)
     motion = _motion(asf, columns, frames, options.fps or _RATE)
+    if motion.bones is not None:
+        notes.append(
+            "some bones move against their parents or change their length: both are kept (bones of the motion)"
+        )
     if options.fps is not None and not (math.isfinite(options.fps) and options.fps > 0):
         raise FormatError(path, f"fps must be a positive number, found {options.fps}")
     units = options.units
@@ -80,7 +85,7 @@ def _skeleton_of(path: Path, given: str | Path | None) -> Path:
 
 def _parse_values(path: Path, asf: Asf, notes: list[str], lenient: bool) -> tuple[dict[str, FloatArray], int]:
     """Values of each bone, shape ``(F, n)``, as written, and the number of frames."""
-    rows: dict[str, list[list[float]]] = {}
+    rows: dict[str, array[float]] = {}  # a list would take ten times the file
     widths: dict[str, int] = {}
     frames, seen, first = 0, set[str](), set[str]()
     fault: FormatError | None = None
@@ -105,9 +110,10 @@ def _parse_values(path: Path, asf: Asf, notes: list[str], lenient: bool) -> tupl
         notes.append(f"{fault}: took {frames} frames before it")
     if frames == 0 or not rows:
         raise FormatError(path, "expected frames: a number alone on a line, then a line a bone; found none")
-    if frames * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * sum(map(len, rows.values())):
+    given = sum(len(values) // max(widths[name], 1) for name, values in rows.items())
+    if frames * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * given:
         raise FormatError(path, "expected values for most bones, found few; is the file damaged?")
-    columns = {name: np.array(values[:frames]) for name, values in rows.items()}
+    columns = {name: np.array(v[: frames * widths[name]]).reshape(frames, widths[name]) for name, v in rows.items()}
     _check_widths(asf, columns, notes)
     return columns, frames
 
@@ -119,7 +125,7 @@ def _add_row(
     asf: Asf,
     frames: int,
     seen: set[str],
-    rows: dict[str, list[list[float]]],
+    rows: dict[str, array[float]],
     widths: dict[str, int],
 ) -> FormatError | None:
     name = words[0]
@@ -140,7 +146,7 @@ def _add_row(
         wanted = len(_freedoms(asf, name))
         return FormatError(path, f"expected {wanted} numbers after {name!r}, found {len(values)}", line=number)
     seen.add(name)
-    rows.setdefault(name, []).append(values)
+    rows.setdefault(name, array("d")).extend(values)
     return None
 
 
@@ -180,7 +186,30 @@ def _motion(asf: Asf, columns: dict[str, FloatArray], frames: int, fps: float) -
         root = AsfBone(ROOT, (0.0, 0.0, 0.0), 0.0, asf.orientation, asf.axis, asf.order)
         rotations[:, 0] = _turns(root, values, asf.degree)
     skeleton = Skeleton(tuple(names), parents, offsets, np.array(leaves, dtype=np.int64), ends)
-    return Motion(skeleton, translation, rot.unroll(rotations), fps)
+    return Motion(skeleton, translation, rot.unroll(rotations), fps, _moving(asf, columns, skeleton, frames))
+
+
+def _moving(asf: Asf, columns: dict[str, FloatArray], skeleton: Skeleton, frames: int) -> FloatArray | None:
+    """The joints' offsets in every frame, ``(F, J, 3)``, where bones move or stretch; None where none does.
+
+    ``tx ty tz`` move a bone's near end along its own axes, ``l`` makes the bone longer than the skeleton has it.
+    """
+    moving = [
+        (skeleton.index(name), asf.bones[name], word, values[:, [column]])
+        for name, values in columns.items()
+        if name != ROOT
+        for column, word in enumerate(_named(asf.bones[name], values))
+        if word[0] != "r"
+    ]
+    if not moving:
+        return None
+    bones = np.tile(skeleton.offsets, (frames, 1, 1))
+    for joint, bone, word, values in moving:
+        if word == "l":
+            bones[:, skeleton.parents == joint] += (values * np.array(bone.direction))[:, None]
+        else:
+            bones[:, joint] += values * rot.rotate(_axes_of(bone, asf.degree), rot.AXES[word[1]])
+    return bones
 
 
 def _end(asf: Asf, name: str) -> FloatArray:
@@ -193,10 +222,19 @@ def _end(asf: Asf, name: str) -> FloatArray:
 
 def _turns(bone: AsfBone, values: FloatArray, degree: float) -> FloatArray:
     """Local rotations, shape ``(F, 4)``: C M C^-1."""
-    freedoms = bone.freedoms if len(bone.freedoms) == values.shape[1] else ("rx", "ry", "rz")
     turn = rot.identity(len(values))
-    for column, word in enumerate(freedoms):
+    for column, word in enumerate(_named(bone, values)):
         if word[0] == "r":
             turn = rot.multiply(rot.about(word[1], values[:, column] * degree), turn)
-    axis = rot.from_euler(np.array(bone.angles)[::-1] * degree, bone.axis[::-1])
+    axis = _axes_of(bone, degree)
     return rot.normalize(rot.multiply(rot.multiply(axis, turn), rot.conjugate(axis)))
+
+
+def _named(bone: AsfBone, values: FloatArray) -> tuple[str, ...]:
+    """The degree of freedom of each column of a bone's values."""
+    return bone.freedoms if len(bone.freedoms) == values.shape[1] else ("rx", "ry", "rz")
+
+
+def _axes_of(bone: AsfBone, degree: float) -> FloatArray:
+    """The turn C, ``(4,)``, of a bone's own axes."""
+    return rot.from_euler(np.array(bone.angles)[::-1] * degree, bone.axis[::-1])

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+import re
+from array import array
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +28,7 @@ from kinetograph.signal import Signal
 from kinetograph.take import Take
 
 _EXPECTED = "expected a header t,x,z (a path, seconds and metres), t,name,... or t,name.x,name.y,name.z,..."
+_LINE = re.compile(r"([^\r\n]*)(?:\r\n|\r|\n|\Z)")
 _BROADCAST = 1000 / 1001
 _ROUNDED = 0.25  # of a row's duration: times rounded more coarsely are taken as they stand
 _STRETCHED = 100  # rows made of each row read, at most
@@ -101,42 +104,47 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
 
 
 def _parse(path: Path, lenient: bool) -> _Table:
-    lines, comments = _lines(path)
-    if not lines:
+    comments: dict[str, str] = {}
+    lines = _lines(path, comments)
+    first = next(lines, None)
+    if first is None:
         raise FormatError(path, f"{_EXPECTED}, found an empty file")
-    separator = next((s for s in ";\t" if s in lines[0][1]), ",")
-    header = _cells(path, *lines[0], separator)
+    separator = next((s for s in ";\t" if s in first[1]), ",")
+    header = _cells(path, *first, separator)
     names = tuple(name.lower() if name.lower() in ("x", "y", "z") else name for name in header[1:])
     if header[0].lower() not in ("t", "time") or not names or not all(names):
-        raise FormatError(path, f"{_EXPECTED}, found {lines[0][1][:60]!r}", line=lines[0][0])
+        raise FormatError(path, f"{_EXPECTED}, found {first[1][:60]!r}", line=first[0])
     if len(set(names)) < len(names):
-        raise FormatError(path, f"every column needs a name of its own, found {lines[0][1][:60]!r}", line=lines[0][0])
-    if len(lines) == 1:
-        raise FormatError(path, "expected rows of numbers below the header, found none")
-    rows: list[list[float]] = []
+        raise FormatError(path, f"every column needs a name of its own, found {first[1][:60]!r}", line=first[0])
+    flat = array("d")  # a list of rows would take ten times the file
     decimals = 0
-    for number, line in lines[1:]:
+    before = -math.inf
+    for number, line in lines:
         cells = _cells(path, number, line, separator)
         if len(cells) != len(header):
-            if lenient and number == lines[-1][0] and rows:
+            if lenient and flat and next(lines, None) is None:
                 break
             raise FormatError(path, f"expected {len(header)} cells, found {len(cells)}", line=number)
-        rows.append(
+        flat.extend(
             [_number(path, number, name, cell, separator) for name, cell in zip(("t", *names), cells, strict=True)]
         )
-        if math.isnan(rows[-1][0]):
+        time = flat[-len(header)]
+        if math.isnan(time):
             raise FormatError(path, "expected a time in the first column, found an empty cell", line=number)
-        if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-            message = f"times must increase, found {rows[-1][0]:g} after {rows[-2][0]:g}; is a row there twice?"
+        if time <= before:
+            message = f"times must increase, found {time:g} after {before:g}; is a row there twice?"
             raise FormatError(path, message, line=number)
+        before = time
         decimals = max(decimals, _decimals(cells[0].replace(",", ".")))
-    numbers = np.array(rows)
+    if not flat:
+        raise FormatError(path, "expected rows of numbers below the header, found none")
+    numbers = np.array(flat).reshape(-1, len(header))
     values = numbers[:, 1:]
     return _Table(names, numbers[:, 0], values, ~np.isnan(values), decimals, comments)
 
 
-def _lines(path: Path) -> tuple[list[tuple[int, str]], dict[str, str]]:
-    """The lines that say something, with their numbers, and what comments of the form ``# key: value`` say."""
+def _lines(path: Path, comments: dict[str, str]) -> Iterator[tuple[int, str]]:
+    """The lines that say something, with their numbers; what comments of the form ``# key: value`` say is put down."""
     data = path.read_bytes()
     try:
         text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
@@ -144,15 +152,13 @@ def _lines(path: Path) -> tuple[list[tuple[int, str]], dict[str, str]]:
         text = data.decode("latin-1")
     if "\0" in text:
         raise FormatError(path, "expected comma-separated text, found bytes that are not text; is it another format?")
-    lines = []
-    comments = {}
-    for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1):
+    for number, found in enumerate(_LINE.finditer(text), start=1):
+        line = found.group(1)
         if line.lstrip().startswith("#"):
             key, _, value = line.lstrip(" \t#").partition(":")
             comments[key.strip().lower()] = value.strip()
         elif line.strip(" \t,;"):
-            lines.append((number, line))
-    return lines, comments
+            yield number, line
 
 
 def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:

@@ -103,7 +103,10 @@ def _arrays(path: Path) -> Arrays:
     try:
         with zipfile.ZipFile(path) as archive:
             members = [m for m in archive.infolist() if _wanted(m.filename.removesuffix(".npy"))]
-            limit = _ROOM + _SWELL * path.stat().st_size
+            size = path.stat().st_size
+            if any(member.compress_size > size for member in members):  # room for it would be made before it is missed
+                raise FormatError(path, "an array is longer than the file; is it cut short?")
+            limit = _ROOM + _SWELL * size
             if sum(member.file_size for member in members) > limit:
                 raise FormatError(path, f"its arrays unpack to over {limit} bytes; is it made to do harm?")
             return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}

@@ -48,6 +48,18 @@ def import_annotations(library: Library, path: str | Path) -> int:
     return len(rows)
 
 
+def read_annotations(path: str | Path, take: str) -> tuple[Annotation, ...]:
+    """The annotations of one take in a file; those of the only take there is, whatever its name.
+
+    Raises FormatError with the line, or naming the takes where none is the one that is wanted.
+    """
+    rows = list(_read(Path(path)))
+    takes = sorted({name for _, name, _ in rows})
+    if len(takes) > 1 and take not in takes:
+        raise FormatError(path, f"expected annotations of take {take!r}, found those of {', '.join(takes)}")
+    return tuple(note for _, name, note in rows if name == take or len(takes) == 1)
+
+
 def read_times(path: str | Path) -> tuple[float, ...]:
     """Seconds, one a line in the first column, as beats are exported by audio editors; a line of words may head them.
 

@@ -7,7 +7,11 @@ is chosen to make the mean correction zero. In swing the correction passes smoot
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import joint_positions
@@ -16,9 +20,19 @@ from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
-STRETCHED = 0.99
-"""Share of its length that a correction straightens a leg to at most; a knee is at 164 degrees there, and people walk
+STRETCHED = 0.995
+"""Share of its length that a correction straightens a leg to at most; a knee is at 169 degrees there, and people walk
 with up to 170."""
+REACHED = 0.99
+"""Share of its length up to which a leg is straightened before the hips go down."""
+BOWED = 0.7
+"""Share of the way to `STRETCHED` that a leg is straightened by all that is asked for."""
+SINK = 0.15
+"""Seconds over which the hips go down for a foot to be reached, and come up again."""
+DEEPEST = 0.06
+"""Metres that the hips go down at most."""
+FURTHEST = 0.15
+"""Metres that a foot is moved at most: one that slides by twice as much in a plant was set down in two places."""
 GRIP = 0.12
 """Seconds over which a planted foot comes to be held and is let go."""
 
@@ -30,11 +44,39 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
     seconds over which a correction comes before the first and goes after the last plant. A skeleton without legs
     comes back as it was.
     """
-    for side in SIDES:
-        if has_limb(motion, side, LEG):
-            offset = foot_correction(motion, contacts, side, ease)
-            motion = move_foot(motion, side, offset)
+    offsets = {s: foot_correction(motion, contacts, s, ease) for s in SIDES if has_limb(motion, s, LEG)}
+    drop = hip_drop(motion, offsets)
+    if drop.any():
+        motion = replace(motion, translation=motion.translation - drop)
+    for side, offset in offsets.items():
+        motion = move_foot(motion, side, offset + drop)
     return motion
+
+
+def hip_drop(motion: Motion, offsets: Mapping[str, FloatArray]) -> FloatArray:
+    """How far the hips go down, shape ``(F, 3)`` metres, for the legs to reach where ``offsets`` take the feet.
+
+    It comes and goes over `SINK` seconds, and is `DEEPEST` at most.
+    """
+    needed = np.zeros(len(motion))
+    positions = joint_positions(motion)
+    for side, offset in offsets.items():
+        hip, knee, ankle = (positions[:, motion.skeleton.landmark(f"{side}_{part}").joint] for part in LEG)
+        furthest = np.maximum(REACHED * leg_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
+        leg = ankle + offset - hip
+        level = leg[:, 0] ** 2 + leg[:, 2] ** 2
+        lowest = np.sqrt(np.maximum(furthest**2 - level, 0.0))
+        needed = np.maximum(needed, np.where(np.any(offset != 0, axis=1), -leg[:, 1] - lowest, 0.0))
+    window = max(round(SINK * motion.fps), 1)
+    widened = maximum_filter1d(np.minimum(needed, DEEPEST), 2 * window + 1, mode="nearest")
+    weights = np.hanning(2 * window + 3)[1:-1]
+    drop = np.convolve(np.pad(widened, window, mode="edge"), weights / weights.sum(), mode="valid")
+    return np.outer(drop, [0.0, 1.0, 0.0])
+
+
+def leg_length(hip: FloatArray, knee: FloatArray, ankle: FloatArray) -> FloatArray:
+    """Metres, shape ``(F,)``, of a leg that is straight."""
+    return np.asarray(np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1))
 
 
 def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: float) -> BoolArray:
@@ -61,7 +103,8 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
     for start, stop in plants:
         held = slide[start : stop - 1] * _grip(stop - 1 - start, motion.fps)[:, None]
         path = np.concatenate([np.zeros((1, 3)), -np.cumsum(held, axis=0)])
-        offset[start:stop] = path - path.mean(axis=0)
+        path -= path.mean(axis=0)
+        offset[start:stop] = path * min(1.0, FURTHEST / max(float(np.linalg.norm(path, axis=1).max()), 1e-9))
     _fill_swings(offset, plants, max(round(ease * motion.fps), 1))
     return offset
 
@@ -77,23 +120,28 @@ def move_foot(motion: Motion, side: str, offset: FloatArray, *, gently: bool = T
     hinge = positions[:, hips[1].joint] - positions[:, hips[0].joint] if hips[0] and hips[1] else None
     if gently:
         hip, knee, ankle = (positions[:, joint] for joint in joints)
-        offset = np.where(offset == 0.0, 0.0, within_reach(hip, knee, ankle, ankle + offset) - ankle)
+        offset = within_reach(hip, knee, ankle, offset)
     return move_limb(motion, joints, offset, hinge)
 
 
-def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> FloatArray:
-    """Targets, shape ``(F, 3)`` metres, drawn in so that a leg is straightened gently or not at all.
+def within_reach(hip: FloatArray, knee: FloatArray, ankle: FloatArray, offset: FloatArray) -> FloatArray:
+    """How far of ``offset``, shape ``(F, 3)`` metres, an ankle is moved so that a leg is straightened gently or not.
 
     A leg's length changes ever faster with its knee's angle as it gets straight: a foot that is pulled the last
-    centimetre makes the knee snap. A target further away than the ankle is now is approached in proportion at first,
-    and never beyond `STRETCHED` of the leg's length.
+    centimetre makes the knee snap. An ankle that would get further from the hip than it is now goes there for `BOWED`
+    of what there is up to `STRETCHED` of the leg's length, and then ever less. It stays on the line of its offset.
     """
-    now = np.linalg.norm(ankle - hip, axis=-1, keepdims=True)
-    length = np.linalg.norm(knee - hip, axis=-1, keepdims=True) + np.linalg.norm(ankle - knee, axis=-1, keepdims=True)
-    wanted = np.linalg.norm(target - hip, axis=-1, keepdims=True)
-    room = np.maximum(STRETCHED * length - now, 1e-9)
-    eased = np.where(wanted > now, now + room * np.tanh((wanted - now) / room), wanted)
-    return np.asarray(hip + (target - hip) * (eased / np.maximum(wanted, 1e-9)))
+    leg = ankle - hip
+    now, wanted = np.linalg.norm(leg, axis=-1), np.linalg.norm(leg + offset, axis=-1)
+    room = np.maximum(STRETCHED * leg_length(hip, knee, ankle) - now, 1e-9)
+    share = (wanted - now) / room
+    bowed = np.where(share > BOWED, BOWED + (1.0 - BOWED) * np.tanh((share - BOWED) / (1.0 - BOWED)), share)
+    eased = np.where(wanted > now, now + room * bowed, wanted)
+    # where on the line is that far from the hip: |leg + share offset|^2 = eased^2
+    along, square = np.sum(leg * offset, axis=-1), np.sum(offset * offset, axis=-1)
+    root = np.sqrt(np.maximum(along**2 + square * (eased**2 - now**2), 0.0))
+    share = np.where(wanted > now, (root - along) / np.maximum(square, 1e-18), 1.0)
+    return np.asarray(np.clip(share, 0.0, 1.0)[:, None] * offset)
 
 
 def _points(motion: Motion, roles: list[str]) -> FloatArray:

@@ -9,6 +9,8 @@ from kinetograph.arrays import FloatArray
 
 STRAIGHT = 0.998
 """Share of its length up to which a limb is straightened; beyond it the knee's angle changes too fast with reach."""
+PLAIN = np.radians(15.0)
+"""Bend from which on a limb with a hinge bends further in its own plane; noise turns that of a straighter one."""
 
 
 def reach(
@@ -17,30 +19,41 @@ def reach(
     """World turns, each ``(..., 4)``, of the upper and then the lower bone that bring ``end`` to ``target``.
 
     upper, middle, end: the limb's joints (hip, knee, ankle), shape ``(..., 3)`` metres; target: likewise. The limb
-    bends in the plane it bends in now. hinge ``(..., 3)``: the axis that a straight limb bends about, by the right
-    hand's rule from its middle joint's side to its end's; for a leg, from the left hip to the right. A target that is
-    out of reach is approached as far as `STRAIGHT` of the limb's length, or as far as the limb is stretched now if
-    that is further: no bone is ever lengthened. The lower bone's turn includes the upper's.
+    bends in the plane it bends in now. hinge ``(..., 3)``: the axis that a straight limb bends about, and that one bent
+    by less than `PLAIN` bends further about in part, by the right hand's rule from its middle joint's side to its
+    end's; for a leg, from the left hip to the right. A target that is out of reach is approached as far as `STRAIGHT`
+    of the limb's length, or as far as the limb is stretched now if that is further: no bone is ever lengthened. The
+    lower bone's turn includes the upper's.
     """
     first, second = _length(middle - upper), _length(end - middle)
     now = _length(end - upper)
     furthest = np.maximum(STRAIGHT * (first + second), now)
     nearest = np.abs(first - second) + 1e-4
     wanted = np.clip(_length(target - upper), nearest, furthest)
-    axis = _bend_axis(upper, middle, end, hinge)
     open_now, open_wanted = _angle(first, second, now), _angle(first, second, wanted)
     lean_now, lean_wanted = _angle(first, now, second), _angle(first, wanted, second)
-    # with the limb's end held in direction, the upper bone leans about the bend axis and the lower one unfolds
-    upper_bend = rot.exp(axis * (lean_wanted - lean_now))
-    lower_bend = rot.exp(axis * (lean_wanted - lean_now + open_wanted - open_now))
+    plane, across = _bend_axes(upper, middle, end, hinge)
+    if hinge is None:
+        axis = plane
+    else:
+        moved = _length(target - end) / (first + second) + np.maximum(open_now - open_wanted, 0.0)
+        axis = _mixed_axis(plane, across, np.pi - open_now, moved)
+    # with its end held in direction, the limb is unfolded in its plane and folded about the axis: the upper bone leans,
+    # the lower one opens
+    upper_bend = rot.multiply(rot.exp(axis * lean_wanted), rot.exp(-plane * lean_now))
+    unfold = rot.exp(plane * (np.pi - open_now - lean_now))
+    lower_bend = rot.multiply(rot.exp(axis * (lean_wanted + open_wanted - np.pi)), unfold)
     swing = rot.between(end - upper, target - upper)
     return rot.multiply(swing, upper_bend), rot.multiply(swing, lower_bend)
 
 
-def _bend_axis(upper: FloatArray, middle: FloatArray, end: FloatArray, hinge: FloatArray | None) -> FloatArray:
-    """Unit normal, ``(..., 3)``, of the plane of the limb, such that turning the upper bone about it opens it.
+def _bend_axes(
+    upper: FloatArray, middle: FloatArray, end: FloatArray, hinge: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Unit normals, ``(..., 3)``: of the plane a limb is in, and of the one in which a straight limb folds.
 
-    A straight limb has no plane: it bends about ``hinge`` or, without one, towards +z, or one along z upwards.
+    Turning the upper bone about them opens the limb. A straight limb folds about ``hinge`` or, without one, towards +z,
+    or one along z upwards.
     """
     normal = np.cross(end - upper, middle - upper)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -51,7 +64,17 @@ def _bend_axis(upper: FloatArray, middle: FloatArray, end: FloatArray, hinge: Fl
         across = hinge - np.sum(hinge * along, axis=-1, keepdims=True) * along
     size = np.linalg.norm(across, axis=-1, keepdims=True)
     across = np.where(size > 1e-6, across / np.maximum(size, 1e-12), np.array([-1.0, 0.0, 0.0]))
-    return np.where(length > 1e-6, normal / np.maximum(length, 1e-12), across)
+    plane = np.where(length > 1e-6, normal / np.maximum(length, 1e-12), across)
+    return plane, across
+
+
+def _mixed_axis(plane: FloatArray, across: FloatArray, bend: FloatArray, moved: FloatArray) -> FloatArray:
+    """Unit axis ``(..., 3)`` to fold a limb about: where bent, in its plane; across it, the more it is moved."""
+    plain = np.clip(bend / PLAIN, 0.0, 1.0)
+    plain = plain * plain * (3.0 - 2.0 * plain)
+    mixed = plain * bend * plane + (1.0 - plain) * moved * across
+    size = np.linalg.norm(mixed, axis=-1, keepdims=True)
+    return np.where(size > 1e-9, mixed / np.maximum(size, 1e-15), plane)
 
 
 def _length(v: FloatArray) -> FloatArray:

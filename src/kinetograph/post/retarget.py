@@ -26,6 +26,8 @@ from kinetograph.take import Annotation
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
 _EASE = 0.25  # seconds in which a hand comes to be held and is let go
+_BENT, _STRAIGHT = 0.98, 0.99  # of a leg's length, between hip and ankle
+_SPARED = 0.002  # of a leg's length that an ankle may miss by along the leg, so that a straight knee stays straight
 _CARRIED = {"hand": "elbow", "toe": "foot"}  # parts that keep the correction of the bone that carries them
 
 
@@ -51,8 +53,9 @@ def retarget(
 
     table: which joints go with which, by role and name where it is not given. scale: of the way along the ground; that
     of the legs' lengths, which heights always have, where it is not given (dancers who hold hands need 1). feet: bring
-    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"``, labelled ``left_hand``
-    or ``right_hand``, while which the wrists too are brought to where the source's are. The floor is y = 0.
+    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"`` or ``"contact"``, labelled
+    ``left_hand`` or ``right_hand``, with or without a colon and what it holds, while which the wrists too are brought
+    to where the source's are. The floor is y = 0.
 
     Raises RequestError where a skeleton has no hips or legs, or where the table names joints that are not there.
 
@@ -179,9 +182,27 @@ def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: floa
         roles = [f"{side}_{part}" for part in ("hip", "knee", "foot")]
         if all(role in out.skeleton.roles and role in source.roles for role in roles):
             goal = _scaled(source, out.skeleton, positions[:, source.landmark(roles[2]).joint], scale)
-            ankle = out.skeleton.landmark(roles[2]).joint
-            out = move_foot(out, side, goal - forward(out)[0][:, ankle], gently=False)
+            hip, knee, ankle = (forward(out)[0][:, out.skeleton.landmark(role).joint] for role in roles)
+            out = move_foot(out, side, _kept_straight(hip, knee, ankle, goal) - ankle, gently=False)
     return out
+
+
+def _kept_straight(hip: FloatArray, knee: FloatArray, ankle: FloatArray, goal: FloatArray) -> FloatArray:
+    """Goals of an ankle, ``(F, 3)`` metres, further or nearer by at most `_SPARED` where a leg is all but straight.
+
+    A straight knee bends by five degrees for a millimetre; it is kept as it is where it would be bent for that.
+    """
+    length = np.linalg.norm(knee - hip, axis=1) + np.linalg.norm(ankle - knee, axis=1)
+    now, wanted = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(goal - hip, axis=1)
+    spared = _SPARED * length * _smooth((now / length - _BENT) / (_STRAIGHT - _BENT))
+    change = wanted - now
+    change = change * _smooth(np.abs(change) / np.maximum(spared, 1e-12) / 2 - 0.5)
+    return np.asarray(hip + (goal - hip) * ((now + change) / np.maximum(wanted, 1e-9))[:, None])
+
+
+def _smooth(u: FloatArray) -> FloatArray:
+    u = np.clip(u, 0.0, 1.0)
+    return np.asarray(u * u * (3 - 2 * u))
 
 
 def _with_hand(
@@ -201,7 +222,7 @@ def _held(handholds: tuple[Annotation, ...], label: str, frames: int, fps: float
     times = np.arange(frames) / fps
     weight = np.zeros(frames)
     for note in handholds:
-        if note.kind == "handhold" and note.label == label:
+        if note.kind in ("handhold", "contact") and note.label.partition(":")[0] == label:
             inside = np.minimum(times - note.start, note.stop - times)
             weight = np.maximum(weight, np.clip(1.0 + inside / _EASE, 0.0, 1.0))
-    return np.asarray(weight * weight * (3 - 2 * weight))
+    return _smooth(weight)

@@ -7,6 +7,34 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 
+_Triangle = tuple[float, float, float, float, float, float, float]
+
+
+@numba.njit(cache=True, nogil=True)
+def _setup(
+    corners: FloatArray, triangle: IntArray, width: int, height: int
+) -> tuple[_Triangle, tuple[int, int, int, int]]:
+    """A triangle's corners in the picture and twice its area; the first and last column and row that it may cover.
+
+    One without area covers none.
+    """
+    i, j, k = triangle
+    ax, ay, bx, by, cx, cy = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1], corners[k, 0], corners[k, 1]
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    left, right = max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width - 1)
+    top, bottom = max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height - 1)
+    return (ax, ay, bx, by, cx, cy, area), (left, right, top, bottom if area != 0.0 else top - 1)
+
+
+@numba.njit(cache=True, nogil=True)
+def _shares(triangle: _Triangle, column: int, row: int) -> tuple[float, float, float]:
+    """The shares of a triangle's corners in a pixel's middle, one below 0 where that lies outside."""
+    ax, ay, bx, by, cx, cy, area = triangle
+    x, y = column + 0.5, row + 0.5
+    u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
+    v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+    return u, v, 1.0 - u - v
+
 
 @numba.njit(cache=True, nogil=True)
 def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: IntArray, colours: FloatArray) -> None:
@@ -19,24 +47,14 @@ def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: I
     by_corner = len(colours) == 3 * len(triangles)
     for t in range(len(triangles)):
         i, j, k = triangles[t]
-        ax, ay = corners[i, 0], corners[i, 1]
-        bx, by = corners[j, 0], corners[j, 1]
-        cx, cy = corners[k, 0], corners[k, 1]
-        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        if area == 0.0:
-            continue
-        left, right = max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width - 1)
-        top, bottom = max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height - 1)
+        triangle, (left, right, top, bottom) = _setup(corners, triangles[t], width, height)
         if by_corner:
             i_colour, j_colour, k_colour = 3 * t, 3 * t + 1, 3 * t + 2
         else:
             i_colour, j_colour, k_colour = i, j, k
         for row in range(top, bottom + 1):
             for column in range(left, right + 1):
-                x, y = column + 0.5, row + 0.5
-                u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
-                v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
-                w = 1.0 - u - v
+                u, v, w = _shares(triangle, column, row)
                 if u < 0.0 or v < 0.0 or w < 0.0:
                     continue
                 z = u * corners[i, 2] + v * corners[j, 2] + w * corners[k, 2]
@@ -53,17 +71,9 @@ def cover(mask: BoolArray, corners: FloatArray, triangles: IntArray) -> None:
     """Mark the pixels, ``(H, W)``, that triangles cover, in place: shadows."""
     height, width = mask.shape
     for t in range(len(triangles)):
-        i, j, k = triangles[t]
-        ax, ay = corners[i, 0], corners[i, 1]
-        bx, by = corners[j, 0], corners[j, 1]
-        cx, cy = corners[k, 0], corners[k, 1]
-        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        if area == 0.0:
-            continue
-        for row in range(max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height - 1) + 1):
-            for column in range(max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width - 1) + 1):
-                x, y = column + 0.5, row + 0.5
-                u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
-                v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
-                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+        triangle, (left, right, top, bottom) = _setup(corners, triangles[t], width, height)
+        for row in range(top, bottom + 1):
+            for column in range(left, right + 1):
+                u, v, w = _shares(triangle, column, row)
+                if u >= 0.0 and v >= 0.0 and w >= 0.0:
                     mask[row, column] = np.bool_(True)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from kinetograph.arrays import FloatArray, IntArray
@@ -19,6 +20,8 @@ from kinetograph.take import Take
 _CELL = (240, 300)
 _FRAME = (400, 400)
 _FILM_RATE = 25.0  # a GIF counts in hundredths of a second
+_TRIED = 4  # frames of a film that its colours are chosen by
+_VIVID = 24  # of 255, between the strongest and the weakest part of a colour that is no grey
 _DIRECTION = np.array([0.55, 0.28, 0.85])
 _AIR = 1.35  # of the character's height in the picture
 
@@ -77,6 +80,7 @@ def film(
     count = min(max(len(motion) for motion in motions), max(int(seconds * _FILM_RATE), 1))
     cast = [_cast(motion, character, np.arange(count)) for motion in motions]
     target: FloatArray | None = None
+    palette = _palette(cast)
     pictures = []
     for i in range(count):
         figures = [figures[i] for figures in cast]
@@ -84,10 +88,35 @@ def film(
         # the camera follows at its ease: steps do not shake it
         target = camera.target if target is None else target + 0.15 * (camera.target - target)
         camera = Camera(camera.place - camera.target + target, target, camera.tall)
-        pictures.append(_image(draw(figures, camera, *_FRAME)).quantize(96))
+        picture = _image(draw(figures, camera, *_FRAME))
+        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
         if progress is not None:
             progress(i + 1, count)
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / _FILM_RATE), loop=0)
+
+
+def _palette(cast: list[list[Figure]]) -> Image.Image:
+    """The colours of a film, for every frame alike: half of them for what is coloured, half for floor, sky and greys.
+
+    Colours chosen by how often they occur would go to the floor, and faces would be grey.
+    """
+    pixels = []
+    for i in np.unique(np.linspace(0, len(cast[0]) - 1, _TRIED).astype(int)).tolist():
+        figures = [figures[i] for figures in cast]
+        pixels.append(np.asarray(_image(draw(figures, _camera(figures), *_CELL))).reshape(-1, 3))
+    flat = np.concatenate(pixels)
+    vivid = np.ptp(flat.astype(np.int64), axis=1) > _VIVID
+    colours = [_quantized(part) for part in (flat[vivid], flat[~vivid]) if len(part)]
+    out = Image.new("P", (1, 1))
+    out.putpalette([value for part in colours for value in part])
+    return out
+
+
+def _quantized(pixels: npt.NDArray[np.uint8]) -> list[int]:
+    """At most 128 colours, three numbers each, that stand for pixels ``(N, 3)``."""
+    page = Image.fromarray(np.ascontiguousarray(pixels[None]))
+    found = page.quantize(128, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+    return found[: 3 * 128]
 
 
 def _motions(what: Take | Motion) -> list[Motion]:

@@ -1,0 +1,5 @@
+"""Markers to motion: a skeleton fitted to the markers of an optical system."""
+
+from kinetograph.markers.fit import MarkerFit, fit_markers, fitted_take, subjects
+
+__all__ = ["MarkerFit", "fit_markers", "fitted_take", "subjects"]

@@ -1,0 +1,328 @@
+"""Compiled kernels of the fit to markers: arrays in, arrays out, no validation."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+
+_STEPS = 30
+_SMALL = 1e-6  # metres and radians: a step shorter than this ends the search
+_LEAST, _MOST = 1e-9, 1e3  # damping
+_FAR = 0.02  # metres: a frame whose markers are missed by more is tried from its guess too
+
+
+@numba.njit(cache=True, nogil=True)
+def _product(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+
+
+@numba.njit(cache=True, nogil=True)
+def _inverse(q: FloatArray, out: FloatArray) -> None:
+    out[0] = q[0]
+    for i in range(1, 4):
+        out[i] = -q[i]
+
+
+@numba.njit(cache=True, nogil=True)
+def _turned(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
+    tx = 2.0 * (q[2] * v[2] - q[3] * v[1])
+    ty = 2.0 * (q[3] * v[0] - q[1] * v[2])
+    tz = 2.0 * (q[1] * v[1] - q[2] * v[0])
+    out[0] = v[0] + q[0] * tx + q[2] * tz - q[3] * ty
+    out[1] = v[1] + q[0] * ty + q[3] * tx - q[1] * tz
+    out[2] = v[2] + q[0] * tz + q[1] * ty - q[2] * tx
+
+
+@numba.njit(cache=True, nogil=True)
+def _bend(local: FloatArray, rest: FloatArray, out: FloatArray) -> None:
+    """The rotation vector, ``(3,)``, from one turn to another."""
+    inverse, q = np.empty(4), np.empty(4)
+    _inverse(rest, inverse)
+    _product(local, inverse, q)
+    sign = -1.0 if q[0] < 0.0 else 1.0
+    sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    size = 2.0 if sine < 1e-9 else 2.0 * np.arctan2(sine, sign * q[0]) / sine
+    for i in range(3):
+        out[i] = sign * size * q[1 + i]
+
+
+@numba.njit(cache=True, nogil=True)
+def _pose(
+    root: FloatArray, local: FloatArray, parents: IntArray, offsets: FloatArray, places: FloatArray, world: FloatArray
+) -> None:
+    for j in range(len(parents)):
+        p = parents[j]
+        if p < 0:
+            for i in range(3):
+                places[j, i] = root[i]
+            for i in range(4):
+                world[j, i] = local[j, i]
+        else:
+            _turned(world[p], offsets[j], places[j])
+            for i in range(3):
+                places[j, i] += places[p, i]
+            _product(world[p], local[j], world[j])
+
+
+@numba.njit(cache=True, nogil=True)
+def _cost(
+    points: FloatArray,
+    seen: BoolArray,
+    local: FloatArray,
+    places: FloatArray,
+    world: FloatArray,
+    marks: tuple[IntArray, FloatArray],
+    prior: tuple[FloatArray, FloatArray],
+    furthest: float,
+    misses: FloatArray,
+    bends: FloatArray,
+) -> float:
+    """Huber's cost of the markers' misses and of the bends away from the prior; both are written."""
+    segment, offsets = marks
+    target, weight = prior
+    total = 0.0
+    moved = np.empty(3)
+    for m in range(len(points)):
+        if seen[m]:
+            _turned(world[segment[m]], offsets[m], moved)
+            square = 0.0
+            for i in range(3):
+                misses[m, i] = points[m, i] - places[segment[m], i] - moved[i]
+                square += misses[m, i] * misses[m, i]
+            size = np.sqrt(square)
+            total += square if size <= furthest else 2.0 * furthest * size - furthest * furthest
+    for j in range(len(local)):
+        _bend(local[j], target[j], bends[j])
+        for i in range(3):
+            total += weight[j, i] * bends[j, i] * bends[j, i]
+    return total
+
+
+@numba.njit(cache=True, nogil=True)
+def _equations(
+    seen: BoolArray,
+    places: FloatArray,
+    world: FloatArray,
+    parents: IntArray,
+    marks: tuple[IntArray, FloatArray],
+    prior: tuple[FloatArray, FloatArray],
+    furthest: float,
+    misses: FloatArray,
+    bends: FloatArray,
+    matrix: FloatArray,
+    right: FloatArray,
+) -> None:
+    """Normal equations in the root's shift and the joints' turns in the world, ``(3 + 3 J)``: their lower half."""
+    segment, offsets = marks
+    weight = prior[1]
+    for i in range(len(right)):
+        right[i] = 0.0
+        for k in range(i + 1):
+            matrix[i, k] = 0.0
+    line = np.empty(len(parents), dtype=np.int64)
+    arms = np.empty((len(parents), 3))
+    moved, axis = np.empty(3), np.empty(3)
+    for m in range(len(segment)):
+        if not seen[m]:
+            continue
+        size = np.sqrt(misses[m, 0] * misses[m, 0] + misses[m, 1] * misses[m, 1] + misses[m, 2] * misses[m, 2])
+        share = 1.0 if size <= furthest else furthest / size
+        _turned(world[segment[m]], offsets[m], moved)
+        for i in range(3):
+            moved[i] += places[segment[m], i]
+        count = 0
+        j = segment[m]
+        while j >= 0:
+            line[count] = j
+            for i in range(3):
+                arms[count, i] = moved[i] - places[j, i]
+            count += 1
+            j = parents[j]
+        x, y, z = misses[m, 0], misses[m, 1], misses[m, 2]
+        for i in range(3):
+            matrix[i, i] += share
+            right[i] += share * misses[m, i]
+        for a in range(count):
+            i, u = 3 + 3 * line[a], arms[a]
+            right[i] += share * (u[1] * z - u[2] * y)
+            right[i + 1] += share * (u[2] * x - u[0] * z)
+            right[i + 2] += share * (u[0] * y - u[1] * x)
+            # a turn w moves the marker by w x u, so its row against the shift is the cross product's matrix of u
+            matrix[i, 1] -= share * u[2]
+            matrix[i, 2] += share * u[1]
+            matrix[i + 1, 0] += share * u[2]
+            matrix[i + 1, 2] -= share * u[0]
+            matrix[i + 2, 0] -= share * u[1]
+            matrix[i + 2, 1] += share * u[0]
+            for b in range(count):
+                k, v = 3 + 3 * line[b], arms[b]
+                if k > i:
+                    continue
+                dot = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+                for r in range(3):
+                    for c in range(3):
+                        matrix[i + r, k + c] -= share * v[r] * u[c]
+                    matrix[i + r, k + r] += share * dot
+    for j in range(len(parents)):
+        for i in range(3):  # the prior's axes are those of the joint's parent
+            for r in range(3):
+                axis[r] = 1.0 if r == i else 0.0
+                moved[r] = axis[r]
+            if j > 0:
+                _turned(world[parents[j]], axis, moved)
+            for r in range(3):
+                right[3 + 3 * j + r] -= weight[j, i] * bends[j, i] * moved[r]
+                for c in range(3):
+                    matrix[3 + 3 * j + r, 3 + 3 * j + c] += weight[j, i] * moved[r] * moved[c]
+
+
+@numba.njit(cache=True, nogil=True)
+def _step(matrix: FloatArray, right: FloatArray, damping: float, factor: FloatArray, out: FloatArray) -> float:
+    """Solve the damped equations by Cholesky's method, of which the lower half is given; the longest part of a step."""
+    size = len(right)
+    for i in range(size):
+        for k in range(i + 1):
+            total = matrix[i, k]
+            if i == k:
+                total += damping * (1.0 + total)
+            for r in range(k):
+                total -= factor[i, r] * factor[k, r]
+            factor[i, k] = np.sqrt(max(total, 1e-15)) if i == k else total / factor[k, k]
+    for i in range(size):
+        total = right[i]
+        for r in range(i):
+            total -= factor[i, r] * out[r]
+        out[i] = total / factor[i, i]
+    longest = 0.0
+    for i in range(size - 1, -1, -1):
+        total = out[i]
+        for r in range(i + 1, size):
+            total -= factor[r, i] * out[r]
+        out[i] = total / factor[i, i]
+        longest = max(longest, abs(out[i]))
+    return longest
+
+
+@numba.njit(cache=True, nogil=True)
+def _moved(
+    root: FloatArray,
+    local: FloatArray,
+    world: FloatArray,
+    parents: IntArray,
+    step: FloatArray,
+    new_root: FloatArray,
+    new_local: FloatArray,
+) -> None:
+    """The root moved, and local turns each first turned by its part of the step in the world."""
+    for i in range(3):
+        new_root[i] = root[i] + step[i]
+    spin, inverse, before, after = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+    for j in range(len(parents)):
+        x, y, z = step[3 + 3 * j], step[4 + 3 * j], step[5 + 3 * j]
+        angle = np.sqrt(x * x + y * y + z * z)
+        size = 0.5 if angle < 1e-9 else np.sin(0.5 * angle) / angle
+        spin[0], spin[1], spin[2], spin[3] = np.cos(0.5 * angle), size * x, size * y, size * z
+        if parents[j] >= 0:  # from the world to the parent's frame, in which the joint turns
+            q = world[parents[j]]
+            _inverse(q, inverse)
+            _product(inverse, spin, before)
+            _product(before, q, after)
+            _product(after, local[j], new_local[j])
+        else:
+            _product(spin, local[j], new_local[j])
+        square = 0.0
+        for i in range(4):
+            square += new_local[j, i] * new_local[j, i]
+        for i in range(4):
+            new_local[j, i] /= np.sqrt(square)
+
+
+@numba.njit(cache=True, nogil=True)
+def _descend(
+    points: FloatArray,
+    seen: BoolArray,
+    parents: IntArray,
+    offsets: FloatArray,
+    marks: tuple[IntArray, FloatArray],
+    prior: tuple[FloatArray, FloatArray],
+    furthest: float,
+    root: FloatArray,
+    local: FloatArray,
+) -> float:
+    """One frame's pose by Levenberg and Marquardt's method, in place of the one given; its cost."""
+    joints, size = len(parents), 3 + 3 * len(parents)
+    places, world = np.empty((joints, 3)), np.empty((joints, 4))
+    misses, bends = np.zeros((len(points), 3)), np.zeros((joints, 3))
+    new_root, new_local = np.empty(3), np.empty((joints, 4))
+    matrix, factor, right, step = np.empty((size, size)), np.empty((size, size)), np.empty(size), np.empty(size)
+    _pose(root, local, parents, offsets, places, world)
+    cost = _cost(points, seen, local, places, world, marks, prior, furthest, misses, bends)
+    damping = _LEAST
+    for _ in range(_STEPS):
+        _equations(seen, places, world, parents, marks, prior, furthest, misses, bends, matrix, right)
+        while True:
+            longest = _step(matrix, right, damping, factor, step)
+            _moved(root, local, world, parents, step, new_root, new_local)
+            _pose(new_root, new_local, parents, offsets, places, world)
+            new_cost = _cost(points, seen, new_local, places, world, marks, prior, furthest, misses, bends)
+            if new_cost <= cost or damping > _MOST:
+                break
+            damping = max(10.0 * damping, 1e-6)
+            _pose(root, local, parents, offsets, places, world)  # back, from where the next step is taken
+        if new_cost > cost:
+            break
+        gained = cost - new_cost
+        cost = new_cost
+        for i in range(3):
+            root[i] = new_root[i]
+        for j in range(joints):
+            for i in range(4):
+                local[j, i] = new_local[j, i]
+        damping = max(0.1 * damping, _LEAST)
+        if longest < _SMALL or gained < 1e-8 * cost:
+            break
+    return cost
+
+
+@numba.njit(cache=True, nogil=True)
+def solve(
+    points: FloatArray,
+    seen: BoolArray,
+    tree: tuple[IntArray, FloatArray],
+    marks: tuple[IntArray, FloatArray],
+    prior: tuple[FloatArray, FloatArray],
+    guess: tuple[FloatArray, FloatArray],
+    order: IntArray,
+    furthest: float,
+    roots: FloatArray,
+    turns: FloatArray,
+) -> None:
+    """Fit the pose of each frame to its markers.
+
+    points: ``(F, M, 3)``; seen: ``(F, M)``. tree: parents ``(J,)`` and bones ``(J, 3)``. marks: each marker's joint
+    ``(M,)`` and its place in that joint's frame ``(M, 3)``. prior: turns ``(F, J, 4)`` that joints are drawn to, and
+    how strongly, ``(F, J, 3)`` in square metres a square radian about the axes of the joint's parent. guess: roots and
+    turns from which the first frame of ``order`` begins; a later one begins from the one before it and, where that ends
+    too far from the markers, from the guess as well. furthest: metres from which a marker's miss counts by its length
+    only. roots ``(F, 3)`` and turns ``(F, J, 4)``: local, written in place.
+    """
+    parents, offsets = tree
+    root, local = guess[0][order[0]].copy(), guess[1][order[0]].copy()
+    for f in order:
+        pull = (prior[0][f], prior[1][f])
+        cost = _descend(points[f], seen[f], parents, offsets, marks, pull, furthest, root, local)
+        roots[f], turns[f] = root, local
+        count = 0
+        for m in range(seen.shape[1]):
+            count += seen[f, m]
+        if cost > count * _FAR * _FAR:
+            root, local = guess[0][f].copy(), guess[1][f].copy()
+            if _descend(points[f], seen[f], parents, offsets, marks, pull, furthest, root, local) < cost:
+                roots[f], turns[f] = root, local
+            else:
+                root, local = roots[f].copy(), turns[f].copy()
