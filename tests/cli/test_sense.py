@@ -3,12 +3,20 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import kinetograph as kg
+from kinetograph import rotations as rot
+from kinetograph.cli import app
+from kinetograph.errors import KinetographError
+from kinetograph.formats.readings import read_layout, write_layout, write_readings
 from kinetograph.library import Library
+from kinetograph.sensing import preset, simulate
 from kinetograph.take import Take
 from walkers import walk
 
@@ -42,6 +50,47 @@ def test_a_motion_becomes_readings_and_readings_a_motion(folder: Path):
     assert kg.load(folder / "out.bvh").motion().fps == pytest.approx(60.0)
 
 
+def invoke(*arguments: object):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def worn(folder: Path) -> Path:
+    """A layout of sensors that are turned on their bones, and readings of a walk by it."""
+    layout = preset("wii")
+    turns = rot.exp(np.random.default_rng(0).normal(size=(8, 3)))
+    sensors = tuple(replace(s, rotation=q) for s, q in zip(layout.sensors, turns, strict=True))
+    write_layout(replace(layout, sensors=sensors), folder / "worn.toml")
+    write_readings(simulate(walk(2.0), read_layout(folder / "worn.toml")), folder / "worn.csv")
+    return folder / "worn.csv"
+
+
+def test_sensors_are_calibrated_and_the_layout_goes_straight_into_sense(folder: Path):
+    readings = worn(folder)
+    done = invoke("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
+                  "--up", "y", "-o", folder / "mine.toml", "--json")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert abs(told["clock_offset_ms"]) < 5
+    assert len(told["sensors"]) == 8
+    assert all(row["accepted"] and row["residual"] < 0.3 * row["before"] for row in told["sensors"])
+    found, truth = read_layout(folder / "mine.toml"), read_layout(folder / "worn.toml")
+    apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(found.sensors, truth.sensors, strict=True)]
+    assert np.degrees(apart).max() < 5.0
+    done = invoke("sense", readings, "-l", folder / "lib", "--layout", folder / "mine.toml", "-o", folder / "mine.bvh")
+    assert done.exit_code == 0, done.stderr
+    assert "calibrate the sensors" not in done.stderr
+
+
+def test_sensors_that_are_worn_as_the_layout_says_need_no_calibration(folder: Path):
+    readings = worn(folder)
+    done = invoke("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
+                  "--up", "y", "--layout", folder / "worn.toml", "-o", folder / "again.toml")  # fmt: skip
+    assert "worse than none" in done.stderr + str(done.exception)
+    done = invoke("calibrate", readings, "-l", folder / "lib", "--still", "3", "-o", folder / "no.toml")
+    assert "--still takes start:stop in seconds, as in 0:3; found '3'" in str(done.exception)
+    assert not (folder / "no.toml").exists()
+
+
 def test_bad_requests_are_one_line(folder: Path):
     (folder / "g.csv").write_text("t,sensor,ax,ay,az\n0,left_forearm,0,1,0\n0.01,left_forearm,0,1,0\n")
     done = run("sense", folder / "g.csv", "-l", folder / "lib", "-o", folder / "g.bvh")
@@ -51,6 +100,41 @@ def test_bad_requests_are_one_line(folder: Path):
     assert not (folder / "g.bvh").exists()
     done = run("simulate", folder / "walk.bvh", "--layout", "nintendo", "-o", folder / "n.csv")
     assert (done.returncode, "no layout 'nintendo'" in done.stderr) == (1, True)
+
+
+UP = "left_forearm,0.1,9.8,0"
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        (f"0,{UP}\n0.02,{UP}\n0.01,{UP}\n", "bad.csv:4: sensor 'left_forearm': time runs backwards at 0.01 s"),
+        (f"0,{UP}\n0,{UP}\n", "bad.csv:3: sensor 'left_forearm': two rows at 0 s; drop one"),
+        ("0,left_forearm,nan,9.8,0\n", "bad.csv:2: expected a finite number in column 'ax', found 'nan'"),
+        (f"0,{UP}\n0.01,left_forarm,0,9.8,0\n", "unknown sensor 'left_forarm'"),
+        (f"0,{UP}\n900000,{UP}\n", "readings leap from 0 s to 900000 s"),
+        ("0,left_forearm,980,0,0\n", "is it in counts or milli-g?"),
+    ],
+)
+def test_bad_rows_are_one_line_and_nothing_is_written(folder: Path, rows: str, message: str):
+    (folder / "bad.csv").write_text("t,sensor,ax,ay,az\n" + rows)
+    done = invoke("sense", folder / "bad.csv", "-l", folder / "lib", "-o", folder / "bad.bvh")
+    assert isinstance(done.exception, KinetographError)
+    assert message in str(done.exception)
+    assert not (folder / "bad.bvh").exists()
+
+
+def test_a_stream_that_stops_is_held_and_a_joint_that_is_not_there_is_told(folder: Path):
+    rows = "".join(f"{t:.2f},{UP}\n" for t in np.concatenate([np.arange(0, 1, 0.02), np.arange(3, 4, 0.02)]))
+    (folder / "stop.csv").write_text("t,sensor,ax,ay,az\n" + rows)
+    command = ["sense", folder / "stop.csv", "-l", folder / "lib", "-o", folder / "stop.bvh", "--force"]
+    done = invoke(*command)
+    assert done.exit_code == 0
+    assert "no readings at all for" in done.stderr
+    assert "the pose was held, with growing uncertainty" in done.stderr
+    (folder / "cat.toml").write_text('[[sensor]]\nname = "left_forearm"\njoint = "tail"\n')
+    done = invoke(*command, "--layout", folder / "cat.toml")
+    assert "sensor 'left_forearm': the skeleton has no joint or role 'tail'; it has" in str(done.exception)
 
 
 def test_evaluating_prints_a_row_for_each_method(folder: Path):

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinetograph.errors import FormatError, RequestError
-from kinetograph.formats.readings import read_layout, read_readings, write_readings
+from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
 from kinetograph.formats.sensor_recordings import motion_of_points, read_xsens
 from kinetograph.kinematics import joint_positions
 from kinetograph.sensing import Device, preset, simulate
@@ -100,6 +101,22 @@ def test_a_layout_may_begin_with_a_preset(tmp_path: Path):
     assert layout.device.loss == 0.3
     assert layout.device.bits == 8
     assert read_layout("phone").names == ("hand", "pocket")
+
+
+@pytest.mark.parametrize("name", ["ideal", "wii", "phone", "imu"])
+def test_a_layout_comes_back_as_it_was(tmp_path: Path, name: str):
+    layout = preset(name)
+    first = replace(layout.sensors[0], rotation=np.array([0.6, 0.0, 0.8, 0.0]), bias=np.array([0.1, 0.0, -0.2]))
+    layout = replace(layout, sensors=(first, *layout.sensors[1:]))
+    write_layout(layout, tmp_path / "l.toml", notes={first.name: "residual 0.3 m/s^2"})
+    back = read_layout(tmp_path / "l.toml")
+    assert back.device == layout.device
+    assert [vars(s).keys() for s in back.sensors] == [vars(s).keys() for s in layout.sensors]
+    for ours, theirs in zip(back.sensors, layout.sensors, strict=True):
+        for field, value in vars(theirs).items():
+            np.testing.assert_array_equal(getattr(ours, field), value)
+    with pytest.raises(FormatError, match=r"a layout is written as .toml, found '.json'"):
+        write_layout(layout, tmp_path / "l.json")
 
 
 @pytest.mark.parametrize(

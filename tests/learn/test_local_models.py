@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
 
 import naive_sensor
 from kinetograph.errors import DataError, RequestError
@@ -11,8 +12,10 @@ from kinetograph.learn import continuity
 from kinetograph.learn.embedding import embed, fit_lle, local_weights
 from kinetograph.learn.interpolation import fit_rbf, local_widths
 from kinetograph.learn.mixture import fit_mixture, join_small
-from kinetograph.learn.posterior import Gaussian, fit_gaussian, levenberg_marquardt, mixed
+from kinetograph.learn.posterior import Gaussian, classes_of, fit_gaussian, levenberg_marquardt, mixed
 from kinetograph.learn.reduction import fit_pca
+from kinetograph.learn.smoothing import smooth_path
+from kinetograph.learn.trust import learn_strengths
 
 
 def swiss_roll(count: int = 800) -> tuple[np.ndarray, np.ndarray]:
@@ -121,6 +124,44 @@ def test_gaussians_fill_what_is_missing_with_the_regression_line():
     np.testing.assert_allclose(model.fill(np.zeros(2), np.zeros(2, dtype=bool)), model.mean)
     w = model.whitening()
     np.testing.assert_allclose(w.T @ w, np.linalg.inv(model.covariance), rtol=1e-6)
+
+
+@given(st.integers(0, 1000), st.booleans())
+def test_classes_are_told_apart_by_scipys_densities(seed, whole):
+    rng = np.random.default_rng(seed)
+    parts = [fit_gaussian(rng.normal(size=(30, 4)) @ rng.normal(size=(4, 4)), 1e-2) for _ in range(3)]
+    shares = rng.dirichlet(np.ones(3))
+    valid = np.ones(4, dtype=bool) if whole else np.array([True, False, True, True])
+    value = rng.normal(size=4)
+    expected = [
+        np.log(share) + multivariate_normal(p.mean[valid], p.covariance[np.ix_(valid, valid)]).logpdf(value[valid])
+        for p, share in zip(parts, shares, strict=True)
+    ]
+    found = classes_of(parts, shares).log_densities(value, valid)
+    np.testing.assert_allclose(found - found[0], np.array(expected) - expected[0], atol=1e-8)
+
+
+@given(st.integers(0, 1000), st.integers(1, 9), st.integers(0, 2))
+def test_a_smooth_path_is_the_least_squares_one(seed, length, given_rows):
+    rng = np.random.default_rng(seed)
+    means, before = rng.normal(size=(length, 3)), rng.normal(size=(given_rows, 3))
+    precisions = rng.uniform(0.1, 2.0, size=(length, 3)) * (rng.uniform(size=(length, 3)) > 0.2) + 1e-3
+    weights = rng.uniform(0.1, 30.0, size=3)
+    expected = naive_sensor.smooth_path(means, precisions, weights, before)
+    np.testing.assert_allclose(smooth_path(means, precisions, weights, before), expected, atol=1e-5)
+
+
+def test_withdrawal_is_learnt_where_estimates_are_noise_and_not_where_they_are_right():
+    rng = np.random.default_rng(0)
+    truth, cases = rng.normal(size=(400, 4)), np.repeat(np.arange(4), 100)
+    away = truth + np.array([0.0, 0.0, 3.0, 3.0]) * rng.normal(size=truth.shape)
+    doubt = np.full(400, 0.5)
+    found = learn_strengths(away, truth, doubt, np.array([0, 0, 1, 1]), cases)
+    assert found[0] == 0.0
+    assert found[1] >= 1.5
+    # one case whose estimates are wild, against three that are right
+    wild = np.where((cases == 0)[:, None], truth + 5 * rng.normal(size=truth.shape), truth + 0.01)
+    assert learn_strengths(wild, truth, doubt, np.zeros(4, dtype=int), cases).tolist() == [0.0]
 
 
 def test_mixing_gaussians_adds_the_spread_of_their_means():

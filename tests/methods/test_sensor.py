@@ -7,25 +7,28 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter1d
 
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import DataError, RequestError
-from kinetograph.evaluation.sensor import pose_errors
+from kinetograph.evaluation.sensor import pose_errors, rooted_positions
 from kinetograph.library import Library
 from kinetograph.methods._pose_space import fit_pose_space, without_heading
 from kinetograph.methods._root_motion import RootWalker, fit_root_model, root_features
-from kinetograph.methods._sensor_estimators import _Objective
+from kinetograph.methods._sensor_local import _told_apart
+from kinetograph.methods._sensor_optimisation import Objective
 from kinetograph.methods.sensor import SYNTHESES, LocalSettings, PathSettings, SensorControl, SensorModel
 from kinetograph.motion import Motion, resample
 from kinetograph.sensing import Layout, Readings, Sensor, preset, simulate
 from kinetograph.sensing.layout import keep
-from kinetograph.sensing.readings import only, select
+from kinetograph.sensing.readings import kinds_of, only, select
 from kinetograph.take import Take
 from walkers import stick_figure, walk
 
 LOCAL = LocalSettings(runs=1, clusters=10, frames=600, centres=60)
 EIGHT = preset("wii")
+ONE = keep(EIGHT, ("right_forearm",))
 TAKES = {
     ("slow", "motion"): walk(5.0, speed=0.7, period=1.3),
     ("usual", "motion"): walk(5.0, speed=1.0),
@@ -193,6 +196,8 @@ def test_a_configuration_that_cannot_be_is_refused():
         SensorControl(smoothing="much")
     with pytest.raises(RequestError, match="temperature must be positive, found 0"):
         PathSettings(temperature=0.0)
+    with pytest.raises(RequestError, match="ahead must be 0 or more seconds, found -1"):
+        SensorControl(ahead=-1.0)
     with pytest.raises(RequestError, match="rate must be a positive number, found nan"):
         SensorControl(rate=float("nan"))
 
@@ -240,14 +245,86 @@ def test_the_objectives_jacobian_is_its_derivative(models):
     b = local.reduction.dimensions
     valid = rng.uniform(size=24) > 0.2
     prior, signal = clusters[0], rng.normal(size=24)
-    objective = _Objective(
-        clusters, shares, prior.prior.mean, prior.whitening, 3.0, rng.normal(size=b), 0.7, signal, valid
-    )
+    objective = Objective(
+        clusters, shares, prior.prior.mean, prior.whitening, 0.7, signal, valid,
+        rng.uniform(1.0, 4.0, size=b), rng.normal(size=b),
+    )  # fmt: skip
     r = clusters[0].prior.mean + 0.05 * rng.normal(size=b)
     _, jacobian = objective(r)
     step = 1e-6
     numeric = [(objective(r + step * e)[0] - objective(r - step * e)[0]) / (2 * step) for e in np.eye(b)]
     np.testing.assert_allclose(jacobian, np.array(numeric).T, atol=1e-4)
+
+
+def test_looking_ahead_is_smoother_than_going_frame_by_frame_and_waits_for_it(models, readings):
+    ahead = models["optimisation"]
+    thesis = replace(ahead, method=replace(ahead.method, ahead=0.0, smoothing="none"))
+    shaking = {}
+    for name, model in (("ahead", ahead), ("thesis", thesis)):
+        rotations = model.synthesize(readings).motion.rotations
+        shaking[name] = np.abs(np.diff(rooted_positions(TAKES["usual", "motion"], rotations), n=2, axis=0)).mean()
+        assert error(rotations, walk(4.0, speed=1.05, period=0.97)) < 8.0
+    assert shaking["ahead"] < 0.7 * shaking["thesis"]
+    assert ahead.smoothing == "none"
+    assert ahead.latency - thesis.latency == pytest.approx(9 / 60)
+
+
+def test_a_cluster_is_told_by_density_or_by_its_mean_as_in_the_thesis(models):
+    local = models["optimisation"].local
+    examples = models["optimisation"].examples.readings
+    valid = np.ones(24, dtype=bool)
+    means = np.array([c.sensors.mean for c in local.clusters])
+    by_mean = _told_apart(list(local.clusters), local.readings.shares, "mean")
+    for row in examples[::97]:
+        assert np.argmax(by_mean.log_densities(row, valid)) == np.argmin(((means - row) ** 2).sum(axis=1))
+    with pytest.raises(RequestError, match="choice must be one of density, mean, found 'nearest'"):
+        LocalSettings(choice="nearest")
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_gyroscopes_and_tilt_are_used_where_readings_have_them(readings, synthesis):
+    truth = walk(4.0, speed=1.05, period=0.97)
+    layout = preset("imu")
+    errors = {}
+    for kinds in (("force",), ("force", "angular", "tilt")):
+        method = SensorControl(layout=keep(layout, ("left_shank",)), kinds=kinds, synthesis=synthesis, local=LOCAL)
+        model = method.fit_motions(TAKES)
+        assert model.examples.readings.shape[1] == 3 * len(kinds)
+        told = simulate(truth, method.layout, np.random.default_rng(0), angular=True, tilt=True)
+        assert kinds_of(told) == ("force", "angular", "tilt")
+        errors[len(kinds)] = error(model.synthesize(told).motion.rotations, truth)
+    assert errors[3] < errors[1]
+    with pytest.raises(RequestError, match="the model expects angular as well, columns gx,gy,gz"):
+        model.synthesize(only(readings, ("left_shank",)))
+    with pytest.raises(RequestError, match="kinds must be force and then angular, tilt or both, found angular"):
+        SensorControl(kinds=("angular",))
+
+
+def shaken(motion: Motion, amount: float, seed: int) -> Readings:
+    """Readings of one sensor that are mostly noise, slow enough for no filter to take it out."""
+    readings = simulate(motion, ONE, np.random.default_rng(seed))
+    noise = gaussian_filter1d(np.random.default_rng(seed + 50).normal(size=readings.force.shape), 8, axis=0)
+    return replace(readings, force=readings.force + amount * noise / noise.std())
+
+
+def test_a_poor_sensor_is_not_believed_where_recordings_of_it_teach_so():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    recorded = {key: shaken(motion, 6.0, i) for i, (key, motion) in enumerate(motions.items())}
+    held = ("05", "motion")
+    rest = {key: motion for key, motion in motions.items() if key != held}
+    errors = {}
+    for cautious in (True, False):
+        method = SensorControl(layout=ONE, path=PathSettings(cautious=cautious), clean_feet=False)
+        model = method.fit_motions(rest, recorded)
+        errors[cautious] = error(model.synthesize(recorded[held]).motion.rotations, motions[held])
+    assert model.trust is None
+    assert errors[True] < errors[False]
+
+
+def test_good_sensors_are_believed():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    model = SensorControl().fit_motions(motions)
+    assert np.median(model.trust[model.examples.space.joints]) == 0.0
 
 
 def test_root_motion_is_that_of_the_walk(model):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,8 +10,20 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.sensing import Readings, calibrate, clock_offset
-from kinetograph.sensing.calibration import calibrate_freely, wahba
+from kinetograph.motion import Motion
+from kinetograph.sensing import (
+    Layout,
+    Readings,
+    calibrate,
+    calibrate_on_library,
+    calibrate_on_motion,
+    clock_offset,
+    mounted,
+    preset,
+    simulate,
+)
+from kinetograph.sensing.calibration import wahba
+from walkers import walk
 
 
 def swings(seed: int = 0, frames: int = 600) -> np.ndarray:
@@ -64,16 +78,82 @@ def test_a_still_pose_alone_cannot_calibrate():
         calibrate(("a",), still[:10], still[:10])
 
 
-def test_free_movement_finds_how_a_sensor_is_mounted():
-    rng = np.random.default_rng(3)
-    times = np.arange(3000) / 60
-    # a limb that swings forward and back, further forward: what tells front from side and from back
-    angle = 0.6 * np.sin(3 * times) + 0.3 * np.sin(6 * times + 0.5) + 0.2
-    library = rot.rotate(rot.about("x", angle), np.array([0, 9.81, 0])) + rng.normal(scale=0.3, size=(3000, 3))
-    mount = rot.multiply(rot.about("y", 1.3), rot.about("x", 0.4))
-    found = calibrate_freely(("a",), rot.rotate(rot.conjugate(mount), library[:1200])[:, None], library[:, None])
-    assert np.degrees(rot.angle_between(found.rotations[0], mount)) < 8.0
-    assert found.residuals[0] < 0.3 * found.before[0]
+LIBRARY = [walk(6.0, speed=0.9), walk(6.0, speed=1.2, turn_rate=0.6), walk(6.0, speed=1.4, period=0.85)]
+
+
+def misworn(seed: int, bias: float = 0.0) -> tuple[Layout, np.ndarray]:
+    """The eight sensors, each turned on its bone at random, and the turns."""
+    rng = np.random.default_rng(seed)
+    layout = preset("wii")
+    mounts = rot.exp(rng.normal(size=(8, 3)))
+    sensors = [
+        replace(s, rotation=m, bias=rng.uniform(-bias, bias, 3)) for s, m in zip(layout.sensors, mounts, strict=True)
+    ]
+    return replace(layout, sensors=tuple(sensors)), mounts
+
+
+def stand_then(motion: Motion, seconds: float) -> Motion:
+    """The motion after its first frame's root has stood for a while, arms and legs hanging."""
+    count = round(seconds * motion.fps)
+    still = np.repeat(motion.translation[:1], count, axis=0)
+    return replace(
+        motion,
+        translation=np.concatenate([still, motion.translation]),
+        rotations=np.concatenate([rot.identity(count, len(motion.skeleton)), motion.rotations]),
+    )
+
+
+def test_a_recorded_motion_tells_how_sensors_are_mounted_and_whose_clock_is_ahead():
+    worn, mounts = misworn(0, bias=0.3)
+    motion = walk(8.0, speed=1.1, turn_rate=0.3 * np.sin(np.arange(241) / 40))
+    readings = simulate(motion, replace(worn, device=replace(worn.device, offset=0.137)), np.random.default_rng(1))
+    found, clock = calibrate_on_motion(readings, preset("wii"), motion)
+    assert clock.seconds == pytest.approx(0.137, abs=0.005)
+    assert np.degrees(rot.angle_between(found.rotations, mounts)).max() < 3.0
+    # a straight swing tells what a sensor adds sideways from a slight tilt only by how little it turns
+    np.testing.assert_allclose(found.offsets, [s.bias for s in worn.sensors], atol=0.2)
+    back = mounted(preset("wii"), found)
+    apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(back.sensors, worn.sensors, strict=True)]
+    assert np.degrees(apart).max() < 3.0
+    assert np.degrees(found.apart).max() < 5.0
+
+
+def test_standing_still_and_moving_freely_tell_how_sensors_are_mounted():
+    worn, mounts = misworn(1)
+    motion = stand_then(walk(8.0, speed=1.1, turn_rate=0.3), 2.0)
+    readings = simulate(motion, worn, np.random.default_rng(1))
+    found = calibrate_on_library(readings, preset("wii"), LIBRARY, still=(0.2, 1.8))
+    assert found.accepted.all()
+    assert np.degrees(rot.angle_between(found.rotations, mounts)).mean() < 8.0
+    assert np.degrees(rot.angle_between(found.rotations, mounts)).max() < 20.0
+    assert (found.residuals < 0.5 * found.before).all()
+
+
+def test_movement_that_the_library_does_not_have_is_no_calibration():
+    worn, _ = misworn(2)
+    rng = np.random.default_rng(0)
+    wild = walk(6.0)
+    turns = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
+    readings = simulate(replace(wild, rotations=turns), worn)
+    found = calibrate_on_library(readings, preset("wii"), LIBRARY)
+    assert found.accepted.sum() <= 2
+
+
+def test_a_wearer_who_does_not_stand_still_is_told():
+    readings = simulate(walk(4.0), misworn(1)[0])
+    with pytest.raises(RequestError, match=r"moved between 1 and 3 s .*arms hanging"):
+        calibrate_on_library(readings, preset("wii"), LIBRARY, still=(1.0, 3.0))
+    with pytest.raises(RequestError, match=r"expected readings between 8 and 9 s, found 0; they last until 4.0 s"):
+        calibrate_on_library(readings, preset("wii"), LIBRARY, still=(8.0, 9.0))
+
+
+def test_another_motion_is_not_taken_for_the_one_performed():
+    rng = np.random.default_rng(0)
+    wild = walk(6.0)
+    turns = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
+    readings = simulate(replace(wild, rotations=turns), preset("wii"))
+    with pytest.raises(RequestError, match=r"agree at no clock offset .*give the motion that was performed"):
+        calibrate_on_motion(readings, preset("wii"), walk(6.0))
 
 
 @given(st.floats(-0.2, 0.2))

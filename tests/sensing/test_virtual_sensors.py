@@ -13,7 +13,7 @@ from kinetograph.motion import Motion
 from kinetograph.sensing import PRESETS, Device, Layout, Readings, Sensor, preset, simulate, specific_force
 from kinetograph.sensing.device import measure
 from kinetograph.sensing.layout import attach, keep
-from kinetograph.sensing.readings import check_units, only
+from kinetograph.sensing.readings import channels, check_units, only
 from kinetograph.skeleton import Skeleton
 from walkers import walk
 
@@ -70,6 +70,24 @@ def test_a_gyroscope_reads_the_rate_of_the_rod():
     readings = simulate(rod(2.5, axis="z"), on_rod((0.5, 0, 0)), angular=True)
     assert readings.angular is not None
     np.testing.assert_allclose(readings.angular, np.broadcast_to([0, 0, 2.5], readings.angular.shape), atol=1e-6)
+
+
+def test_tilt_is_up_in_the_sensors_frame_whatever_the_heading():
+    tipped = rod(0.0)
+    turn = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
+    still = replace(tipped, rotations=np.broadcast_to(turn, tipped.rotations.shape).copy())
+    told = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
+    up = np.array([np.sin(0.5), np.cos(0.5), 0.0])
+    np.testing.assert_allclose(told[:, 3:], np.broadcast_to(up, (len(told), 3)), atol=1e-9)
+    np.testing.assert_allclose(told[:, :3], 9.81 * told[:, 3:], atol=1e-6)
+
+
+def test_a_noisy_gyroscope_and_compass_are_as_noisy_as_the_device_says():
+    layout = on_rod((0.5, 0, 0), turn_noise=0.1, tilt_noise=0.05)
+    told = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
+    assert told.angular is not None
+    assert (told.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
+    assert channels(told, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
 
 
 @given(st.floats(-200, 200), st.integers(4, 16))
@@ -146,6 +164,18 @@ def test_bad_rows_are_refused_with_sensor_and_time():
         rows([0.1, 0.2], [up, [np.nan, 0, 0]])
     with pytest.raises(DataError, match="sensor numbers must be 0 to 0, found 1"):
         rows([0.1], [up], sensors=[1])
+
+
+def test_turns_and_orientations_that_cannot_be_are_refused():
+    told = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
+    check_units(told)
+    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees a second. divide by 57.3"):
+        check_units(replace(told, angular=np.degrees(told.angular)))
+    assert told.orientation is not None
+    zeros = told.orientation.copy()
+    zeros[5] = 0.0
+    with pytest.raises(DataError, match=r"orientation must be a quaternion, not zero; leave such rows out"):
+        replace(told, orientation=zeros)
 
 
 def test_sensors_may_interleave_in_any_order():

@@ -120,6 +120,7 @@ def sensor(
     synthesis: Annotated[list[str] | None, typer.Option(help="Syntheses; by default all. Repeatable.")] = None,
     reduction: Annotated[str, typer.Option(help="Reduction of the local models: pca or lle.")] = "pca",
     smoothing: Annotated[str | None, typer.Option(help="Smoothing: window, causal or none.")] = None,
+    use: Annotated[list[str] | None, typer.Option(help="Columns: force, angular, tilt. Repeatable.")] = None,
     group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None,
     only: Annotated[list[str] | None, typer.Option(help="Take to hold out; by default each. Repeatable.")] = None,
     sweep: Annotated[str | None, typer.Option(help="Instead: loss, offset, span or sensors, made worse.")] = None,
@@ -144,6 +145,7 @@ def sensor(
     wanted = tuple(synthesis or SYNTHESES)
     method = SensorControl(
         layout=read_layout(layout),
+        kinds=tuple(use or ("force",)),
         synthesis=wanted[0],
         smoothing=smoothing,
         local=LocalSettings(reduction=reduction),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +23,13 @@ from kinetograph.formats.sensor_recordings import (
 )
 from kinetograph.kinematics import angular_velocities
 from kinetograph.library import Library
+from kinetograph.methods._sensor_examples import collect_motions
 from kinetograph.methods.sensor import SensorControl, SensorModel
 from kinetograph.motion import Motion, cut, resample
-from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_freely
+from kinetograph.sensing.calibration import Calibration, calibrate
 from kinetograph.sensing.clock import clock_offset
 from kinetograph.sensing.device import Device
+from kinetograph.sensing.free_calibration import calibrate_on_library
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor
 from kinetograph.sensing.readings import Readings, select
 from kinetograph.sensing.uniform import uniform
@@ -40,6 +42,10 @@ NEURA = {
     "00B40C35": "right_shank", "00B40C55": "left_foot", "00B40C48": "right_foot",
 }  # fmt: skip
 """Which sensor is where, found by correlating angular speeds with those of the bones (0.99 and more)."""
+KINDS = (("force",), ("force", "angular"))
+"""Each recording is run by its accelerometers alone, and with its gyroscopes."""
+QMT_STANDS = (60.0, 76.0)
+"""Seconds of the qmt recording in which the wearer stands still."""
 _VICON = {"qRTH": "right_thigh", "qLTH": "left_thigh", "qRSK": "right_shank", "qLSK": "left_shank"}
 _QMT = {
     f"{there}_{side}": f"{side}_{here}"
@@ -82,11 +88,16 @@ def evaluate_recordings(folder: str | Path, library: Library, progress: Progress
     folder = Path(folder)
     jobs: list[Callable[[], list[RealRow]]] = []
     if (folder / "neura").is_dir():
-        jobs.append(lambda: neura(folder / "neura"))
+        jobs += [lambda kinds=kinds: neura(folder / "neura", kinds) for kinds in KINDS]  # type: ignore[misc]
     if (folder / "utd-mhad").is_dir():
-        jobs += [lambda action=action: utd(folder / "utd-mhad", action) for action in (7, 13, 14, 15, 17)]  # type: ignore[misc]
+        jobs += [
+            lambda action=action, kinds=kinds: utd(folder / "utd-mhad", action, kinds)  # type: ignore[misc]
+            for action in (7, 13, 14, 15, 17)
+            for kinds in KINDS
+        ]
     if (folder / "qmt_full_body_16imu.mat").exists():
-        jobs.append(lambda: [qmt(folder / "qmt_full_body_16imu.mat", library)])
+        path = folder / "qmt_full_body_16imu.mat"
+        jobs += [lambda kinds=kinds: [qmt(path, library, kinds)] for kinds in KINDS]  # type: ignore[misc]
     if not jobs:
         raise RequestError(f"{folder}: expected neura/, utd-mhad/ or qmt_full_body_16imu.mat, found none of them")
     rows = []
@@ -105,7 +116,7 @@ def lower_body() -> Layout:
     return Layout("lower body", tuple(sensors), Device(width=0.05))
 
 
-def neura(folder: Path) -> list[RealRow]:
+def neura(folder: Path, kinds: tuple[str, ...] = ("force",)) -> list[RealRow]:
     """Leave a block of 5 s out of an Xsens walk: the other blocks are the library and calibrate the sensors."""
     motion = read(folder / "S02-Trial-Walk-1.bvh").take.motion()
     rows = {name: read_xsens(next(folder.glob(f"*{serial}.txt")), name) for serial, name in NEURA.items()}
@@ -114,7 +125,7 @@ def neura(folder: Path) -> list[RealRow]:
     clock = _vicon_clock(folder / "vicon_S02-Trial-Walk-1.csv", rows)
     parts = blocks(("walk", "motion"), cut(motion, 10, len(motion)), 5)
     fps, start = motion.fps, 0.1
-    method = SensorControl(layout=layout)
+    method = SensorControl(layout=layout, kinds=kinds)
     edges = np.linspace(0, len(motion) - 10, 6)
     errors, means, calibrations = [], [], []
     for index, (key, held) in enumerate(parts.items()):
@@ -127,13 +138,14 @@ def neura(folder: Path) -> list[RealRow]:
         began = start + (edges[index] + (0.5 * fps if index else 0.0)) / fps
         window = (readings.times >= began) & (readings.times <= began + held.duration)
         part = select(readings, window)
-        shifted = Readings(part.names, part.times - began, part.sensors, part.force)
+        shifted = replace(part, times=part.times - began)
         model = method.fit_motions({k: v for k, v in parts.items() if k != key})
         angle, mean = _errors(model, calibration.apply(shifted), held)
         errors.append(angle)
         means.append(mean)
         calibrations.append(calibration)
-    return [_row("neura walk", motion.duration, calibrations, errors, means, clock, "5 blocks of 5 s, gaps of 1 s")]
+    note = f"5 blocks of 5 s, gaps of 1 s; {', '.join(kinds)}"
+    return [_row("neura walk", motion.duration, calibrations, errors, means, clock, note)]
 
 
 def _errors(model: SensorModel, readings: Readings, truth: Motion) -> tuple[float, float]:
@@ -181,7 +193,7 @@ def _vicon_clock(path: Path, rows: dict[str, Readings]) -> float:
     return float(np.median(found))
 
 
-def utd(folder: Path, action: int) -> list[RealRow]:
+def utd(folder: Path, action: int, kinds: tuple[str, ...] = ("force",)) -> list[RealRow]:
     """One wrist sensor and a Kinect, four people: leave each person out, the other three calibrate and are the
     library.
     """
@@ -197,12 +209,15 @@ def utd(folder: Path, action: int) -> list[RealRow]:
         clocks.append(shift)
         kept = select(rows, (rows.times >= shift) & (rows.times <= shift + motion.duration))
         name = path.stem.removesuffix("_skeleton")
-        trials[name, "motion"] = motion, Readings(kept.names, kept.times - shift, kept.sensors, kept.force)
+        trials[name, "motion"] = motion, replace(kept, times=kept.times - shift)
     errors, means, calibrations = [], [], []
     for person in sorted({name.split("_")[1] for name, _ in trials}):
         rest = {k: v for k, v in trials.items() if k[0].split("_")[1] != person}
         calibration = _calibrate_on(rest, layout)
-        model = SensorControl(layout=layout, rate=30.0).fit_motions({k: m for k, (m, _) in rest.items()})
+        model = SensorControl(layout=layout, rate=30.0, kinds=kinds).fit_motions(
+            {k: m for k, (m, _) in rest.items()},
+            {k: calibration.apply(r) for k, (_, r) in rest.items() if len(r) > 10},
+        )
         for key, (motion, readings) in trials.items():
             if key not in rest and len(readings) > 10:
                 angle, mean = _errors(model, calibration.apply(readings), motion)
@@ -210,7 +225,7 @@ def utd(folder: Path, action: int) -> list[RealRow]:
                 means.append(mean)
         calibrations.append(calibration)
     seconds = sum(m.duration for m, _ in trials.values())
-    note = "one wrist sensor; leave one person out; clock is the median trial's"
+    note = f"one wrist sensor; leave one person out; clock is the median trial's; {', '.join(kinds)}"
     return [_row(f"utd-mhad a{action}", seconds, calibrations, errors, means, float(np.median(clocks)), note)]
 
 
@@ -247,18 +262,14 @@ def _calibrate_on(trials: dict[tuple[str, str], tuple[Motion, Readings]], layout
     return calibrate(layout.names, np.concatenate(measured), np.concatenate(reference))
 
 
-def qmt(path: Path, library: Library) -> RealRow:
+def qmt(path: Path, library: Library, kinds: tuple[str, ...] = ("force",)) -> RealRow:
     """A full-body recording without a reference: calibrated by a still pose and by what bodies do, then synthesised."""
     readings = read_qmt(path, _QMT)
     layout = PRESETS["ideal"]
-    model = SensorControl(layout=layout).fit(library)
-    signal = uniform(readings, 60.0)
-    measured = signal.values.reshape(len(signal), -1, 3)
-    order = [readings.names.index(name) for name in layout.names]
-    scale = model.examples.scale
-    virtual = (model.examples.readings * scale).reshape(-1, len(layout.names), 3)
-    calibration = calibrate_freely(layout.names, measured[:, order], virtual)
+    model = SensorControl(layout=layout, kinds=kinds).fit(library)
+    motions = list(collect_motions(library, (), None).values())
+    calibration = calibrate_on_library(readings, layout, motions, QMT_STANDS)
     result = model.synthesize(calibration.apply(readings))
     unsure, far = np.degrees(result.uncertainty).mean(), result.statistics["far"]
-    note = f"no reference; uncertainty {unsure:.1f} degrees, {far:.0%} of frames unlike the library's"
+    note = f"no reference; unsure by {unsure:.1f} degrees, {far:.0%} of frames unlike the library's; {', '.join(kinds)}"
     return _row("qmt full body", readings.duration, [calibration], [], [], float("nan"), note)

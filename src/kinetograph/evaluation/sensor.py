@@ -24,9 +24,9 @@ from kinetograph.methods._sensor_examples import Examples, build_examples, colle
 from kinetograph.methods.sensor import SYNTHESES, SensorControl, SensorModel, fit_examples
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.sensing.layout import Layout, keep
-from kinetograph.sensing.readings import Readings
+from kinetograph.sensing.readings import Readings, rows_of
 from kinetograph.sensing.uniform import uniform
-from kinetograph.sensing.virtual import simulate
+from kinetograph.sensing.virtual import simulate_kinds
 
 Progress = Callable[[int, int], None]
 Motions = dict[tuple[str, str], Motion]
@@ -104,10 +104,13 @@ def _shake(positions: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).mean())
 
 
-def timed(model: SensorModel, readings: Readings) -> tuple[FloatArray, list[float]]:
+def timed(
+    model: SensorModel, readings: Readings, clock: Callable[[], float] = time.thread_time
+) -> tuple[FloatArray, list[float]]:
     """Rotations ``(F, J, 4)`` of a live run, fed a frame's readings at a time, and the seconds that each took.
 
-    Seconds are of this thread's processor time: what else a machine is busy with does not count.
+    Seconds are of this thread's processor time, in which what else a machine is busy with does not count, unless
+    another clock is given.
     """
     live = model.start()
     times = []
@@ -117,10 +120,10 @@ def timed(model: SensorModel, readings: Readings) -> tuple[FloatArray, list[floa
     low = 0
     for high in bounds:
         rows = slice(low, int(high))
-        part = Readings(readings.names, readings.times[rows], readings.sensors[rows], readings.force[rows])
-        began = time.thread_time()
+        part = rows_of(readings, rows)
+        began = clock()
         live.step(part)
-        times.append(time.thread_time() - began)
+        times.append(clock() - began)
         low = int(high)
     return live.finish().motion.rotations, times
 
@@ -153,7 +156,7 @@ def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: 
     def build() -> Fold:
         rest = {other: motion for other, motion in motions.items() if other != key}
         rng = np.random.default_rng(method.seed)
-        examples = build_examples(rest, method.layout, method.rate, method.resampling, rng)
+        examples = build_examples(rest, method.layout, method.rate, method.resampling, rng, kinds=method.kinds)
         return Fold(key[0], group, resample(motions[key], method.rate), examples)
 
     return build
@@ -188,8 +191,8 @@ def evaluate(
     todo = folds(library, method, groups, track, only)
     for done, build in enumerate(todo, start=1):
         fold = build()
-        readings = simulate(fold.truth, method.layout, np.random.default_rng(1000 + done))
-        signal = uniform(readings, method.rate, fold.truth.duration, method.resampling)
+        readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1000 + done))
+        signal = uniform(readings, method.rate, fold.truth.duration, method.resampling, method.kinds)
         for name in BASELINES:
             poses = baseline(name, fold.examples, signal.values / fold.examples.scale)
             rows.append(score(name, fold.group, fold.examples.space.decode(poses), fold.truth)[0])
@@ -278,7 +281,7 @@ def sweep(
         for done, build in enumerate(todo, start=1):
             fold = build()
             model = fit_examples(used, fold.examples, np.random.default_rng(method.seed))
-            readings = simulate(fold.truth, layout, np.random.default_rng(1000 + done))
+            readings = simulate_kinds(fold.truth, layout, method.kinds, np.random.default_rng(1000 + done))
             result = model.synthesize(readings).motion.rotations
             totals[value].append(score(used.synthesis, "all", result, fold.truth)[0].angle)
             if progress:

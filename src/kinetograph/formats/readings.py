@@ -8,6 +8,7 @@ rows may be missing, and lines that begin with ``#`` are comments.
 from __future__ import annotations
 
 import csv
+import json
 import math
 import tomllib
 from collections.abc import Mapping
@@ -25,6 +26,8 @@ from kinetograph.sensing.readings import GRAVITY, Readings
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
 _EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
+_DEVICE = ("span", "bits", "noise", "rate", "offset", "jitter", "loss", "width", "turn_noise", "tilt_noise")
+_SENSOR = ("towards", "along", "offset", "rotation", "bias", "width")
 _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
 
 
@@ -129,7 +132,8 @@ def read_layout(which: str | Path) -> Layout:
 
     ``device`` is a table of `Device`'s fields, with ``span_g`` in place of ``span`` if that is easier. ``[[sensor]]``
     tables have ``name``, ``joint`` (a role or a joint's name) and, where wanted, ``towards``, ``along``, ``offset`` in
-    metres, ``rotation`` (w, x, y, z) and ``width`` in seconds. ``preset`` begins with a preset's sensors and device.
+    metres, ``rotation`` (w, x, y, z), ``bias`` in m/s^2 and ``width`` in seconds. ``preset`` begins with a preset's
+    sensors and device.
 
     Raises FormatError for a file that says something else, RequestError for an unknown preset.
     """
@@ -152,8 +156,7 @@ def read_layout(which: str | Path) -> Layout:
 def _layout(path: Path, table: Mapping[str, Any]) -> Layout:
     base = preset(table["preset"]) if "preset" in table else None
     settings = dict(table.get("device", {}))
-    fields = {"span", "span_g", "bits", "noise", "rate", "offset", "jitter", "loss", "width"}
-    _known(path, settings, fields, "the device")
+    _known(path, settings, {*_DEVICE, "span_g"}, "the device")
     if "span_g" in settings:
         settings["span"] = settings.pop("span_g") * GRAVITY
     device = Device(**{**(vars(base.device) if base else {}), **settings})
@@ -164,11 +167,35 @@ def _layout(path: Path, table: Mapping[str, Any]) -> Layout:
 
 
 def _sensor(path: Path, entry: Mapping[str, Any]) -> Sensor:
-    _known(path, entry, {"name", "joint", "towards", "along", "offset", "rotation", "width"}, "a sensor")
+    _known(path, entry, {"name", "joint", *_SENSOR}, "a sensor")
     if "name" not in entry or "joint" not in entry:
         raise FormatError(path, f"a sensor needs a name and a joint, found {', '.join(entry) or 'nothing'}")
     rest = {key: value for key, value in entry.items() if key not in ("name", "joint")}
     return Sensor(entry["name"], entry["joint"], **rest)
+
+
+def write_layout(
+    layout: Layout, path: str | Path, *, notes: Mapping[str, str] | None = None, force: bool = True
+) -> None:
+    """Write a layout as TOML, which `read_layout` reads back; the file appears whole or not at all.
+
+    notes: a line of comment for a sensor, by name. Raises FormatError for another suffix.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".toml":
+        raise FormatError(path, f"a layout is written as .toml, found {path.suffix!r}")
+    device = {name: value for name, value in vars(layout.device).items() if value is not None and np.isfinite(value)}
+    lines = [f"name = {json.dumps(layout.name)}", "", "[device]", *(f"{name} = {v}" for name, v in device.items())]
+    for sensor in layout.sensors:
+        lines += ["", "[[sensor]]", *(f"# {line}" for line in [(notes or {}).get(sensor.name)] if line)]
+        lines += [f"name = {json.dumps(sensor.name)}", f"joint = {json.dumps(sensor.place)}"]
+        for name in _SENSOR:
+            value = getattr(sensor, name)
+            if value is not None:
+                value = np.round(value, 9).tolist() if isinstance(value, np.ndarray) else value
+                lines.append(f"{name} = {json.dumps(value)}")
+    with atomic_path(path, force=force) as draft:
+        draft.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _known(path: Path, table: Mapping[str, Any], known: set[str], what: str) -> None:
@@ -177,4 +204,4 @@ def _known(path: Path, table: Mapping[str, Any], known: set[str], what: str) -> 
             raise FormatError(path, f"{what} has no {key!r}; expected some of {', '.join(sorted(known))}")
 
 
-__all__ = ["PRESETS", "read_layout", "read_readings", "write_readings"]
+__all__ = ["PRESETS", "read_layout", "read_readings", "write_layout", "write_readings"]

@@ -56,6 +56,44 @@ def mixed(parts: Sequence[Gaussian], shares: FloatArray) -> Gaussian:
 
 
 @dataclass(frozen=True, eq=False)
+class Classes:
+    """Gaussians of several classes, and how common each is.
+
+    shares ``(K,)``, means ``(K, D)``, covariances ``(K, D, D)``; whitenings ``(K, D, D)`` and constants ``(K,)`` of
+    their log densities.
+    """
+
+    shares: FloatArray
+    means: FloatArray
+    covariances: FloatArray
+    whitenings: FloatArray
+    constants: FloatArray
+
+    def log_densities(self, value: FloatArray, valid: BoolArray) -> FloatArray:
+        """Log of share times density, ``(K,)`` but for a common constant, of one value ``(D,)`` where it is valid."""
+        if valid.all():
+            away = np.matmul(self.whitenings, (value - self.means)[:, :, None])[..., 0]
+            return np.asarray(self.constants - 0.5 * (away**2).sum(axis=1))
+        away = (value - self.means)[:, valid]
+        marginal = self.covariances[:, valid][:, :, valid]
+        square = (away * np.linalg.solve(marginal, away[:, :, None])[..., 0]).sum(axis=1)
+        return np.asarray(np.log(self.shares) - 0.5 * (np.linalg.slogdet(marginal)[1] + square))
+
+
+def classes_of(parts: Sequence[Gaussian], shares: FloatArray) -> Classes:
+    """Classes with these Gaussians and shares."""
+    whitenings = np.array([part.whitening() for part in parts])
+    volume = np.log(np.abs(np.diagonal(whitenings, axis1=1, axis2=2))).sum(axis=1)
+    return Classes(
+        shares,
+        np.array([part.mean for part in parts]),
+        np.array([part.covariance for part in parts]),
+        whitenings,
+        np.log(shares) + volume,
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class Solution:
     """value ``(D,)``, its cost (the sum of squared residuals), and the number of evaluations."""
 

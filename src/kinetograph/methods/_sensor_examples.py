@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +15,16 @@ from kinetograph.methods._pose_space import PoseSpace, fit_pose_space
 from kinetograph.methods._root_motion import RootModel, fit_root_model, root_features
 from kinetograph.motion import Motion, resample
 from kinetograph.sensing.layout import Layout
+from kinetograph.sensing.readings import Readings, only
 from kinetograph.sensing.uniform import Resampling, uniform
-from kinetograph.sensing.virtual import simulate
+from kinetograph.sensing.virtual import simulate_kinds
 from kinetograph.skeleton import same_shape
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
 
+LEAST = {"force": 0.5, "angular": 0.1, "tilt": 0.02}
+"""Spread of a channel, in its unit, below which it is noise rather than movement."""
 SHORTEST = 0.5
 """Seconds; shorter takes are left out."""
 
@@ -28,8 +33,9 @@ SHORTEST = 0.5
 class Examples:
     """N frames of recordings, one after another.
 
-    poses ``(N, D)`` in ``space``, root ``(N, A)`` features, readings ``(N, C)`` divided by ``scale`` ``(C,)`` m/s^2.
-    starts ``(T + 1,)``: where each of ``takes``, pairs of take and track, begins, and the end. ``names``: the sensors.
+    poses ``(N, D)`` in ``space``, root ``(N, A)`` features, readings ``(N, C)`` of some ``kinds`` of channels, divided
+    by ``scale`` ``(C,)``. starts ``(T + 1,)``: where each of ``takes``, pairs of take and track, begins, and the end.
+    ``names``: the sensors.
     """
 
     space: PoseSpace
@@ -42,6 +48,7 @@ class Examples:
     takes: tuple[tuple[str, str], ...]
     names: tuple[str, ...]
     fps: float
+    kinds: tuple[str, ...] = ("force",)
 
     @property
     def first(self) -> BoolArray:
@@ -75,21 +82,24 @@ def collect_motions(library: Library, exclude: tuple[str, ...], track: str | Non
 
 
 def build_examples(
-    motions: dict[tuple[str, str], Motion], layout: Layout, fps: float, how: Resampling, rng: np.random.Generator
-) -> Examples:
-    """Examples of motions that are given a layout's sensors by simulation.
+    motions: dict[tuple[str, str], Motion], layout: Layout, fps: float, how: Resampling, rng: np.random.Generator,
+    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}), kinds: tuple[str, ...] = ("force",),
+) -> Examples:  # fmt: skip
+    """Examples of motions that are given a layout's sensors by simulation, where they have no ``recorded`` readings.
 
     The sensors have their device's faults but for losses and clock offset, and pass through the same resampling as real
     ones, so that whatever it does to the readings it does to both.
     """
     at_rate = {key: resample(motion, fps) for key, motion in motions.items()}
     learner = replace(layout, device=replace(layout.device, loss=0.0, offset=0.0))
+    rows = {key: recorded.get(key) or simulate_kinds(motions[key], learner, kinds, rng) for key in at_rate}
     readings = [
-        uniform(simulate(motions[key], learner, rng), fps, (len(motion) - 1) / fps, how).values
+        uniform(only(rows[key], layout.names), fps, (len(motion) - 1) / fps, how, kinds).values
         for key, motion in at_rate.items()
     ]
     together = np.concatenate(readings)
-    scale = np.maximum(together.std(axis=0), 0.5)
+    least = np.tile(np.repeat([LEAST[kind] for kind in kinds], 3), len(layout.names))
+    scale = np.maximum(together.std(axis=0), least)
     space = fit_pose_space(list(at_rate.values()))
     root = fit_root_model(list(at_rate.values()))
     lengths = [len(motion) for motion in at_rate.values()]
@@ -104,4 +114,5 @@ def build_examples(
         tuple(motions),
         layout.names,
         fps,
+        kinds,
     )

@@ -52,7 +52,7 @@ class LiveSensor:
     def __init__(self, model: SensorModel) -> None:
         self.model = model
         method, examples = model.method, model.examples
-        self._uniform = LiveUniform(len(examples.names), method.rate, method.resampling)
+        self._uniform = LiveUniform(len(examples.names), method.rate, method.resampling, examples.kinds)
         self._estimator = model.estimator()
         self._walker = RootWalker(examples.root, method.rate)
         self._joint = np.nonzero(examples.space.moving)[0]
@@ -158,7 +158,7 @@ class LiveSensor:
             self._push(self._held())
             return
         scaled = values.reshape(-1) / self.model.examples.scale
-        mask = np.repeat(valid, 3)
+        mask = np.repeat(valid, 3 * len(self.model.examples.kinds))
         self._counts.far += self._is_far(scaled, mask)
         self._push(self._estimator.step(np.where(mask, scaled, 0.0), mask))
 

@@ -11,11 +11,12 @@ from kinetograph.errors import RequestError
 from kinetograph.learn.embedding import Lle, fit_lle
 from kinetograph.learn.interpolation import Rbf, fit_rbf
 from kinetograph.learn.mixture import fit_mixture, join_small
-from kinetograph.learn.posterior import Gaussian, fit_gaussian
+from kinetograph.learn.posterior import Classes, Gaussian, classes_of, fit_gaussian
 from kinetograph.learn.reduction import Pca, fit_pca
 from kinetograph.methods._sensor_examples import Examples
 
 REDUCTIONS = ("pca", "lle")
+CHOICES = ("density", "mean")
 CLUSTERED = 7
 """Coordinates that the mixture sees, as in the thesis: description length pays for every number of a covariance."""
 
@@ -24,13 +25,15 @@ CLUSTERED = 7
 class LocalSettings:
     """How local models are learnt.
 
-    reduction: ``"pca"`` or ``"lle"``. keep: share of variance, or number of coordinates. runs: of the mixture, the best
-    is kept. clusters: to begin with; fewer are kept. frames: that the mixture is estimated from, evenly spaced.
-    centres: of a cluster's radial basis functions, at most. ridge: of their solve.
+    reduction: ``"pca"`` or ``"lle"``. keep: share of variance, or number of coordinates. choice: of a cluster for
+    readings, by its ``"density"`` or its ``"mean"``, as in the thesis. runs: of the mixture, the best is kept.
+    clusters: to begin with; fewer are kept. frames: that the mixture is estimated from, evenly spaced. centres: of a
+    cluster's radial basis functions, at most. ridge: of their solve.
     """
 
     reduction: str = "pca"
-    keep: float | int = 0.95
+    keep: float | int = 0.99
+    choice: str = "density"
     runs: int = 2
     clusters: int = 50
     frames: int = 3000
@@ -40,6 +43,8 @@ class LocalSettings:
     def __post_init__(self) -> None:
         if self.reduction not in REDUCTIONS:
             raise RequestError(f"reduction must be one of {', '.join(REDUCTIONS)}, found {self.reduction!r}")
+        if self.choice not in CHOICES:
+            raise RequestError(f"choice must be one of {', '.join(CHOICES)}, found {self.choice!r}")
         for name in ("runs", "clusters", "frames", "centres"):
             if getattr(self, name) < 1:
                 raise RequestError(f"{name} must be 1 or more, found {getattr(self, name)}")
@@ -51,7 +56,8 @@ class Cluster:
 
     sensors: Gaussian of the readings, whose mean decides which cluster is nearest and which fills what is missing.
     forward: readings to coordinates and root features; backward: coordinates to readings. prior: Gaussian of the
-    coordinates, and its whitening ``(b, b)``. spread ``(D,)``: variance of pose vectors about the forward model's.
+    coordinates, and its whitening ``(b, b)``. spread ``(D,)``: variance of pose vectors about the forward model's;
+    root_spread ``(A,)``: of root features.
     centres ``(P,)``: the examples at the forward model's centres.
     """
 
@@ -61,6 +67,7 @@ class Cluster:
     prior: Gaussian
     whitening: FloatArray
     spread: FloatArray
+    root_spread: FloatArray
     centres: IntArray
 
 
@@ -68,14 +75,15 @@ class Cluster:
 class LocalModels:
     """Clusters, the reduction they share, and the scales that make the terms of the objective comparable.
 
-    step: root-mean-square second difference of the examples' coordinates, a coordinate. misfit: of readings about the
+    readings: what tells the clusters apart, whole Gaussians, or spheres about their means. step: ``(b + A,)``,
+    root-mean-square second differences of the examples' coordinates and root features. misfit: of readings about the
     backward models, a channel.
     """
 
     reduction: Pca | Lle
     clusters: tuple[Cluster, ...]
-    means: FloatArray
-    step: float
+    readings: Classes
+    step: FloatArray
     misfit: float
     notes: tuple[str, ...] = field(default=())
 
@@ -85,16 +93,14 @@ class LocalModels:
         return max(max(c.forward.condition, c.backward.condition) for c in self.clusters)
 
     def nearest(self, readings: FloatArray, valid: BoolArray) -> int:
-        """The cluster whose mean of readings is nearest to one frame ``(C,)`` over the channels that are valid."""
-        away = self.means - readings
-        return int(np.argmin(np.einsum("kc,kc,c->k", away, away, valid.astype(np.float64))))
+        """The cluster that one frame of readings ``(C,)`` is most likely of, by the channels that are valid."""
+        return int(np.argmax(self.readings.log_densities(readings, valid)))
 
     def near(self, readings: FloatArray, valid: BoolArray, count: int) -> tuple[IntArray, FloatArray]:
-        """The ``count`` nearest clusters, nearest first, and shares that fall off with squared distance."""
-        away = self.means - readings
-        square = np.einsum("kc,kc,c->k", away, away, valid.astype(np.float64))
-        order = np.argsort(square, kind="stable")[:count]
-        shares = np.exp(-0.5 * (square[order] - square[order[0]]))
+        """The ``count`` most likely clusters, likeliest first, and their shares, 1 % at least."""
+        density = self.readings.log_densities(readings, valid)
+        order = np.argsort(-density, kind="stable")[:count]
+        shares = np.exp(density[order] - density[order[0]])
         order, shares = order[shares > 0.01], shares[shares > 0.01]
         return order.astype(np.int64), shares / shares.sum()
 
@@ -118,11 +124,18 @@ def fit_local(examples: Examples, settings: LocalSettings, rng: np.random.Genera
     return LocalModels(
         reduction,
         tuple(clusters),
-        np.array([c.sensors.mean for c in clusters]),
-        _typical_step(examples, coordinates),
+        _told_apart(clusters, np.bincount(labels) / len(labels), settings.choice),
+        _typical_step(examples, np.concatenate([coordinates, examples.root_features], axis=1)),
         float(np.sqrt(np.average(misfits, weights=np.bincount(labels)))),
         (note,),
     )
+
+
+def _told_apart(clusters: list[Cluster], shares: FloatArray, choice: str) -> Classes:
+    if choice == "density":
+        return classes_of([cluster.sensors for cluster in clusters], shares)
+    alike = [Gaussian(c.sensors.mean, np.eye(len(c.sensors.mean))) for c in clusters]
+    return classes_of(alike, np.full(len(clusters), 1.0 / len(clusters)))
 
 
 def _reduce(poses: FloatArray, settings: LocalSettings) -> Pca | Lle:
@@ -139,8 +152,9 @@ def _fit_cluster(
     both = np.concatenate([own, examples.root_features[members]], axis=1)
     forward = fit_rbf(readings, both, most=settings.centres, ridge=settings.ridge)
     backward = fit_rbf(own, readings, most=settings.centres, ridge=settings.ridge)
-    fitted = reduction.decode(forward(readings)[:, : own.shape[1]])
-    missed = forward(readings)[:, : own.shape[1]] - own
+    there = forward(readings)
+    fitted = reduction.decode(there[:, : own.shape[1]])
+    missed = there[:, : own.shape[1]] - own
     whole = fit_gaussian(own, 1e-2)
     prior = Gaussian(whole.mean, 4.0 * np.cov(missed.T, bias=True) + 0.1 * whole.covariance)
     picked = np.unique(np.linspace(0, len(members) - 1, min(len(members), settings.centres)).astype(np.int64))
@@ -151,6 +165,7 @@ def _fit_cluster(
         prior,
         prior.whitening(),
         np.mean((fitted - examples.poses[members]) ** 2, axis=0),
+        np.mean((there[:, own.shape[1] :] - examples.root_features[members]) ** 2, axis=0) + 1e-4,
         members[picked],
     )
 
@@ -168,8 +183,8 @@ def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, sett
     return float(np.mean((model(own[held]) - readings[held]) ** 2))
 
 
-def _typical_step(examples: Examples, coordinates: FloatArray) -> float:
+def _typical_step(examples: Examples, coordinates: FloatArray) -> FloatArray:
     second = [
         np.diff(coordinates[a:b], n=2, axis=0) for a, b in zip(examples.starts[:-1], examples.starts[1:], strict=True)
     ]
-    return float(np.sqrt(np.mean(np.concatenate(second) ** 2)) + 1e-9)
+    return np.asarray(np.sqrt(np.mean(np.concatenate(second) ** 2, axis=0)) + 1e-9)

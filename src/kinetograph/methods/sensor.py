@@ -5,21 +5,23 @@ Notation: ``c`` is a frame of readings, ``q`` a pose vector, ``r`` its reduced c
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn.continuity import PathSearch
 from kinetograph.learn.posterior import Gaussian, fit_gaussian
-from kinetograph.methods._sensor_estimators import Continuity, Estimator, Interpolation, Optimisation
+from kinetograph.methods._sensor_estimators import Continuity, Estimator, Interpolation
 from kinetograph.methods._sensor_examples import Examples, build_examples, collect_motions
 from kinetograph.methods._sensor_local import LocalModels, LocalSettings, fit_local
+from kinetograph.methods._sensor_optimisation import Optimisation
+from kinetograph.methods._sensor_trust import learn_trust
 from kinetograph.sensing.layout import Layout, preset
-from kinetograph.sensing.readings import Readings, check_names, check_units
+from kinetograph.sensing.readings import KINDS, Readings, check_names, check_units
 from kinetograph.sensing.uniform import Resampling
 from kinetograph.synthesis import Synthesis
 
@@ -42,7 +44,6 @@ __all__ = [
 Progress = Callable[[int, int], None]
 SYNTHESES = ("continuity", "interpolation", "optimisation")
 SMOOTHINGS = ("window", "causal", "none")
-_USUAL = {"continuity": "window", "interpolation": "window", "optimisation": "window"}
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class PathSettings:
     memory: seconds in which old readings lose two thirds of their say. warp: cost of a step that is not one frame.
     jump: cost of going on at another place; both in squared standard deviations of a reading. lag: seconds that
     answers look back. paths: how many are averaged. temperature: difference in cost at which a path counts a third as
-    much.
+    much. cautious: whether to draw back towards the mean pose where paths differ, as takes kept aside teach.
     """
 
     memory: float = 0.3
@@ -61,6 +62,7 @@ class PathSettings:
     lag: float = 0.05
     paths: int = 128
     temperature: float = 0.5
+    cautious: bool = True
 
     def __post_init__(self) -> None:
         for name in ("memory", "temperature", "jump"):
@@ -74,20 +76,25 @@ class PathSettings:
 class SensorControl:
     """Configuration of sensor control.
 
-    layout: which sensors there are, and the device that they are simulated as. synthesis: ``"continuity"`` (the
-    default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate: frames a second.
+    layout: which sensors there are, and the device that they are simulated as. kinds: of channels that are used, of
+    ``"force"``, ``"angular"`` and ``"tilt"``; `sensing.readings.kinds_of` says which readings have. synthesis:
+    ``"continuity"`` (the default, beyond the thesis), ``"interpolation"`` (6.1) or ``"optimisation"`` (6.2). rate:
+    frames a second.
     smoothing: ``"window"`` (the thesis' eight frames, three of them later ones), ``"causal"`` (no wait) or
-    ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. local,
-    path, resampling: see there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of
+    ``"none"``; by default what suits the synthesis. smoothness, control: the weights of equations 6.3 and 6.4. ahead:
+    seconds of later readings that optimisation looks at; 0 goes frame by frame, as the thesis does. local, path,
+    resampling: see there. clean_feet: hold planted feet still in whole results. seed: of simulated noise and of
     the mixture's runs.
     """
 
     layout: Layout = field(default_factory=lambda: preset("wii"))
+    kinds: tuple[str, ...] = ("force",)
     synthesis: str = "continuity"
     rate: float = 60.0
     smoothing: str | None = None
     smoothness: float = 0.2
     control: float = 0.8
+    ahead: float = 0.15
     local: LocalSettings = field(default_factory=LocalSettings)
     path: PathSettings = field(default_factory=PathSettings)
     resampling: Resampling = field(default_factory=Resampling)
@@ -104,6 +111,11 @@ class SensorControl:
             if not (np.isfinite(value) and value > 0):
                 raise RequestError(f"{name} must be a positive number, found {value}")
 
+        if "force" not in self.kinds or tuple(k for k in KINDS if k in self.kinds) != tuple(self.kinds):
+            raise RequestError(f"kinds must be force and then angular, tilt or both, found {', '.join(self.kinds)}")
+        if not (np.isfinite(self.ahead) and self.ahead >= 0):
+            raise RequestError(f"ahead must be 0 or more seconds, found {self.ahead}")
+
     def fit(self, library: Library, *, exclude: tuple[str, ...] = (), track: str | None = None) -> SensorModel:
         """Learn from a library's takes, given sensors by simulation. ``exclude`` leaves takes out, by name.
 
@@ -111,10 +123,16 @@ class SensorControl:
         """
         return self.fit_motions(collect_motions(library, exclude, track))
 
-    def fit_motions(self, motions: dict[tuple[str, str], Motion]) -> SensorModel:
-        """`fit` for motions of one skeleton at hand, by take and track."""
+    def fit_motions(
+        self, motions: dict[tuple[str, str], Motion], readings: Mapping[tuple[str, str], Readings] | None = None
+    ) -> SensorModel:
+        """`fit` for motions of one skeleton at hand, by take and track.
+
+        readings: of real sensors worn during some of them, on the motions' clocks and calibrated, which then take the
+        place of simulated ones, as in the thesis (4.2).
+        """
         rng = np.random.default_rng(self.seed)
-        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng)
+        examples = build_examples(motions, self.layout, self.rate, self.resampling, rng, readings or {}, self.kinds)
         return fit_examples(self, examples, rng)
 
 
@@ -128,7 +146,10 @@ def fit_examples(
     away = (examples.readings - overall.mean) @ overall.whitening().T
     reach = float(np.quantile((away**2).sum(axis=1), 0.995))
     search = np.ascontiguousarray(examples.readings.T, dtype=np.float32)
-    return SensorModel(method, examples, local, search, overall, reach)
+    model = SensorModel(method, examples, local, search, overall, reach)
+    if method.synthesis != "continuity" or not method.path.cautious:
+        return model
+    return replace(model, trust=learn_trust(examples, model.paths_through))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,15 +157,17 @@ class SensorModel:
     """A library made ready for one configuration: examples, and the local models where the synthesis needs them.
 
     search: the examples' readings, ``(C, N)``. overall: Gaussian of all readings; reach: the squared Mahalanobis
-    distance from it that few examples exceed.
+    distance from it that few examples exceed. trust: ``(J,)``, how strongly continuity's joints draw back to the mean
+    pose where it is unsure.
     """
 
     method: SensorControl
     examples: Examples
     local: LocalModels | None
-    search: np.ndarray[tuple[int, int], np.dtype[np.float32]]
+    search: SingleArray
     overall: Gaussian
     reach: float
+    trust: FloatArray | None = None
 
     @property
     def latency(self) -> float:
@@ -159,21 +182,30 @@ class SensorModel:
     @property
     def smoothing(self) -> str:
         """What smoothing is done."""
-        return self.method.smoothing or _USUAL[self.method.synthesis]
+        method = self.method
+        smooth = method.synthesis == "optimisation" and method.ahead > 0
+        return method.smoothing or ("none" if smooth else "window")
 
     def estimator(self) -> Estimator:
         """A fresh estimator of the configured synthesis."""
         method = self.method
         if method.synthesis == "continuity":
-            path = method.path
-            decay = float(np.exp(-1.0 / (path.memory * method.rate)))
-            lag = round(path.lag * method.rate)
-            search = PathSearch(self.search, self.examples.first, decay, path.warp, path.jump, lag)
-            return Continuity(self.examples, search, path.paths, path.temperature)
+            return self._paths(self.examples, self.search, self.trust)
         assert self.local is not None  # fit_examples sees to it
         if method.synthesis == "interpolation":
             return Interpolation(self.local)
-        return Optimisation(self.local, method.smoothness, method.control)
+        ahead = round(method.ahead * method.rate)
+        return Optimisation(self.local, method.smoothness, method.control, ahead, method.rate)
+
+    def paths_through(self, examples: Examples) -> Continuity:
+        """A fresh estimator by continuity of other examples, which draws back nothing."""
+        return self._paths(examples, np.ascontiguousarray(examples.readings.T, dtype=np.float32), None)
+
+    def _paths(self, examples: Examples, search: SingleArray, trust: FloatArray | None) -> Continuity:
+        path, rate = self.method.path, self.method.rate
+        decay = float(np.exp(-1.0 / (path.memory * rate)))
+        through = PathSearch(search, examples.first, decay, path.warp, path.jump, round(path.lag * rate))
+        return Continuity(examples, through, path.paths, path.temperature, trust)
 
     def start(self) -> LiveSensor:
         """Begin a live run: ``step(readings)`` gives the poses that are settled, ``finish()`` the whole."""

@@ -43,7 +43,10 @@ def line_through(times, values, low, high, skip, at, scale, out):  # type: ignor
 
 @numba.njit(cache=True, nogil=True)
 def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
-    """The row's values, or those of the line through its neighbours where it is a spike; true for a spike."""
+    """The row's values, or those of the line through its neighbours where it is a spike; true for a spike.
+
+    Spikes are told by the first three channels, the force.
+    """
     low, high = max(row - 2, 0), min(row + 3, rows)
     scale = 2.5 * max(times[high - 1] - times[low], 1e-6)
     channels = values.shape[1]
@@ -52,13 +55,14 @@ def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
     away = 0.0
     for c in range(channels):
         out[c] = values[row, c]
-        away += (values[row, c] - fitted[c]) ** 2
+        if c < 3:
+            away += (values[row, c] - fitted[c]) ** 2
     if count < 4 or away < SPIKE * SPIKE:
         return False
     spread = 0.0
     for other in range(low, high):
         if other != row:
-            for c in range(channels):
+            for c in range(min(channels, 3)):
                 spread = max(spread, (values[other, c] - fitted[c]) ** 2)
     if away < (SPIKE + 3.0 * np.sqrt(spread)) ** 2:
         return False

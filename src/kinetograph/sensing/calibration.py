@@ -6,6 +6,7 @@ reported to those that a virtual sensor on the same bone would have.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,21 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.sensing.readings import Readings
+from kinetograph.motion import Motion
+from kinetograph.sensing.clock import ClockOffset, clock_offset
+from kinetograph.sensing.layout import Layout, keep
+from kinetograph.sensing.readings import Readings, check_names, check_units, only
+from kinetograph.sensing.uniform import uniform
+from kinetograph.sensing.virtual import simulate
+
+RATE = 60.0
+"""Frames a second at which readings are compared."""
+APART = np.radians(45.0)
+"""Angle between the rotations that two halves give beyond which neither is believed."""
+ALONG_A_LINE = 1.5e-3
+"""Mean square, across the direction that a sensor mostly points, below which it points one way: 2.2 degrees."""
+AGREEMENT = 0.5
+"""Correlation of magnitudes below which readings and a motion are not of one performance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +37,9 @@ class Calibration:
 
     names: the sensors. rotations: ``(S, 4)`` from the real sensor's frame to the virtual one's. offsets: ``(S, 3)``
     m/s^2, taken from the readings before they are turned. residuals, before: root-mean-square m/s^2, ``(S,)``, between
-    calibrated, or raw, and virtual readings. accepted: ``(S,)``, false where calibration was worse than none and is
-    left out (identity).
+    calibrated, or raw, and virtual readings. apart: ``(S,)`` radians between the rotations that either half of the
+    frames alone gives, which tells how far to trust them. accepted: ``(S,)``, false where calibration was worse than
+    none, or a free calibration's halves disagreed, and is left out (identity).
     """
 
     names: tuple[str, ...]
@@ -31,17 +47,79 @@ class Calibration:
     offsets: FloatArray
     residuals: FloatArray
     before: FloatArray
+    apart: FloatArray
     accepted: BoolArray
 
     def apply(self, readings: Readings) -> Readings:
         """The readings as the virtual sensors would have given them. Raises RequestError for unknown sensors."""
-        from kinetograph.sensing.readings import check_names
-
         check_names(readings.names, self.names)
         row = np.array([self.names.index(name) for name in readings.names])[readings.sensors]
         force = rot.rotate(self.rotations[row], readings.force - self.offsets[row])
         angular = None if readings.angular is None else rot.rotate(self.rotations[row], readings.angular)
-        return replace(readings, force=force, angular=angular, orientation=None)
+        facing = readings.orientation
+        orientation = None if facing is None else rot.multiply(facing, rot.conjugate(self.rotations[row]))
+        return replace(readings, force=force, angular=angular, orientation=orientation)
+
+
+def mounted(layout: Layout, calibration: Calibration) -> Layout:
+    """The layout with its sensors turned and biased as calibration found them; those not accepted stay as they are.
+
+    A model that is fitted to it takes the sensors' readings as they come.
+    """
+    found = {name: i for i, name in enumerate(calibration.names) if calibration.accepted[i]}
+    sensors = [
+        replace(
+            sensor,
+            rotation=rot.multiply(sensor.rotation, calibration.rotations[found[sensor.name]]),
+            bias=calibration.offsets[found[sensor.name]],
+        )
+        if sensor.name in found
+        else sensor
+        for sensor in layout.sensors
+    ]
+    return replace(layout, sensors=tuple(sensors))
+
+
+def calibrate_on_motion(readings: Readings, layout: Layout, motion: Motion) -> tuple[Calibration, ClockOffset]:
+    """Calibration by a motion that was recorded while the sensors were worn, and how far ahead their clock was.
+
+    Raises RequestError for sensors that the layout does not have, readings that are not of the motion, and whatever
+    `calibrate` refuses.
+    """
+    check_units(readings)
+    worn = keep(layout, readings.names)
+    reference, _ = framed(simulate(motion, faultless(worn)), worn)
+    clock = _clock(framed(readings, worn)[0], reference)
+    shifted = replace(readings, times=readings.times - clock.seconds, _checked=True)
+    measured, valid = framed(shifted, worn)
+    frames = min(len(measured), len(reference))
+    return calibrate(worn.names, measured[:frames], reference[:frames], valid[:frames]), clock
+
+
+def faultless(layout: Layout) -> Layout:
+    """The layout with a device that loses nothing and whose clock is right; it clips and rounds as before."""
+    return replace(layout, device=replace(layout.device, loss=0.0, offset=0.0))
+
+
+def framed(readings: Readings, layout: Layout) -> tuple[FloatArray, BoolArray]:
+    """Readings in the order of a layout's sensors, ``(F, S, 3)`` m/s^2 at `RATE`, and which are valid, ``(F, S)``.
+
+    Raises RequestError for a sensor of the layout that the readings do not have.
+    """
+    signal = uniform(only(readings, layout.names), RATE)
+    return signal.values.reshape(len(signal), -1, 3), signal.valid[:, ::3]
+
+
+def _clock(measured: FloatArray, reference: FloatArray) -> ClockOffset:
+    a, b = (np.linalg.norm(x, axis=2) for x in (measured, reference))
+    furthest = min(2.0, (min(len(a), len(b)) - 12) / RATE / 1.5)
+    found = clock_offset(a, b, RATE, max(furthest, 0.5))
+    if found.correlation < AGREEMENT:
+        raise RequestError(
+            f"the readings and the motion agree at no clock offset up to {furthest:.1f} s (best correlation "
+            f"{found.correlation:.2f}); give the motion that was performed, from the second at which the readings begin"
+        )
+    return found
 
 
 def wahba(measured: FloatArray, reference: FloatArray, weights: FloatArray | None = None) -> FloatArray:
@@ -74,41 +152,95 @@ def calibrate(
             f"expected readings (F, {len(names)}, 3) twice, found {measured.shape} and {reference.shape}"
         )
     mask = np.ones(measured.shape[:2], dtype=np.bool_) if valid is None else valid
-    found = [_one(name, measured[mask[:, s], s], reference[mask[:, s], s]) for s, name in enumerate(names)]
-    turns, offsets, residuals, before, accepted = (np.array(column) for column in zip(*found, strict=True))
-    return Calibration(names, turns, offsets, residuals, before, accepted.astype(np.bool_))
+    pairs = [Pairs(measured[mask[:, s], s], reference[mask[:, s], s]) for s in range(len(names))]
+    return calibrated(names, pairs)
 
 
-def _one(name: str, measured: FloatArray, reference: FloatArray) -> tuple[FloatArray, FloatArray, float, float, bool]:
-    if len(measured) < 30:
-        raise RequestError(f"sensor {name!r}: calibration needs 30 valid frames or more, found {len(measured)}")
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """What one sensor measured and what it should have, both ``(F, 3)`` m/s^2.
+
+    uncalibrated: ``(F, 3)``, what readings that are left as they are should have been, where that is something else.
+    standing: a reading ``(3,)`` at rest and what it should have been, which counts as much as a third of the frames.
+    biased: whether the sensor may add something of its own.
+    """
+
+    measured: FloatArray
+    reference: FloatArray
+    uncalibrated: FloatArray | None = None
+    standing: tuple[FloatArray, FloatArray] | None = None
+    biased: bool = True
+
+    def part(self, rows: slice) -> Pairs:
+        """Some of the frames."""
+        return replace(self, measured=self.measured[rows], reference=self.reference[rows])
+
+
+def calibrated(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
+    """Rotation and offset of each sensor, or neither where that is no better on frames kept aside.
+
+    apart: ``(S,)`` radians by which two halves of the frames disagree, where the reference was itself found by way of
+    the calibration; beyond `APART` it is not believed. Raises RequestError for fewer than 30 frames, or a sensor that
+    always points one way.
+    """
+    for name, own in zip(names, pairs, strict=True):
+        _check(name, own)
+    believed = np.ones(len(names), dtype=np.bool_) if apart is None else apart <= APART
+    if apart is None:
+        first = np.array([fitted(own.part(slice(len(own.measured) // 2)))[0] for own in pairs])
+        second = np.array([fitted(own.part(slice(len(own.measured) // 2, None)))[0] for own in pairs])
+        apart = np.asarray(rot.angle_between(first, second))
+    found = [_one(own) for own in pairs]
+    turns, offsets, residuals, before, better = (np.array(column) for column in zip(*found, strict=True))
+    accepted = better.astype(np.bool_) & believed
+    return Calibration(
+        names,
+        np.where(accepted[:, None], turns, rot.IDENTITY),
+        np.where(accepted[:, None], offsets, 0.0),
+        np.where(accepted, residuals, before),
+        before,
+        apart,
+        accepted,
+    )
+
+
+def _check(name: str, pairs: Pairs) -> None:
+    reference = pairs.reference
+    if len(reference) < 30:
+        raise RequestError(f"sensor {name!r}: calibration needs 30 valid frames or more, found {len(reference)}")
     directions = reference / np.maximum(np.linalg.norm(reference, axis=1, keepdims=True), 1e-9)
-    spread = float(np.linalg.eigvalsh(np.cov(directions.T))[1])
-    if spread < 2e-4:
+    # vectors in one plane are enough for Wahba's problem, those along one line are not
+    if float(np.linalg.eigvalsh(directions.T @ directions / len(directions))[1]) < ALONG_A_LINE:
         raise RequestError(
             f"sensor {name!r}: the readings point one way throughout, which leaves its turn about that open; "
             "calibrate on a motion in which the bone turns"
         )
+
+
+def _one(pairs: Pairs) -> tuple[FloatArray, FloatArray, float, float, bool]:
+    """Rotation, offset, residual after and before, and whether it is better on the last third than none."""
+    measured, reference = pairs.measured, pairs.reference
     cut = 2 * len(measured) // 3
-    turn, offset = _fit(measured[:cut], reference[:cut])
+    turn, offset = fitted(pairs.part(slice(cut)))
     kept = _rms(rot.rotate(turn, measured[cut:] - offset) - reference[cut:])
-    none = _rms(measured[cut:] - reference[cut:])
-    before = _rms(measured - reference)
-    if kept >= none:
-        return rot.IDENTITY, np.zeros(3), before, before, False
-    turn, offset = _fit(measured, reference)
-    return turn, offset, _rms(rot.rotate(turn, measured - offset) - reference), before, True
+    left = reference if pairs.uncalibrated is None else pairs.uncalibrated
+    none, before = _rms(measured[cut:] - left[cut:]), _rms(measured - left)
+    turn, offset = fitted(pairs)
+    return turn, offset, _rms(rot.rotate(turn, measured - offset) - reference), before, kept < none
 
 
-def _fit(measured: FloatArray, reference: FloatArray) -> tuple[FloatArray, FloatArray]:
+def fitted(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
     """Rotation and offset by turns; an offset of more than 2 m/s^2 is no sensor's and left out."""
+    measured, reference = pairs.measured, pairs.reference
     offset = np.zeros(3)
     turn = rot.IDENTITY
     # foot impacts, which bones of no mass overstate, would otherwise decide
     for _ in range(20):
         error = np.linalg.norm(rot.rotate(turn, measured - offset) - reference, axis=1)
         weights = 1.0 / np.maximum(error, np.median(error) + 1e-9)
-        turn = wahba(measured - offset, reference, weights)
+        turn = _turned(pairs, measured - offset, weights)
+        if not pairs.biased:
+            continue
         away = measured - rot.rotate(rot.conjugate(turn), reference)
         offset = (weights[:, None] * away).sum(axis=0) / weights.sum()
         if np.linalg.norm(offset) > 2.0:
@@ -116,40 +248,16 @@ def _fit(measured: FloatArray, reference: FloatArray) -> tuple[FloatArray, Float
     return turn, offset
 
 
+def _turned(pairs: Pairs, measured: FloatArray, weights: FloatArray) -> FloatArray:
+    if pairs.standing is None:
+        return wahba(measured, pairs.reference, weights)
+    read, wanted = pairs.standing
+    return wahba(
+        np.concatenate([measured, read[None]]),
+        np.concatenate([pairs.reference, wanted[None]]),
+        np.append(weights, 0.5 * weights.sum()),
+    )
+
+
 def _rms(difference: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.sum(difference**2, axis=-1))))
-
-
-def calibrate_freely(names: tuple[str, ...], measured: FloatArray, library: FloatArray) -> Calibration:
-    """Rotations from a few seconds of any movement, without a reference: of what a library's bodies would have read.
-
-    measured ``(F, S, 3)`` and library ``(N, S, 3)`` m/s^2, not frame by frame. Each sensor's mean, which is mostly
-    gravity, is turned onto the library's; of the turns about it, the one is taken whose covariance is most like the
-    library's. The residual is the root-mean-square distance between sorted values of the channels.
-    """
-    found = [_freely(measured[:, s], library[:, s]) for s in range(len(names))]
-    turns, residuals, before = (np.array(column) for column in zip(*found, strict=True))
-    accepted = residuals < before
-    turns[~accepted] = rot.IDENTITY
-    return Calibration(
-        names, turns, np.zeros((len(names), 3)), np.where(accepted, residuals, before), before, accepted
-    )  # fmt: skip
-
-
-def _freely(measured: FloatArray, library: FloatArray) -> tuple[FloatArray, float, float]:
-    middle = library.mean(axis=0)
-    upright = rot.between(measured.mean(axis=0), middle)
-    axis = middle / np.linalg.norm(middle)
-    quantiles = np.linspace(0.02, 0.98, 25)
-    wanted, shape = np.quantile(library, quantiles, axis=0), np.cov(library.T)
-    best, least = rot.IDENTITY, np.inf
-    for angle in np.linspace(0, 2 * np.pi, 72, endpoint=False):
-        turn = rot.multiply(rot.exp(axis * angle), upright)
-        turned = rot.rotate(turn, measured)
-        cost = _rms(np.quantile(turned, quantiles, axis=0) - wanted)
-        # covariance tells what single channels cannot: which way the plane of the swing lies
-        cost += 0.1 * float(np.sqrt(np.abs(np.cov(turned.T) - shape).mean()))
-        if cost < least:
-            best, least = turn, cost
-    after = _rms(np.quantile(rot.rotate(best, measured), quantiles, axis=0) - wanted)
-    return best, after, _rms(np.quantile(measured, quantiles, axis=0) - wanted)

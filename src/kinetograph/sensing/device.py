@@ -17,7 +17,8 @@ class Device:
     span: m/s^2 that a channel reaches either way before it clips. bits: of a channel's whole range, or None. noise:
     standard deviation in m/s^2. rate: samples a second. offset: seconds that its clock is ahead of the motion's.
     jitter: standard deviation of sample times in seconds. loss: share of packets lost. width: seconds over which the
-    second derivative of a position is taken.
+    second derivative of a position is taken. turn_noise: standard deviation in rad/s of a gyroscope; tilt_noise: in
+    radians, of an orientation.
     """
 
     span: float = np.inf
@@ -28,12 +29,14 @@ class Device:
     jitter: float = 0.0
     loss: float = 0.0
     width: float = 0.06
+    turn_noise: float = 0.0
+    tilt_noise: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("span", "rate", "width"):
             if not getattr(self, name) > 0:
                 raise RequestError(f"device: {name} must be positive, found {getattr(self, name)}")
-        for name in ("noise", "jitter"):
+        for name in ("noise", "jitter", "turn_noise", "tilt_noise"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"device: {name} must not be negative, found {getattr(self, name)}")
         if not 0 <= self.loss < 1:

@@ -20,8 +20,9 @@ class Sensor:
 
     place: the role, or else the name, of the joint whose frame the sensor moves with (a forearm's is the elbow).
     towards, along: the sensor sits this share of the way from that joint to another one. offset: shape ``(3,)``
-    metres added to that, in the joint's frame. rotation: quaternion from the sensor's frame to the joint's. width:
-    seconds over which its second derivative is taken when it is simulated, or None for the device's own.
+    metres added to that, in the joint's frame. rotation: quaternion from the sensor's frame to the joint's. bias:
+    shape ``(3,)`` m/s^2 that it adds, in its own frame. width: seconds over which its second derivative is taken when
+    it is simulated, or None for the device's own.
     """
 
     name: str
@@ -30,14 +31,19 @@ class Sensor:
     along: float = 0.0
     offset: FloatArray = field(default_factory=lambda: np.zeros(3))
     rotation: FloatArray = field(default_factory=lambda: rot.IDENTITY)
+    bias: FloatArray = field(default_factory=lambda: np.zeros(3))
     width: float | None = None
 
     def __post_init__(self) -> None:
         offset = np.asarray(self.offset, dtype=np.float64)
+        bias = np.asarray(self.bias, dtype=np.float64)
         rotation = np.asarray(self.rotation, dtype=np.float64)
         object.__setattr__(self, "offset", offset)
+        object.__setattr__(self, "bias", bias)
         if offset.shape != (3,) or not np.isfinite(offset).all():
             raise RequestError(f"sensor {self.name!r}: an offset is three finite metres, found {offset.tolist()}")
+        if bias.shape != (3,) or not np.isfinite(bias).all():
+            raise RequestError(f"sensor {self.name!r}: a bias is three finite m/s^2, found {bias.tolist()}")
         if rotation.shape != (4,) or not np.isfinite(rotation).all() or not np.linalg.norm(rotation) > 1e-6:
             raise RequestError(
                 f"sensor {self.name!r}: a rotation is a quaternion w, x, y, z, found {rotation.tolist()}"
@@ -132,8 +138,8 @@ def _on_limbs(*limbs: str) -> tuple[Sensor, ...]:
 
 
 _WII = Device(span=3 * 9.81, bits=8, noise=0.2, rate=100.0, jitter=0.002, loss=0.01)
-_PHONE = Device(span=8 * 9.81, bits=16, noise=0.05, rate=60.0, jitter=0.004, loss=0.0)
-_IMU = Device(span=16 * 9.81, bits=16, noise=0.03, rate=100.0, jitter=0.0, loss=0.0)
+_PHONE = Device(span=8 * 9.81, bits=16, noise=0.05, rate=60.0, jitter=0.004, turn_noise=0.01, tilt_noise=0.03)
+_IMU = Device(span=16 * 9.81, bits=16, noise=0.03, rate=100.0, turn_noise=0.01, tilt_noise=0.02)
 
 PRESETS: Mapping[str, Layout] = {
     "ideal": Layout("ideal", _on_limbs("forearm", "upper_arm", "shank", "thigh")),

@@ -8,12 +8,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import DataError, RequestError
 
 GRAVITY = 9.81
 """Standing acceleration of the Earth, m/s^2; a sensor at rest reads this much upwards."""
 
+KINDS = ("force", "angular", "tilt")
+"""What a sensor can tell, three channels each in its own frame: specific force, angular velocity, which way is up."""
+
+FASTEST = 35.0
+"""rad/s, 2,000 degrees a second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
 
 
@@ -86,14 +92,44 @@ def _set_rows(readings: Readings, name: str, width: int) -> None:
     if value.shape != (len(readings.times), width):
         raise DataError(f"{name} must be ({len(readings.times)}, {width}), found {value.shape}")
     bad = ~np.isfinite(value).all(axis=1)
+    if name == "orientation":
+        bad |= np.linalg.norm(value, axis=1) < 1e-6
     if bad.any():
         row = int(np.argmax(bad))
         sensor = readings.names[readings.sensors[row]]
-        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must be finite; leave such rows out")
+        wanted = "be a quaternion, not zero" if np.isfinite(value[row]).all() else "be finite"
+        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must {wanted}; leave such rows out")
+
+
+def kinds_of(readings: Readings) -> tuple[str, ...]:
+    """What readings tell, of `KINDS`."""
+    told = {"force": True, "angular": readings.angular is not None, "tilt": readings.orientation is not None}
+    return tuple(kind for kind in KINDS if told[kind])
+
+
+def channels(readings: Readings, kinds: Sequence[str]) -> FloatArray:
+    """The rows' channels of some kinds, ``(R, 3 K)``: m/s^2, rad/s, and the upward direction.
+
+    Of an orientation only the tilt is used: what compasses make of heading indoors is not to be relied on. Raises
+    RequestError for readings that do not have a kind.
+    """
+    for kind in kinds:
+        if kind not in kinds_of(readings):
+            columns = {"angular": "gx,gy,gz", "tilt": "qw,qx,qy,qz"}[kind]
+            raise RequestError(f"the model expects {kind} as well, columns {columns}, which the readings do not have")
+    parts = {"force": readings.force, "angular": readings.angular}
+    if "tilt" in kinds and readings.orientation is not None:
+        parts["tilt"] = rot.rotate(rot.conjugate(rot.normalize(readings.orientation)), np.array([0.0, 1.0, 0.0]))
+    return np.concatenate([parts[kind] for kind in kinds], axis=1)
 
 
 def select(readings: Readings, rows: BoolArray) -> Readings:
     """The rows for which ``rows``, shape ``(R,)``, is true; the sensors stay."""
+    return rows_of(readings, np.flatnonzero(rows))
+
+
+def rows_of(readings: Readings, rows: slice | IntArray) -> Readings:
+    """Some rows, by number; the sensors stay."""
     return Readings(
         readings.names,
         readings.times[rows],
@@ -128,13 +164,20 @@ def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
 
 
 def check_units(readings: Readings) -> None:
-    """Raises RequestError where the magnitudes cannot be specific force in m/s^2.
+    """Raises RequestError where the magnitudes cannot be specific force in m/s^2, or angular velocity in rad/s.
 
     Bodies spend most of their time near 1 g, so the median over all rows tells units of g, of milli-g or of counts,
     and accelerations from which gravity has been taken, from m/s^2.
     """
     if len(readings) == 0:
         return
+    if readings.angular is not None:
+        fast = float(np.quantile(np.linalg.norm(readings.angular, axis=1), 0.95))
+        if fast > FASTEST:
+            raise RequestError(
+                f"expected angular velocity in rad/s, found more than {fast:.3g} in every twentieth row; is it in "
+                "degrees a second? divide by 57.3"
+            )
     median = float(np.median(np.linalg.norm(readings.force, axis=1)))
     if _PLAUSIBLE[0] * GRAVITY <= median <= _PLAUSIBLE[1] * GRAVITY:
         return

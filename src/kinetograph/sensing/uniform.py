@@ -15,10 +15,11 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.sensing._kernels import sample_all
-from kinetograph.sensing.readings import Readings
+from kinetograph.sensing.readings import Readings, channels
 from kinetograph.signal import Signal
 
-AXES = ("ax", "ay", "az")
+AXES = {"force": ("ax", "ay", "az"), "angular": ("gx", "gy", "gz"), "tilt": ("ux", "uy", "uz")}
+_UNITS = {"force": "m/s^2", "angular": "rad/s", "tilt": "1"}
 
 
 @dataclass(frozen=True)
@@ -36,33 +37,40 @@ class Resampling:
             raise RequestError(f"expected 0 < smooth, gap <= patience, found {self}")
 
 
-def uniform(readings: Readings, fps: float, duration: float | None = None, how: Resampling | None = None) -> Signal:
+def uniform(
+    readings: Readings, fps: float, duration: float | None = None, how: Resampling | None = None,
+    kinds: tuple[str, ...] = ("force",),
+) -> Signal:  # fmt: skip
     """Readings as channels ``sensor.ax, .ay, .az`` at ``fps`` from time 0, with a mask of what is missing.
 
-    duration: seconds up to which to sample; by default up to the last row. Raises DataError for no rows.
+    duration: seconds up to which to sample; by default up to the last row. kinds: of channels, see `readings.KINDS`;
+    each sensor's own lie together. Raises DataError for no rows, RequestError for kinds that the readings do not have.
     """
     if len(readings) == 0:
         raise DataError("expected readings, found no rows")
     how = how or Resampling()
     end = readings.duration if duration is None else duration
     ticks = np.arange(max(int(np.floor(end * fps * (1 + 1e-12) + 1e-6)), 0) + 1) / fps
-    buffer = _Buffer(len(readings.names))
+    buffer = _Buffer(len(readings.names), kinds)
     buffer.add(readings)
     values, valid = buffer.sample(ticks, how)
-    names = tuple(f"{name}.{axis}" for name in readings.names for axis in AXES)
-    return Signal(values.reshape(len(ticks), -1), names, "m/s^2", fps, np.repeat(valid, 3, axis=1))
+    names = tuple(f"{name}.{axis}" for name in readings.names for kind in kinds for axis in AXES[kind])
+    units = ", ".join(_UNITS[kind] for kind in kinds)
+    return Signal(values.reshape(len(ticks), -1), names, units, fps, np.repeat(valid, 3 * len(kinds), axis=1))
 
 
 class _Buffer:
     """The latest rows of every sensor."""
 
-    def __init__(self, sensors: int) -> None:
+    def __init__(self, sensors: int, kinds: tuple[str, ...]) -> None:
+        self.kinds = kinds
         self.times = np.zeros((sensors, 64))
-        self.values = np.zeros((sensors, 64, 3))
+        self.values = np.zeros((sensors, 64, 3 * len(kinds)))
         self.counts = np.zeros(sensors, dtype=np.int64)
         self.spikes = 0
 
     def add(self, readings: Readings) -> None:
+        values = channels(readings, self.kinds)
         for sensor in range(len(readings.names)):
             mine = np.flatnonzero(readings.sensors == sensor)
             if len(mine) == 0:
@@ -77,7 +85,7 @@ class _Buffer:
             if new > self.times.shape[1]:
                 self._grow(2 * new)
             self.times[sensor, old:new] = readings.times[mine]
-            self.values[sensor, old:new] = readings.force[mine]
+            self.values[sensor, old:new] = values[mine]
             self.counts[sensor] = new
 
     def _grow(self, rows: int) -> None:
@@ -97,8 +105,8 @@ class _Buffer:
             self.counts[sensor] = kept
 
     def sample(self, ticks: FloatArray, how: Resampling) -> tuple[FloatArray, BoolArray]:
-        """Values ``(T, S, 3)`` and validity ``(T, S)``."""
-        values = np.zeros((len(ticks), len(self.counts), 3))
+        """Values ``(T, S, 3 K)`` and validity ``(T, S)``."""
+        values = np.zeros((len(ticks), len(self.counts), self.values.shape[2]))
         valid = np.zeros((len(ticks), len(self.counts)), dtype=np.bool_)
         self.spikes += sample_all(
             self.times, self.values, self.counts, ticks, how.smooth, how.gap, how.patience, values, valid
@@ -109,10 +117,12 @@ class _Buffer:
 class LiveUniform:
     """`uniform`, as rows arrive: `add` them, then `ready` gives the values that no later row can change."""
 
-    def __init__(self, sensors: int, fps: float, how: Resampling | None = None) -> None:
+    def __init__(
+        self, sensors: int, fps: float, how: Resampling | None = None, kinds: tuple[str, ...] = ("force",)
+    ) -> None:
         self.fps, self.how = fps, how or Resampling()
         self.frame = 0
-        self._buffer = _Buffer(sensors)
+        self._buffer = _Buffer(sensors, kinds)
         self._now = -np.inf
 
     @property
@@ -126,7 +136,7 @@ class LiveUniform:
         self._now = max(self._now, readings.duration if len(readings) else -np.inf)
 
     def ready(self, now: float | None = None) -> tuple[FloatArray, BoolArray]:
-        """The next values ``(T, S, 3)`` and validity ``(T, S)``; ``now`` says that time has gone on without rows."""
+        """The next values ``(T, S, 3 K)`` and validity ``(T, S)``; ``now`` says that time has gone on without rows."""
         self._now = max(self._now, -np.inf if now is None else now)
         settled = self._now - self.how.patience
         counts = self._buffer.counts

@@ -66,12 +66,13 @@ def specific_force(motion: Motion, layout: Layout) -> FloatArray:
 
 
 def simulate(
-    motion: Motion, layout: Layout, rng: np.random.Generator | None = None, *, angular: bool = False
+    motion: Motion, layout: Layout, rng: np.random.Generator | None = None, *, angular: bool = False, tilt: bool = False
 ) -> Readings:
     """What a layout's sensors would have reported during a motion, with its device's faults.
 
-    angular: whether gyroscopes report too (without faults). rng: for noise, jitter and losses; by default always the
-    same. Raises RequestError where the skeleton lacks a joint that the layout names, or the motion is too short.
+    angular, tilt: whether gyroscopes and orientations are reported too. rng: for noise, jitter and losses; by default
+    always the same. Raises RequestError where the skeleton lacks a joint that the layout names, or the motion is too
+    short.
     """
     rng = rng or np.random.default_rng(0)
     carried = _Carried(motion, layout)
@@ -79,8 +80,21 @@ def simulate(
     rows = []
     for index, sensor in enumerate(layout.sensors):
         times = sample_times(device, motion.duration, rng)
-        force = measure(device, carried.force(times, index, sensor.width or device.width), rng)
+        exact = carried.force(times, index, sensor.width or device.width)
+        force = measure(device, exact + sensor.bias, rng)
         turning = carried.angular(times, index) if angular else np.zeros((len(times), 0))
-        rows.append((times + device.offset, np.full(len(times), index), force, turning))
-    times, sensors, force, turning = (np.concatenate(column) for column in zip(*rows, strict=True))
-    return Readings(layout.names, times, sensors, force, turning if angular else None)
+        facing = carried.orientation(times, index) if tilt else np.zeros((len(times), 0))
+        if angular and device.turn_noise > 0:
+            turning = turning + rng.normal(scale=device.turn_noise, size=turning.shape)
+        if tilt and device.tilt_noise > 0:
+            facing = rot.multiply(facing, rot.exp(rng.normal(scale=device.tilt_noise, size=(len(times), 3))))
+        rows.append((times + device.offset, np.full(len(times), index), force, turning, facing))
+    times, sensors, force, turning, facing = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return Readings(layout.names, times, sensors, force, turning if angular else None, facing if tilt else None)
+
+
+def simulate_kinds(
+    motion: Motion, layout: Layout, kinds: tuple[str, ...], rng: np.random.Generator | None = None
+) -> Readings:
+    """`simulate` with what is needed for some kinds of channels."""
+    return simulate(motion, layout, rng, angular="angular" in kinds, tilt="tilt" in kinds)

@@ -1,0 +1,198 @@
+"""Calibration without a recorded motion: by a pose that everybody can stand in, and by what a library's bodies do.
+
+How a sensor is turned about a known direction is open at first. What does not depend on it, the reading along that
+direction and its size across, is enough to find where in a library the wearer is; the library's virtual sensors there
+then serve as the reference of Wahba's problem, and its solution finds the wearer better. A few rounds settle it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.learn import continuity
+from kinetograph.learn.continuity import PathSearch
+from kinetograph.motion import Motion
+from kinetograph.sensing.calibration import RATE, Calibration, Pairs, calibrated, faultless, fitted, framed
+from kinetograph.sensing.layout import Layout, attach, keep
+from kinetograph.sensing.readings import GRAVITY, Readings, check_units, select
+from kinetograph.sensing.virtual import simulate
+from kinetograph.skeleton import Skeleton
+
+ROUNDS = 8
+LAG = 6  # frames that the matching looks back
+LONGEST = 1800  # frames that are looked at
+STILL = 1.0  # m/s^2 that the readings of somebody who stands still vary by at most
+_HANGING = ("shoulder", "elbow", "hand", "hip", "knee")  # joints whose bones hang when a body stands
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """What a library's bodies would have read: force ``(N, S, 3)`` m/s^2; first ``(N,)``, where recordings begin."""
+
+    force: FloatArray
+    first: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """At rest in a pose that is known: what each sensor read and should have read, both ``(S, 3)`` m/s^2."""
+
+    read: FloatArray
+    wanted: FloatArray
+
+
+def calibrate_on_library(
+    readings: Readings, layout: Layout, motions: Sequence[Motion], still: tuple[float, float] | None = None
+) -> Calibration:
+    """Calibration by movement that is like a library's motions, and by seconds of standing still, arms hanging.
+
+    Half a minute, from the end of standing on, is looked at. Raises RequestError for sensors that the layout does not
+    have, and whatever `standing_still` and `calibrate_freely` refuse.
+    """
+    check_units(readings)
+    worn = keep(layout, readings.names)
+    library = examples_of(motions, worn)
+    standing = still and standing_still(readings, worn, still, motions[0].skeleton, library)
+    measured, valid = framed(readings, worn)
+    first = round((still[1] if still else float(readings.times[0])) * RATE)
+    rows = slice(first, first + LONGEST)
+    return calibrate_freely(worn.names, measured[rows], library, valid[rows], standing)
+
+
+def examples_of(motions: Sequence[Motion], layout: Layout) -> Example:
+    """What a layout's sensors would have read during motions."""
+    found = [framed(simulate(motion, faultless(layout)), layout)[0] for motion in motions]
+    first = np.zeros(sum(len(force) for force in found), dtype=np.bool_)
+    first[np.cumsum([0, *(len(force) for force in found[:-1])])] = True
+    return Example(np.concatenate(found), first)
+
+
+def standing_still(
+    readings: Readings, layout: Layout, between: tuple[float, float], skeleton: Skeleton, library: Example
+) -> Standing:
+    """What sensors read between two times, at which the wearer stood still, upright, arms hanging.
+
+    Bones of arms and legs then hang, whatever their turn about themselves; other parts are held as the library's
+    bodies hold them on average. Raises RequestError for no readings then, or a wearer who moved.
+    """
+    part = select(readings, (readings.times >= between[0]) & (readings.times <= between[1]))
+    read = np.zeros((len(layout.names), 3))
+    for index, name in enumerate(readings.names):
+        rows = part.force[part.sensors == index]
+        if len(rows) < 5:
+            raise RequestError(
+                f"sensor {name!r}: expected readings between {between[0]:g} and {between[1]:g} s, found {len(rows)}; "
+                f"they last until {readings.duration:.1f} s"
+            )
+        moved = float(np.linalg.norm(rows.std(axis=0)))
+        if moved > STILL:
+            raise RequestError(
+                f"sensor {name!r} moved between {between[0]:g} and {between[1]:g} s (by {moved:.1f} m/s^2, at most "
+                f"{STILL:g}); name seconds in which the wearer stood still, arms hanging"
+            )
+        read[layout.names.index(name)] = rows.mean(axis=0)
+    return Standing(read, GRAVITY * _upright(layout, skeleton, library))
+
+
+def _upright(layout: Layout, skeleton: Skeleton, library: Example) -> FloatArray:
+    """Upward directions, ``(S, 3)``, in the sensors' frames, of a body that stands with its arms hanging."""
+    joints, _, turns = attach(layout, skeleton)
+    role_of = {mark.joint: role for role, mark in skeleton.roles.items()}
+    up = _unit(library.force.mean(axis=0))
+    for index, joint in enumerate(joints):
+        bone = _bone(skeleton, int(joint)) if role_of.get(int(joint), "").endswith(_HANGING) else np.zeros(3)
+        if np.linalg.norm(bone) > 1e-6:
+            up[index] = rot.rotate(rot.conjugate(turns[index]), -_unit(bone))
+    return up
+
+
+def _bone(skeleton: Skeleton, joint: int) -> FloatArray:
+    """From a joint to the one that hangs on it, or else from its parent to it, at rest."""
+    children = np.flatnonzero(skeleton.parents == joint)
+    return np.asarray(skeleton.offsets[children[0] if len(children) else joint])
+
+
+def calibrate_freely(
+    names: tuple[str, ...],
+    measured: FloatArray,
+    library: Example,
+    valid: BoolArray | None = None,
+    standing: Standing | None = None,
+) -> Calibration:
+    """Rotations from a few seconds of movement that is like a library's, without a recording of it.
+
+    measured: ``(F, S, 3)`` m/s^2 at `RATE`. standing: readings at rest; without them each sensor's mean, mostly
+    gravity, is taken to point where the library's does. Residuals are from the nearest path through the library, of
+    readings that are calibrated and of those that are not, each from its own.
+
+    Raises RequestError as `calibrate` does.
+    """
+    mask = np.ones(measured.shape[:2], dtype=np.bool_) if valid is None else valid
+    raw = _followed(library, library.force, measured, mask)
+    turns, reference = _settled(measured, library, mask, standing)
+    pairs = [_pairs(s, measured, reference, raw, mask, standing) for s in range(len(names))]
+    half = len(measured) // 2
+    parts = [_settled(measured[rows], library, mask[rows], standing)[0] for rows in (slice(half), slice(half, None))]
+    # a half that goes astray on its own says that the whole may have as well
+    apart = np.max([rot.angle_between(turns, part) for part in parts], axis=0)
+    return calibrated(names, pairs, apart)
+
+
+def _settled(
+    measured: FloatArray, library: Example, mask: BoolArray, standing: Standing | None
+) -> tuple[FloatArray, FloatArray]:
+    """Rotations ``(S, 4)`` after `ROUNDS`, and the library's force along the path that they lead to."""
+    mean = (measured * mask[..., None]).sum(axis=0) / np.maximum(mask.sum(axis=0), 1)[:, None]
+    here, there = (mean, library.force.mean(axis=0)) if standing is None else (standing.read, standing.wanted)
+    reference = _followed(library, _turnless(library.force, there), _turnless(measured, here), mask)
+    for _ in range(ROUNDS):
+        pairs = [_pairs(s, measured, reference, reference, mask, standing) for s in range(measured.shape[1])]
+        turns = np.array([fitted(own)[0] if len(own.measured) else rot.IDENTITY for own in pairs])
+        reference = _followed(library, library.force, rot.rotate(turns, measured), mask)
+    return turns, reference
+
+
+def _pairs(
+    sensor: int, measured: FloatArray, reference: FloatArray, raw: FloatArray, mask: BoolArray,
+    standing: Standing | None,
+) -> Pairs:  # fmt: skip
+    used = mask[: len(reference), sensor]
+    return Pairs(
+        measured[: len(reference), sensor][used],
+        reference[used, sensor],
+        raw[used, sensor],
+        None if standing is None else (standing.read[sensor], standing.wanted[sensor]),
+        biased=False,
+    )
+
+
+def _turnless(force: FloatArray, axis: FloatArray) -> FloatArray:
+    """What turns about ``axis``, shape ``(S, 3)``, leave as it is: along it, and the size across, ``(F, S, 2)``."""
+    along = np.einsum("fsi,si->fs", force, _unit(axis))
+    across = np.sqrt(np.maximum((force**2).sum(axis=2) - along**2, 0.0))
+    return np.stack([along, across], axis=2)
+
+
+def _followed(library: Example, features: FloatArray, query: FloatArray, mask: BoolArray) -> FloatArray:
+    """The library's force, ``(F - LAG, S, 3)``, along the paths whose features ``(N, S, k)`` are like a query's."""
+    flat = features.reshape(len(features), -1)
+    scale = np.maximum(flat.std(axis=0), 0.5)
+    each = np.repeat(mask, features.shape[2], axis=1)
+    examples = np.ascontiguousarray((flat / scale).T, dtype=np.float32)
+    search = PathSearch(examples, library.first, float(np.exp(-1.0 / (0.3 * RATE))), 0.1, 2.0, LAG)
+    state, out = continuity.init(search), []
+    for values, valid in zip(query.reshape(len(query), -1) / scale, each, strict=True):
+        state = continuity.step(search, state, values, valid / max(int(valid.sum()), 1))
+        found, shares = continuity.best(search, state, 32, 0.5)
+        out.append(np.einsum("k,ksi->si", shares, library.force[found]))
+    return np.array(out[LAG:])
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
