@@ -16,7 +16,7 @@ TargetTrack = Annotated[
     str | None, typer.Option("--target", "--track", help="The library's track to make, where takes have several.")
 ]
 Continuity = Annotated[
-    float | None, typer.Option(help="Weight of continuity against following the control; 0.2 for walks.")
+    float | None, typer.Option(help="Weight of continuity against following the control; 0.1 as a rule.")
 ]
 Stretch = Annotated[float | None, typer.Option(help="Seconds a segment may be stretched or squeezed.")]
 Rate = Annotated[float | None, typer.Option(help="Rate of the search, Hz.")]

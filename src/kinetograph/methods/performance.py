@@ -64,7 +64,7 @@ class PerformanceControl:
     segments afterwards.
     """
 
-    continuity: float = 0.2
+    continuity: float = 0.1
     stretch: float = 0.2
     rate: float = 10.0
     fine_rate: float | None = 30.0
