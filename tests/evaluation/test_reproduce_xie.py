@@ -59,7 +59,8 @@ def test_strokes_are_cut_about_the_fastest_hand_and_whole() -> None:
 
 def test_the_wide_device_differs_in_its_range_alone() -> None:
     near, far = PRESETS["wii"].device, wide_layout().device
-    assert near.bits is not None and far.bits is not None
+    assert near.bits is not None
+    assert far.bits is not None
     assert far.span / 2**far.bits == pytest.approx(near.span / 2**near.bits)
     assert far.span == 8 * near.span
 
