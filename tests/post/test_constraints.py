@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions
-from kinetograph.post.constraints import Hold, HoldSettings, ease_weights, follow_hands, hold_hands, hold_residuals
+from kinetograph.post.constraints import (
+    Hold,
+    HoldSettings,
+    comfort,
+    ease_weights,
+    follow_hands,
+    hold_hands,
+    hold_residuals,
+)
+from kinetograph.post.limbs import LEG, usual_hinge
 from walkers import walk
 
 _STILL = HoldSettings(share=0.0)
@@ -74,3 +83,31 @@ def test_weights_are_one_where_held_and_fall_to_nothing(held: list[bool], ease: 
 def test_settings_that_make_no_sense() -> None:
     with pytest.raises(RequestError, match="ease and furthest must be 0 or more, found -1"):
         HoldSettings(ease=-1)
+
+
+def test_an_arm_is_not_whirled_round_its_shoulder() -> None:
+    arm = np.tile(np.array([[[0.0, 1.4, 0.0], [0.3, 1.4, 0.0], [0.6, 1.4, 0.0]]]), (3, 1, 1))
+    beside, through, onto = [0.0, -0.3, 0.0], [-1.0, 0.0, 0.0], [-0.6, 0.02, 0.0]
+    np.testing.assert_allclose(comfort(arm, np.array([beside, through, onto])), [1.0, 0.0, 0.0], atol=1e-12)
+    path = np.linspace([0.0, 0.0, 0.0], [-1.0, 0.1, 0.0], 400)
+    shares = comfort(np.repeat(arm[:1], 400, axis=0), path)
+    assert shares[0] == 1.0
+    assert shares[-1] == 0.0
+    assert np.abs(np.diff(shares)).max() < 0.05
+
+
+def test_a_limb_bends_about_its_usual_axis() -> None:
+    motion = walk(2.0)
+    for part, expected in ((LEG, True), (("hips", "hips", "hips"), False)):
+        joints = [motion.skeleton.landmark(f"left_{p}" if expected else p).joint for p in part]
+        found = usual_hinge(motion, joints)
+        assert (found is not None) == expected
+        if found is not None:
+            positions = joint_positions(motion)
+            normal = np.cross(
+                positions[:, joints[2]] - positions[:, joints[0]], positions[:, joints[1]] - positions[:, joints[0]]
+            )
+            bent = np.linalg.norm(normal, axis=1) > 1e-3
+            assert bent.any()
+            unit = normal[bent] / np.linalg.norm(normal[bent], axis=1, keepdims=True)
+            np.testing.assert_allclose(unit, found[bent], atol=1e-6)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.post.inverse_kinematics import STRAIGHT, reach
+from kinetograph.post.inverse_kinematics import STRAIGHT, TURNED, reach
 
 _SEEDS = st.integers(0, 2**32 - 1)
 
@@ -159,3 +159,22 @@ def test_a_bent_leg_that_stays_is_left_as_it_is_with_a_hinge_too() -> None:
     upper, lower = reach(hip, knee, ankle, ankle, rng.normal(size=hip.shape))
     np.testing.assert_allclose(rot.rotate(upper, knee - hip), knee - hip, atol=1e-6)
     np.testing.assert_allclose(rot.rotate(lower, ankle - knee), ankle - knee, atol=1e-6)
+
+
+def test_a_knee_that_goes_through_straight_does_not_snap() -> None:
+    """From 12 degrees to the wrong side to 12 to the right one, while the foot is asked 4 mm nearer."""
+    bends = np.radians(np.linspace(-12, 12, 400))[:, None]
+    hip, hinge = np.zeros((400, 3)), np.tile([1.0, 0.0, 0.0], (400, 1))
+    knee = hip + 0.4 * np.concatenate([0 * bends, -np.cos(bends / 2), -np.sin(bends / 2)], axis=1)
+    ankle = hip + 0.8 * np.cos(bends / 2) * [0.0, -1.0, 0.0]
+    target = ankle + np.array([0.0, 0.004, 0.0])
+    for steady, fastest in ((True, 0.003), (False, 0.2)):
+        upper, lower = reach(hip, knee, ankle, target, hinge, steady=steady)
+        found = hip + rot.rotate(upper, knee - hip)
+        missed = np.linalg.norm(found + rot.rotate(lower, ankle - knee) - target, axis=1)
+        speed = np.linalg.norm(np.diff(found, axis=0), axis=1).max()
+        assert speed < fastest
+        assert missed.max() < (0.005 if steady else 1e-6)
+        assert missed[bends[:, 0] > TURNED].max() < 1e-6
+        if not steady:
+            assert speed > 0.03

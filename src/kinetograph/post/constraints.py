@@ -14,9 +14,14 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import role_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.motion import Motion
-from kinetograph.post.limbs import ARM, has_limb, move_limb
+from kinetograph.post.limbs import ARM, has_limb, move_limb, usual_hinge
+
+NEAR = (0.15, 0.4)
+"""Shares of an arm's length from the shoulder within which a hand does not follow at all, and beyond which it does."""
+ROUND = (np.radians(90.0), np.radians(150.0))
+"""Angles about the shoulder up to which a hand follows all the way, and from which on not at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,9 @@ def hold_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | N
         mine = [hold for hold in holds if hold.hand == f"{side}_hand"]
         if mine and has_limb(motion, side, ARM):
             arm = [motion.skeleton.landmark(f"{side}_{part}").joint for part in ARM]
-            motion = move_limb(motion, arm, hand_correction(motion, mine, settings))
+            correction = hand_correction(motion, mine, settings)
+            correction *= comfort(joint_positions(motion)[:, arm], correction)[:, None]
+            motion = move_limb(motion, arm, correction, usual_hinge(motion, arm), steady=True)
     return motion
 
 
@@ -78,6 +85,26 @@ def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings |
     wanted = gaussian_filter1d(np.einsum("fh,fhi->fi", weights, missed), width, axis=0, mode="nearest")
     shift = settings.share * wanted / np.maximum(total, 1.0)[:, None] * np.array([1.0, 0.0, 1.0])
     return replace(motion, translation=motion.translation + _limited(shift, settings.furthest))
+
+
+def comfort(arm: FloatArray, correction: FloatArray) -> FloatArray:
+    """How much of a hand's ``correction``, shape ``(F, 3)`` metres, an arm can do without being twisted, ``(F,)``.
+
+    arm: shoulder, elbow and hand, ``(F, 3, 3)``. A hand that would go to its own shoulder, or to the other side of it,
+    whirls the arm round: from `NEAR` of the arm's length on, and from `ROUND` on, it follows less and less.
+    """
+    shoulder, elbow, hand = np.moveaxis(arm, 1, 0)
+    now, wanted = hand - shoulder, hand + correction - shoulder
+    length = np.linalg.norm(elbow - shoulder, axis=-1) + np.linalg.norm(hand - elbow, axis=-1)
+    far = np.linalg.norm(wanted, axis=-1)
+    along = np.sum(now * wanted, axis=-1) / np.maximum(np.linalg.norm(now, axis=-1) * far, 1e-12)
+    angle = np.arccos(np.clip(along, -1.0, 1.0))
+    return np.asarray(_rise(far / np.maximum(length, 1e-12), *NEAR) * (1.0 - _rise(angle, *ROUND)))
+
+
+def _rise(x: FloatArray, low: float, high: float) -> FloatArray:
+    u = np.clip((x - low) / (high - low), 0.0, 1.0)
+    return np.asarray(u * u * (3.0 - 2.0 * u))
 
 
 def hand_correction(motion: Motion, holds: Sequence[Hold], settings: HoldSettings) -> FloatArray:

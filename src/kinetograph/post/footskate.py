@@ -31,7 +31,7 @@ SINK = 0.15
 """Seconds over which the hips go down for a foot to be reached, and come up again."""
 DEEPEST = 0.06
 """Metres that the hips go down at most."""
-FURTHEST = 0.15
+FURTHEST = 0.3
 """Metres that a foot is moved at most: one that slides by twice as much in a plant was set down in two places."""
 GRIP = 0.12
 """Seconds over which a planted foot comes to be held and is let go."""
@@ -127,7 +127,7 @@ def move_foot(
             lowered = np.zeros_like(offset)
         furthest = np.maximum(STRETCHED * leg_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
         offset = lowered + within_reach(hip, furthest, ankle + lowered, offset)
-    return move_limb(motion, joints, offset, hinge)
+    return move_limb(motion, joints, offset, hinge, steady=gently)
 
 
 def within_reach(hip: FloatArray, furthest: FloatArray, ankle: FloatArray, offset: FloatArray) -> FloatArray:

@@ -11,10 +11,19 @@ STRAIGHT = 0.998
 """Share of its length up to which a limb is straightened; beyond it the knee's angle changes too fast with reach."""
 PLAIN = np.radians(15.0)
 """Bend from which on a limb with a hinge bends further in its own plane; noise turns that of a straighter one."""
+TURNED = np.radians(8.0)
+"""Bend to the wrong side, of a hinge, from which on a limb is left bent as it is; up to as much to the right side it
+is bent in part."""
 
 
 def reach(
-    upper: FloatArray, middle: FloatArray, end: FloatArray, target: FloatArray, hinge: FloatArray | None = None
+    upper: FloatArray,
+    middle: FloatArray,
+    end: FloatArray,
+    target: FloatArray,
+    hinge: FloatArray | None = None,
+    *,
+    steady: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     """World turns, each ``(..., 4)``, of the upper and then the lower bone that bring ``end`` to ``target``.
 
@@ -23,7 +32,8 @@ def reach(
     by less than `PLAIN` bends further about in part, by the right hand's rule from its middle joint's side to its
     end's; for a leg, from the left hip to the right. A target that is out of reach is approached as far as `STRAIGHT`
     of the limb's length, or as far as the limb is stretched now if that is further: no bone is ever lengthened. The
-    lower bone's turn includes the upper's.
+    lower bone's turn includes the upper's. steady: miss the target by some millimetres rather than let the middle joint
+    of a limb that is nearly straight, or bent a little to the wrong side, snap to the other.
     """
     first, second = _length(middle - upper), _length(end - middle)
     now = _length(end - upper)
@@ -31,18 +41,25 @@ def reach(
     nearest = np.abs(first - second) + 1e-4
     wanted = np.clip(_length(target - upper), nearest, furthest)
     open_now, open_wanted = _angle(first, second, now), _angle(first, second, wanted)
-    lean_now, lean_wanted = _angle(first, now, second), _angle(first, wanted, second)
+    lean_now = _angle(first, now, second)
     plane, across = _bend_axes(upper, middle, end, hinge)
     if hinge is None:
         axis = plane
     else:
         moved = _length(target - end) / (first + second) + np.maximum(open_now - open_wanted, 0.0)
         axis = _mixed_axis(plane, across, np.pi - open_now, moved)
+    fold = (np.pi - open_wanted) * axis
+    if steady and hinge is not None:
+        fold = _held_back(plane, across, np.pi - open_now, fold)
+    bend = _length(fold)
+    axis = np.where(bend > 1e-9, fold / np.maximum(bend, 1e-15), plane)
+    span = np.sqrt(np.maximum(first**2 + second**2 + 2.0 * first * second * np.cos(bend), 0.0))
+    lean = _angle(first, span, second)
     # with its end held in direction, the limb is unfolded in its plane and folded about the axis: the upper bone leans,
     # the lower one opens
-    upper_bend = rot.multiply(rot.exp(axis * lean_wanted), rot.exp(-plane * lean_now))
+    upper_bend = rot.multiply(rot.exp(axis * lean), rot.exp(-plane * lean_now))
     unfold = rot.exp(plane * (np.pi - open_now - lean_now))
-    lower_bend = rot.multiply(rot.exp(axis * (lean_wanted + open_wanted - np.pi)), unfold)
+    lower_bend = rot.multiply(rot.exp(axis * (lean - bend)), unfold)
     swing = rot.between(end - upper, target - upper)
     return rot.multiply(swing, upper_bend), rot.multiply(swing, lower_bend)
 
@@ -68,10 +85,21 @@ def _bend_axes(
     return plane, across
 
 
+def _held_back(plane: FloatArray, across: FloatArray, bend: FloatArray, fold: FloatArray) -> FloatArray:
+    """A fold, ``(..., 3)`` radians about its axis, that passes smoothly through straight as ``bend`` changes sides."""
+    to_the_right = bend * np.sum(plane * across, axis=-1, keepdims=True)
+    share = np.maximum(_smooth(0.5 * (to_the_right / TURNED + 1.0)), _smooth((bend - TURNED) / TURNED))
+    return np.asarray((1.0 - share) * bend * plane + share * fold)
+
+
+def _smooth(u: FloatArray) -> FloatArray:
+    u = np.clip(u, 0.0, 1.0)
+    return np.asarray(u * u * (3.0 - 2.0 * u))
+
+
 def _mixed_axis(plane: FloatArray, across: FloatArray, bend: FloatArray, moved: FloatArray) -> FloatArray:
     """Unit axis ``(..., 3)`` to fold a limb about: where bent, in its plane; across it, the more it is moved."""
-    plain = np.clip(bend / PLAIN, 0.0, 1.0)
-    plain = plain * plain * (3.0 - 2.0 * plain)
+    plain = _smooth(bend / PLAIN)
     mixed = plain * bend * plane + (1.0 - plain) * moved * across
     size = np.linalg.norm(mixed, axis=-1, keepdims=True)
     return np.where(size > 1e-9, mixed / np.maximum(size, 1e-15), plane)

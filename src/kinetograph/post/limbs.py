@@ -21,11 +21,13 @@ def has_limb(motion: Motion, side: str, limb: tuple[str, str, str]) -> bool:
     return all(f"{side}_{part}" in motion.skeleton.roles for part in limb)
 
 
-def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: FloatArray | None = None) -> Motion:
+def move_limb(
+    motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: FloatArray | None = None, *, steady: bool = False
+) -> Motion:
     """Move the end of a limb, the last of three joints, by ``offset``, shape ``(F, 3)`` metres, as far as it reaches.
 
-    The end keeps its world turn, and no bone is lengthened. hinge: see `reach`. Frames whose offset is nothing are
-    left as they are.
+    The end keeps its world turn, and no bone is lengthened. hinge, steady: see `reach`. Frames whose offset is nothing
+    are left as they are.
     """
     changed = np.linalg.norm(offset, axis=1) > 1e-7
     if not changed.any():
@@ -33,7 +35,7 @@ def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: 
     upper, middle, end = joints
     positions, turns = forward(motion)
     limb = (positions[:, upper], positions[:, middle], positions[:, end])
-    upper_turn, lower_turn = reach(*limb, positions[:, end] + offset, hinge)
+    upper_turn, lower_turn = reach(*limb, positions[:, end] + offset, hinge, steady=steady)
     above = turns[:, motion.skeleton.parents[upper]]
     upper_turn, lower_turn = rot.multiply(upper_turn, turns[:, upper]), rot.multiply(lower_turn, turns[:, middle])
     before_middle, before_end = between_joints(motion, upper, middle), between_joints(motion, middle, end)
@@ -44,6 +46,23 @@ def move_limb(motion: Motion, joints: Sequence[int], offset: FloatArray, hinge: 
     local_end = rot.multiply(rot.conjugate(rot.multiply(lower_turn, before_end)), turns[:, end])
     rotations[changed, end] = local_end[changed]
     return replace(motion, rotations=rot.normalize(rotations))
+
+
+def usual_hinge(motion: Motion, joints: Sequence[int]) -> FloatArray | None:
+    """The axes, ``(F, 3)`` in the world, that a limb bends about as a rule, for `reach`; None for one that never bends.
+
+    The mean of those that it bends about, by how much it does, in the frame of its upper bone.
+    """
+    positions, turns = forward(motion)
+    upper, middle, end = (positions[:, joint] for joint in joints)
+    normal = np.cross(end - upper, middle - upper)
+    inside = rot.rotate(rot.conjugate(turns[:, joints[0]]), normal)
+    weights = np.linalg.norm(normal, axis=-1, keepdims=True)
+    mean = np.sum(inside * weights, axis=0)
+    size, most = float(np.linalg.norm(mean)), float(np.sum(weights**2))
+    if size < 0.5 * most or size < 1e-9:
+        return None
+    return rot.rotate(turns[:, joints[0]], mean / size)
 
 
 def between_joints(motion: Motion, above: int, below: int) -> FloatArray:
