@@ -2,12 +2,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
+from kinetograph.evaluation.reproduce import xie2009
+from kinetograph.evaluation.reproduce._xie_strokes import Strokes, cut_strokes, find_strokes, wide_layout
 from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce
 from kinetograph.library import Library
 from kinetograph.methods.sensor import LocalSettings
+from kinetograph.motion import Motion
+from kinetograph.sensing.layout import PRESETS
 from kinetograph.take import Take
 from walkers import walk
 
@@ -25,8 +31,67 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
     assert "<td>thesis<td>tennis forehand<td>256<td>0.21<td>4.9" in page
     assert "<td>thesis<td>tennis backhand<td>206<td>0.057" in page
     assert all(f"{row.rms:.3f}" in page for row in rows)
+    assert "Tennis is left out: no folder" in page
     for picture in ("b_rms.png", "b_interpolation.png", "b_optimisation.png", "b_optimisation_ahead.png"):
         assert picture in page
         assert (tmp_path / "out" / picture).stat().st_size > 5000
     with pytest.raises(RequestError, match="is not empty; name a new folder"):
         reproduce(tmp_path / "out", library)
+
+
+def swings(at: tuple[float, ...], seconds: float) -> Motion:
+    """A body that stands, and turns its left arm about at some times."""
+    still = walk(seconds, fps=50.0)
+    rotations = np.zeros_like(still.rotations)
+    rotations[..., 0] = 1.0
+    times = np.arange(len(still)) / still.fps
+    angle = sum((np.pi * (1 + np.tanh((times - t) / 0.1)) for t in at), np.zeros(len(times)))
+    arm = still.skeleton.names.index("left_shoulder")
+    rotations[:, arm] = rot.exp(angle[:, None] * np.array([0.0, 0.0, 1.0]))
+    return Motion(still.skeleton, still.translation, rotations, still.fps)
+
+
+def test_strokes_are_cut_about_the_fastest_hand_and_whole() -> None:
+    found = cut_strokes(swings((1.0, 4.0, 8.0), 12.0))
+    assert [len(stroke) for stroke in found] == [150, 150]  # the first begins before the recording
+    assert cut_strokes(swings((), 6.0)) == []
+
+
+def test_the_wide_device_differs_in_its_range_alone() -> None:
+    near, far = PRESETS["wii"].device, wide_layout().device
+    assert near.bits is not None
+    assert far.bits is not None
+    assert far.span / 2**far.bits == pytest.approx(near.span / 2**near.bits)
+    assert far.span == 8 * near.span
+
+
+def test_what_is_no_stroke_is_named(tmp_path: Path) -> None:
+    assert "expected C3D files of markers, found none" in find_strokes(tmp_path / "nowhere").notes[0]
+    (tmp_path / "bad.c3d").write_bytes(b"no C3D file")
+    found = find_strokes(tmp_path)
+    assert not found.takes
+    assert found.notes[0].startswith("bad.c3d is left out: ")
+
+
+def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = Library.create(tmp_path / "lib")
+    for name, speed in (("a", 0.8), ("b", 1.0)):
+        library.add(Take(name, {"motion": walk(1.5, speed=speed)}))
+    motions = {(f"serve_{i}", "motion"): walk(1.5, speed=0.9 + 0.2 * i) for i in (1, 2)}
+    monkeypatch.setattr(xie2009, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
+    small = LocalSettings(runs=1, clusters=2, frames=100, centres=30)
+    rows = reproduce(tmp_path / "out", library, takes=("b",), serves=tmp_path, local=small)
+    assert [row.take for row in rows[:: len(METHODS)]] == ["b", "serve_1", "serve_2"]
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "x.c3d is left out: y" in page
+    assert "<td>here<td>serve_1<td>" in page
+    assert "degrees, 24 g" in page
+    assert (tmp_path / "out" / "serve_2_rms.png").exists()
+
+
+def test_real_serves(data_folder: Path) -> None:
+    found = find_strokes(data_folder / "c3d")
+    strokes = found.takes["kinematics_tennis_serve"]
+    assert len(strokes) == 5
+    assert len({stroke.skeleton for stroke in strokes.values()}) == 1
+    assert sum("is left out: no Plug-in-Gait body" in note for note in found.notes) == 4

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
-from kinetograph.formats.sensor_recordings import motion_of_points, read_xsens
+from kinetograph.formats.sensor_recordings import motion_of_points, read_xsens, together
 from kinetograph.kinematics import joint_positions
 from kinetograph.sensing import Device, preset, simulate
 from walkers import walk
@@ -151,8 +152,22 @@ def test_an_xsens_text_is_read_by_its_column_names(tmp_path: Path):
     assert readings.times.tolist() == [0.0, 0.01]
     assert readings.angular is not None
     assert readings.angular[0].tolist() == [0.1, 0.2, 0.3]
+    assert readings.orientation is None
     with pytest.raises(FormatError, match="found none called Acc_X"):
         read_xsens(written(tmp_path, "// nothing\nPacketCounter\n1\n", "y.txt"), "pelvis")
+
+
+def test_an_xsens_orientation_has_y_up(tmp_path: Path):
+    header = "Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z,Quat_q0,Quat_q1,Quat_q2,Quat_q3\n"
+    # at rest: lying, its z up; and turned a quarter about x, its y up
+    text = header + f"0,0,9.81,0,0,0,1,0,0,0\n0,9.81,0,0,0,0,{np.sqrt(0.5)},{np.sqrt(0.5)},0,0\n"
+    one = read_xsens(written(tmp_path, text, "x.txt"), "pelvis")
+    assert one.orientation is not None
+    assert np.allclose(rot.rotate(one.orientation, one.force), [0, 9.81, 0], atol=1e-9)
+    both = together({"pelvis": one, "other": one})
+    assert both.orientation is not None
+    assert len(both.orientation) == 4
+    assert together({"pelvis": one, "other": replace(one, orientation=None)}).orientation is None
 
 
 def test_points_become_a_motion_whose_joints_are_where_they_were():

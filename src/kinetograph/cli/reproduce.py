@@ -67,16 +67,17 @@ def xie2009(
     library: LibraryFolder,
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for the page and its pictures.")],
     take: Annotated[list[str] | None, typer.Option(help="Take to hold out; by default four. Repeatable.")] = None,
+    serves: Annotated[Path | None, typer.Option(help="A folder of C3D files of tennis strokes' markers.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Sensor control: PCA against LLE, interpolation against optimisation (tables 7.1 and 7.2, figures 7.5 and 7.6).
 
-    Example: kinetograph reproduce xie2009 -l sports -o xie2009
+    Example: kinetograph reproduce xie2009 -l sports -o xie2009 --serves data/c3d
     """
     from dataclasses import asdict
 
     from kinetograph.evaluation.reproduce import xie2009 as paper
     from kinetograph.pipeline import open_library
 
-    rows = paper.reproduce(output, open_library(library), takes=tuple(take or ()), report=note)
+    rows = paper.reproduce(output, open_library(library), takes=tuple(take or ()), serves=serves, report=note)
     table([asdict(row) for row in rows], as_json, title=f"Xie 2009, in {output / 'index.html'}:")

@@ -44,6 +44,8 @@ NEURA = {
 """Which sensor is where, found by correlating angular speeds with those of the bones (0.99 and more)."""
 KINDS = (("force",), ("force", "angular"))
 """Each recording is run by its accelerometers alone, and with its gyroscopes."""
+NEURA_KINDS = (*KINDS, ("force", "tilt"), ("force", "angular", "tilt"))
+"""Neura's sensors tell their orientation, too; those of qmt's file are in frames that it does not tell."""
 QMT_STANDS = (60.0, 76.0)
 """Seconds of the qmt recording in which the wearer stands still."""
 _VICON = {"qRTH": "right_thigh", "qLTH": "left_thigh", "qRSK": "right_shank", "qLSK": "left_shank"}
@@ -88,7 +90,7 @@ def evaluate_recordings(folder: str | Path, library: Library, progress: Progress
     folder = Path(folder)
     jobs: list[Callable[[], list[RealRow]]] = []
     if (folder / "neura").is_dir():
-        jobs += [lambda kinds=kinds: neura(folder / "neura", kinds) for kinds in KINDS]  # type: ignore[misc]
+        jobs += [lambda kinds=kinds: neura(folder / "neura", kinds) for kinds in NEURA_KINDS]  # type: ignore[misc]
     if (folder / "utd-mhad").is_dir():
         jobs += [
             lambda action=action, kinds=kinds: utd(folder / "utd-mhad", action, kinds)  # type: ignore[misc]

@@ -144,6 +144,12 @@ def folds(library: Library, method: SensorControl, groups: Mapping[str, str] | N
     motions = collect_motions(library, (), track)
     if len(motions) == 1:
         motions = blocks(*next(iter(motions.items())))
+    return folds_of(motions, method, groups, only)
+
+
+def folds_of(motions: Motions, method: SensorControl, groups: Mapping[str, str] | None = None,
+             only: Sequence[str] = ()) -> list[Callable[[], Fold]]:  # fmt: skip
+    """A fold for each of several motions of one skeleton, built when called."""
     made = []
     for key in motions:
         if only and key[0] not in only:

@@ -14,10 +14,14 @@ from kinetograph.sensing.readings import GRAVITY, Readings
 from kinetograph.skeleton import Landmark, Skeleton
 
 XSENS_COLUMNS = ("Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
+XSENS_TURNS = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+_TO_Y_UP = rot.about("x", -np.pi / 2)
 
 
 def read_xsens(path: str | Path, name: str, fps: float = 100.0) -> Readings:
-    """One sensor from an MT Manager text file: specific force in m/s^2 and angular velocity in rad/s."""
+    """One sensor from an MT Manager text file: specific force in m/s^2, angular velocity in rad/s, and its turns in a
+    world with Y up where there are columns of quaternions (whose world has Z up).
+    """
     path = Path(path)
     with path.open(encoding="latin-1") as file:
         lines = [line for line in file if not line.startswith("//")]
@@ -25,12 +29,14 @@ def read_xsens(path: str | Path, name: str, fps: float = 100.0) -> Readings:
     missing = [column for column in XSENS_COLUMNS if column not in header]
     if missing:
         raise FormatError(path, f"expected columns {', '.join(XSENS_COLUMNS)}, found none called {missing[0]}")
-    used = [header.index(column) for column in XSENS_COLUMNS]
+    turns = XSENS_TURNS if set(XSENS_TURNS) <= set(header) else ()
+    used = [header.index(column) for column in (*XSENS_COLUMNS, *turns)]
     rows = np.array(
         [[float(line.replace("\t", ",").split(",")[i]) for i in used] for line in lines[1:] if line.strip()]
     )
     times = np.arange(len(rows)) / fps
-    return Readings((name,), times, np.zeros(len(rows), dtype=np.int64), rows[:, :3], rows[:, 3:])
+    facing = rot.multiply(_TO_Y_UP, rot.normalize(rows[:, 6:])) if turns else None
+    return Readings((name,), times, np.zeros(len(rows), dtype=np.int64), rows[:, :3], rows[:, 3:6], facing)
 
 
 def read_qmt(path: str | Path, names: dict[str, str]) -> Readings:
@@ -66,15 +72,17 @@ def read_utd(path: str | Path, name: str) -> Readings:
 
 
 def together(parts: dict[str, Readings]) -> Readings:
-    """Readings of several sensors, all with or all without angular velocities, as one."""
+    """Readings of several sensors, as one, with the angular velocities and orientations that all have."""
     found = list(parts.values())
     angular = [part.angular for part in found if part.angular is not None]
+    facing = [part.orientation for part in found if part.orientation is not None]
     return Readings(
         tuple(parts),
         np.concatenate([part.times for part in found]),
         np.concatenate([np.full(len(part), i) for i, part in enumerate(found)]),
         np.concatenate([part.force for part in found]),
         np.concatenate(angular) if len(angular) == len(found) else None,
+        np.concatenate(facing) if len(facing) == len(found) else None,
     )
 
 

@@ -15,12 +15,15 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor import Fold, folds, normalised_rms, pose_errors, score, timed
+from kinetograph.evaluation.reproduce._xie_strokes import CLIP, Strokes, find_strokes, wide_layout
+from kinetograph.evaluation.sensor import Fold, folds, folds_of, normalised_rms, pose_errors, score, timed
 from kinetograph.library import Library
 from kinetograph.methods._sensor_local import LocalModels
 from kinetograph.methods.sensor import LocalSettings, SensorControl, fit_examples
 from kinetograph.motion import Motion
-from kinetograph.sensing.virtual import simulate
+from kinetograph.sensing.layout import Layout
+from kinetograph.sensing.readings import GRAVITY
+from kinetograph.sensing.virtual import simulate, specific_force
 
 Report = Callable[[str], None]
 TABLE_7_1 = (
@@ -49,8 +52,9 @@ _STYLE = "body{font:16px sans-serif;max-width:60em;margin:2em auto}td,th{padding
 NOT_COMPARABLE = """The RMS of equation 7.1 is over quaternion components here; the thesis names neither its angles
 nor n, and gives the backhand by PCA as 0.40 in table 7.1 and 0.078 in figure 7.5. Its sensors are real and calibrated
 by wearing them for the library as well; ours are simulated. Its test takes were captured together with its library.
-It has tennis; the recordings at hand that have are markers without a skeleton, and left out. Times are of other
-machines."""
+Its tennis is forehands and backhands, ours, where there are any, serves: other strokes, by one player, few of them in
+one recording of markers to which a body is fitted. Times are of other machines."""
+NO_SERVES = "Tennis is left out: no folder of C3D recordings was named (--serves)."
 
 
 @dataclass(frozen=True)
@@ -68,13 +72,29 @@ class TakeRow:
     seconds: float
 
 
+@dataclass(frozen=True)
+class ClipRow:
+    """A stroke whose readings pass the device's range: the most g on any axis, the share of frames in which some axis
+    clips, and a method's error in degrees by the device and by one that reaches farther.
+    """
+
+    take: str
+    method: str
+    most_g: float
+    clipped: float
+    angle: float
+    wide: float
+
+
 def reproduce(
-    output: str | Path, library: Library, *, takes: Sequence[str] = (), local: LocalSettings | None = None,
-    report: Report = lambda text: None,
+    output: str | Path, library: Library, *, takes: Sequence[str] = (), serves: str | Path | None = None,
+    local: LocalSettings | None = None, report: Report = lambda text: None,
 ) -> list[TakeRow]:  # fmt: skip
     """Write ``index.html`` and its pictures to a new folder; the rows of its table.
 
-    takes: to hold out, by default four that are spread over the library. Raises RequestError for a folder in use.
+    takes: to hold out, by default four that are spread over the library. serves: a folder of C3D files of markers;
+    the strokes of each are a library of their own, one held out at a time, and what cannot be used is named on the
+    page. Raises RequestError for a folder in use.
     """
     folder = Path(output)
     if folder.exists() and any(folder.iterdir()):
@@ -85,24 +105,44 @@ def reproduce(
     settings = local or LocalSettings()
     rows: list[TakeRow] = []
     for build in folds(library, SensorControl(), None, None, held):
-        fold = build()
-        report(f"{fold.take}: {len(fold.truth)} frames")
-        found = _methods(fold, settings)
-        rows += [row for row, _ in found.values()]
-        _draw(fold, {name: motion for name, (_, motion) in found.items()}, folder)
-    (folder / "index.html").write_text(_page(rows), encoding="utf-8")
+        rows += _held_out(build(), settings, folder, report)
+    strokes = Strokes({}, (NO_SERVES,)) if serves is None else find_strokes(serves)
+    clipping: list[ClipRow] = []
+    for motions in strokes.takes.values():
+        wide = folds_of(motions, SensorControl(layout=wide_layout()))
+        for build, build_wide in zip(folds_of(motions, SensorControl()), wide, strict=True):
+            fold = build()
+            mine = _held_out(fold, settings, folder, report)
+            clipping += _clipping(fold, mine, _methods(build_wide(), settings, wide_layout()))
+            rows += mine
+    (folder / "index.html").write_text(_page(rows, clipping, strokes.notes), encoding="utf-8")
     return rows
 
 
-def _methods(fold: Fold, settings: LocalSettings) -> dict[str, tuple[TakeRow, FloatArray]]:
+def _held_out(fold: Fold, settings: LocalSettings, folder: Path, report: Report) -> list[TakeRow]:
+    report(f"{fold.take}: {len(fold.truth)} frames")
+    found = _methods(fold, settings, SensorControl().layout)
+    _draw(fold, {name: motion for name, (_, motion) in found.items()}, folder)
+    return [row for row, _ in found.values()]
+
+
+def _clipping(fold: Fold, rows: Sequence[TakeRow], wide: dict[str, tuple[TakeRow, FloatArray]]) -> list[ClipRow]:
+    layout = SensorControl().layout
+    reach = np.abs(specific_force(fold.truth, layout)).max(axis=(1, 2))
+    share = float(np.mean(reach > layout.device.span))
+    most = float(reach.max()) / GRAVITY
+    return [ClipRow(fold.take, row.method, most, share, row.angle, wide[row.method][0].angle) for row in rows]
+
+
+def _methods(fold: Fold, settings: LocalSettings, layout: Layout) -> dict[str, tuple[TakeRow, FloatArray]]:
     """Rows and rotations of each of `METHODS`."""
     found = {}
     learnt: dict[tuple[str, str], LocalModels | None] = {}
-    readings = simulate(fold.truth, SensorControl().layout, np.random.default_rng(0))
+    readings = simulate(fold.truth, layout, np.random.default_rng(0))
     for name, (synthesis, reduction, choice, ahead) in METHODS.items():
         # section 7.3 compares both without postprocessing
         local = replace(settings, reduction=reduction, choice=choice)
-        method = SensorControl(synthesis=synthesis, local=local, smoothing="none", ahead=ahead)
+        method = SensorControl(layout=layout, synthesis=synthesis, local=local, smoothing="none", ahead=ahead)
         known = learnt.get((reduction, choice))
         model = fit_examples(method, fold.examples, np.random.default_rng(0), known)
         learnt[reduction, choice] = model.local
@@ -144,7 +184,7 @@ def _picture(take: str, method: str) -> str:
     return f"{take}_{method.split(', ')[1].replace(' ', '_')}.png"
 
 
-def _page(rows: Sequence[TakeRow]) -> str:
+def _page(rows: Sequence[TakeRow], clipping: Sequence[ClipRow], notes: Sequence[str]) -> str:
     takes = list(dict.fromkeys(row.take for row in rows))
     by = {(row.take, row.method): row for row in rows}
     pca, lle = ([by[take, method] for take in takes] for method in (PCA, LLE))
@@ -167,6 +207,9 @@ def _page(rows: Sequence[TakeRow]) -> str:
             for r in rows
         ]),
         "<p>The last method of each take minimises the same terms over frames to come, and tells clusters by density.",
+        "<h2>Tennis</h2>",
+        *(f"<p>{html.escape(line)}" for line in notes),
+        *_clip_table(clipping),
         f"<h2>Not comparable</h2><p>{NOT_COMPARABLE}",
         f"<h2>Figure 7.5: PCA and LLE</h2><p>{FIGURE_7_5}",
         *(_image(f"{take}_rms.png") for take in takes),
@@ -174,6 +217,20 @@ def _page(rows: Sequence[TakeRow]) -> str:
         *(_image(_picture(take, method)) for take in takes for method in (PCA, FRAME_BY_FRAME, AHEAD)),
     ]  # fmt: skip
     return "\n".join(parts) + "\n"
+
+
+def _clip_table(rows: Sequence[ClipRow]) -> list[str]:
+    if not rows:
+        return []
+    span = SensorControl().layout.device.span / GRAVITY
+    header = ("take", "method", "most g", "frames that clip", f"degrees, {span:g} g", f"degrees, {CLIP * span:g} g")
+    return [
+        "<p>A library of their own, one stroke left out at a time, few as they are.",
+        f"<p>Strokes pass the {span:g} g at which the device clips; so do the library's readings:",
+        _table(header, [
+            (r.take, r.method, f"{r.most_g:.1f}", f"{r.clipped:.0%}", f"{r.angle:.2f}", f"{r.wide:.2f}") for r in rows
+        ]),
+    ]  # fmt: skip
 
 
 def _table(header: Sequence[str], lines: Sequence[Sequence[object]]) -> str:
