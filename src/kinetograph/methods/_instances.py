@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -62,6 +63,11 @@ class Instances:
     controls: dict[int, FloatArray]
     heads: FloatArray
     tails: FloatArray
+
+    @cached_property
+    def places(self) -> dict[Segment, int]:
+        """Where in ``segments`` each of them is."""
+        return {segment: place for place, segment in enumerate(self.segments)}
 
     @property
     def longest(self) -> int:

@@ -144,7 +144,7 @@ def _span(
 
 
 def _ends(model: PerformanceModel, segment: Segment) -> tuple[FloatArray, FloatArray]:
-    index = model.instances.segments.index(segment)
+    index = model.instances.places[segment]
     heads, tails = model.mixed_ends
     return heads[index][None], tails[index][None]
 
