@@ -60,8 +60,8 @@ def inbetween(
 
     Example: kinetograph inbetween --from lying.bvh@0 --to take:run@0.4 --seconds 5 -l clips -o rise.bvh
     """
-    from kinetograph.cli.perform import draw, write_report
-    from kinetograph.formats import ReadOptions, save
+    from kinetograph.cli.perform import write_motion, write_report
+    from kinetograph.formats import ReadOptions
     from kinetograph.methods.keyframe import KeyframeControl, PaperSettings, SearchSettings
     from kinetograph.pipeline import inbetween as run
     from kinetograph.pipeline import open_library
@@ -84,10 +84,8 @@ def inbetween(
     for text in made[0].warnings:
         note(text)
     for number, synthesis in enumerate(made, start=1):
-        for path in output:
-            save(synthesis.motion, numbered(path, number), force=force)
-        if picture:
-            draw(synthesis, numbered(picture, number), None, "in between")
+        outputs = [numbered(path, number) for path in output]
+        write_motion(synthesis, outputs, picture and numbered(picture, number), None, "in between", force)
         if report:
             write_report(synthesis, numbered(report, number), force)
     written = [str(numbered(path, number)) for number in range(1, len(made) + 1) for path in named]

@@ -97,7 +97,7 @@ def perform(
     Example: kinetograph perform path.csv -l walks -o walk.bvh -o walk.glb --picture walk.png
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
-    from kinetograph.formats import ReadOptions, read, save
+    from kinetograph.formats import ReadOptions, read
     from kinetograph.methods.performance import only_track
     from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
@@ -149,10 +149,8 @@ def perform(
     for text in synthesis.warnings:
         note(text)
     for number, each in enumerate(made, start=1):
-        for path in output:
-            save(each.motion, numbered(path, number), force=force)
-        if picture:
-            draw(each, numbered(picture, number), wanted, control.name)
+        outputs = [numbered(path, number) for path in output]
+        write_motion(each, outputs, picture and numbered(picture, number), wanted, control.name, force)
         if report:
             write_report(each, numbered(report, number), force)
     if transcript:
@@ -164,6 +162,23 @@ def perform(
     others = {f"cost_{number}": each.cost for number, each in enumerate(made[1:], start=2)}
     told = {"breakdown": rows} if rows and as_json else {}
     result({"wrote": [*(str(p) for p in written), *extra], **summary, **others, **told}, as_json)
+
+
+def write_motion(
+    synthesis: Synthesis,
+    outputs: list[Path],
+    picture: Path | None,
+    control: Signal | Motion | None,
+    title: str,
+    force: bool,
+) -> None:
+    """A synthesis' motion in every format that was asked for, and its contact sheet."""
+    from kinetograph.formats import save
+
+    for path in outputs:
+        save(synthesis.motion, path, force=force)
+    if picture:
+        draw(synthesis, picture, control, title)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:

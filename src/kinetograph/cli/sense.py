@@ -66,8 +66,7 @@ def sense(
     """
     import numpy as np
 
-    from kinetograph.cli.perform import draw, summarize, write_report
-    from kinetograph.formats import save
+    from kinetograph.cli.perform import summarize, write_motion, write_report
     from kinetograph.formats.readings import read_layout, read_readings
     from kinetograph.methods.sensor import LocalSettings, SensorControl
     from kinetograph.pipeline import open_library
@@ -92,10 +91,7 @@ def sense(
         synthesised = model.synthesize(rows, progress)
     for text in synthesised.warnings:
         note(text)
-    for path in output:
-        save(synthesised.motion, path, force=force)
-    if picture:
-        draw(synthesised, picture, None, readings.name)
+    write_motion(synthesised, output, picture, None, readings.name, force)
     if report:
         write_report(synthesised, report, force)
     summary = summarize(synthesised)
