@@ -112,7 +112,11 @@ def _cuts(library: kg.Library) -> list[float]:
 def _tapping(library: kg.Library, keys: int) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "kinetograph", "library", "tap", str(library.path), "walk", "--countdown", "0"]
     options = ["--speed", "0.1", "--latency", "0.01", "--json"]
-    return subprocess.Popen([*command, *options], stdin=keys, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs pass that on
+    try:
+        return subprocess.Popen([*command, *options], stdin=keys, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    finally:
+        signal.signal(signal.SIGINT, ignored)
 
 
 def _read_until(tapping: subprocess.Popen[bytes], text: bytes) -> bytes:
