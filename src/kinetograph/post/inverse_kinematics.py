@@ -28,12 +28,12 @@ def reach(
     """World turns, each ``(..., 4)``, of the upper and then the lower bone that bring ``end`` to ``target``.
 
     upper, middle, end: the limb's joints (hip, knee, ankle), shape ``(..., 3)`` metres; target: likewise. The limb
-    bends in the plane it bends in now. hinge ``(..., 3)``: the axis that a straight limb bends about, and that one bent
-    by less than `PLAIN` bends further about in part, by the right hand's rule from its middle joint's side to its
-    end's; for a leg, from the left hip to the right. A target that is out of reach is approached as far as `STRAIGHT`
-    of the limb's length, or as far as the limb is stretched now if that is further: no bone is ever lengthened. The
-    lower bone's turn includes the upper's. steady: miss the target by some millimetres rather than let the middle joint
-    of a limb that is nearly straight, or bent a little to the wrong side, snap to the other.
+    bends in the plane it bends in now. hinge ``(..., 3)``: the axis that a straight limb bends about, by the right
+    hand's rule from its middle joint's side to its end's; for a leg, from the left hip to the right. A target that is
+    out of reach is approached as far as `STRAIGHT` of the limb's length, or as far as the limb is stretched now if that
+    is further: no bone is ever lengthened. The lower bone's turn includes the upper's. steady: with a hinge, bend a
+    limb that is bent by less than `PLAIN` about that in part, and miss the target by some millimetres rather than let
+    the middle joint of one that is nearly straight, or bent a little to the wrong side, snap to the other.
     """
     first, second = _length(middle - upper), _length(end - middle)
     now = _length(end - upper)
@@ -43,7 +43,7 @@ def reach(
     open_now, open_wanted = _angle(first, second, now), _angle(first, second, wanted)
     lean_now = _angle(first, now, second)
     plane, across = _bend_axes(upper, middle, end, hinge)
-    if hinge is None:
+    if hinge is None or not steady:
         axis = plane
     else:
         moved = _length(target - end) / (first + second) + np.maximum(open_now - open_wanted, 0.0)
