@@ -151,7 +151,7 @@ def test_a_leg_that_is_nearly_straight_bends_where_its_hinge_says_whatever_its_n
     found = hip + rot.rotate(upper, knee - hip)
     np.testing.assert_allclose(found + rot.rotate(lower, ankle - knee), target, atol=0.007)
     assert np.ptp(found, axis=0).max() < 0.02  # in its own plane it would be anywhere on a circle of 8 cm
-    assert found[:, 2].max() < -0.015
+    assert found[:, 2].max() < -0.01  # in front
 
 
 def test_a_bent_leg_that_stays_is_left_as_it_is_with_a_hinge_too() -> None:
