@@ -12,7 +12,14 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
 from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
-from kinetograph.evaluation.metrics import contact_speed, distinct_share, hold_errors, jerk, mean_known, position_errors
+from kinetograph.evaluation.metrics import (
+    contact_speed,
+    distinct_share,
+    hold_errors,
+    jerk,
+    mean_figures,
+    position_errors,
+)
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl
@@ -84,11 +91,7 @@ def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
     means = []
     for method in dict.fromkeys(row.method for row in rows):
         mine = [row for row in rows if row.method == method]
-        values = {
-            name: mean_known([getattr(row, name) for row in mine])
-            for name, value in vars(mine[0]).items()
-            if isinstance(value, float)
-        }
+        values = mean_figures(mine)
         means.append(DanceRow(take="mean", method=method, **values))
     return means
 

@@ -104,3 +104,9 @@ def mean_known(values: Sequence[float]) -> float:
     """The mean of the values that are numbers; not a number where none is."""
     known = [value for value in values if not np.isnan(value)]
     return float(np.mean(known)) if known else float("nan")
+
+
+def mean_figures(rows: Sequence[object]) -> dict[str, float]:
+    """The means over rows of one kind, by name, of what is a float in the first; see `mean_known`."""
+    names = [name for name, value in vars(rows[0]).items() if isinstance(value, float)]
+    return {name: mean_known([getattr(row, name) for row in rows]) for name in names}

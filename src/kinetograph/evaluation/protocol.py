@@ -17,7 +17,7 @@ from kinetograph.evaluation.metrics import (
     control_error,
     distinct_share,
     jerk,
-    mean_known,
+    mean_figures,
     near_seams,
     position_errors,
 )
@@ -113,11 +113,7 @@ def mean_rows(rows: list[WalkRow]) -> list[WalkRow]:
     means = []
     for method in dict.fromkeys(row.method for row in rows):
         mine = [row for row in rows if row.method == method]
-        values = {
-            name: mean_known([getattr(row, name) for row in mine])
-            for name, value in vars(mine[0]).items()
-            if isinstance(value, float)
-        }
+        values = mean_figures(mine)
         values["seconds"] = float(sum(row.seconds for row in mine))
         means.append(WalkRow(take="mean", method=method, pieces=sum(row.pieces for row in mine), **values))
     return means
