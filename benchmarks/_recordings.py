@@ -7,9 +7,10 @@ import tempfile
 from pathlib import Path
 
 from kinetograph.formats import ReadOptions
-from kinetograph.library import Library, samples
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+from kinetograph.library import Library
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.pipeline import read_take
+from kinetograph.samples import fetching as samples
 
 
 def data_folder() -> Path | None:

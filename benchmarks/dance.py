@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks._recordings import data_folder
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
 from kinetograph.motion import Motion, concatenate, cut, resample
 from kinetograph.pipeline import read_take
 from kinetograph.take import Take

@@ -23,9 +23,10 @@ from kinetograph.evaluation.keyframe import (
 )
 from kinetograph.formats import load
 from kinetograph.keys import key_at
-from kinetograph.library import Library, samples
-from kinetograph.methods.keyframe import KeyframeControl
+from kinetograph.library import Library
+from kinetograph.methods.keyframe.model import KeyframeControl
 from kinetograph.motion import Motion, sample
+from kinetograph.samples import fetching as samples
 from kinetograph.take import Take
 
 GETTING_UP = ("111_06", "111_07", "111_08", "113_08", "114_02", "140_01", "140_02", "140_04", "140_08")

@@ -21,7 +21,7 @@ from kinetograph import rotations as rot
 from kinetograph.formats import ReadOptions, load
 from kinetograph.learn import segmental
 from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, cut, sample
 from kinetograph.pipeline import read_take

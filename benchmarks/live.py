@@ -12,8 +12,8 @@ from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import dances
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.library import Library
-from kinetograph.methods.live import short_pieces
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance.live import short_pieces
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.synthesis import Synthesis
 

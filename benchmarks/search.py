@@ -16,8 +16,8 @@ import numpy as np
 from benchmarks._recordings import walker
 from kinetograph.learn import segmental
 from kinetograph.learn.segmental import Arrivals, SegmentalSearch
-from kinetograph.methods import _instances
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance import segments as cutting
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 
 STRETCHES = (-2, -1, 0, 1, 2)
 
@@ -62,12 +62,12 @@ def model_of_size(segments: int) -> PerformanceModel:
     model = walker()
     found = model.instances.segments
     chosen = tuple(found[i % len(found)] for i in range(segments))
-    original = _instances.legal_steps
-    _instances.legal_steps = lambda duration, rate, stretch: [max(round(duration * rate), 4) + i for i in STRETCHES]
+    original = cutting.legal_steps
+    cutting.legal_steps = lambda duration, rate, stretch: [max(round(duration * rate), 4) + i for i in STRETCHES]
     try:
-        instances = _instances.build_instances(model.sources, chosen, model.method.rate, model.method.stretch)
+        instances = cutting.build_instances(model.sources, chosen, model.method.rate, model.method.stretch)
     finally:
-        _instances.legal_steps = original
+        cutting.legal_steps = original
     return replace(model, instances=instances)
 
 
@@ -77,7 +77,7 @@ def control_of(model: PerformanceModel, seconds: float) -> np.ndarray:
     steps = int(seconds * model.method.rate)
     index = np.arange(steps + 1) / model.method.rate * source.motion.fps
     folded = np.abs((index + len(source.motion)) % (2 * len(source.motion) - 2) - len(source.motion) + 1)
-    points = _instances.interpolate(source.control, folded)
+    points = cutting.interpolate(source.control, folded)
     return points + 0.05 * np.sin(np.arange(steps + 1) / 7.0)[:, None, None]
 
 

@@ -18,7 +18,7 @@ from kinetograph.formats import ReadOptions
 from kinetograph.learn.mixture import fit_mixture
 from kinetograph.learn.reduction import fit_pca
 from kinetograph.library import Library
-from kinetograph.methods.sensor import SYNTHESES, SensorControl
+from kinetograph.methods.sensor.model import SYNTHESES, SensorControl
 from kinetograph.pipeline import read_take
 from kinetograph.sensing import simulate
 

@@ -56,9 +56,9 @@ def picture() -> None:
     import tempfile
 
     from kinetograph.cli.demo import sample_library
-    from kinetograph.methods.performance import PerformanceControl
+    from kinetograph.drawing.pictures import strobe
+    from kinetograph.methods.performance.model import PerformanceControl
     from kinetograph.motion import cut
-    from kinetograph.pictures import strobe
     from kinetograph.pipeline import perform, winding_path
 
     with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import kinetograph as kg
-from kinetograph.methods.controls import PointsByRole
+from kinetograph.methods.performance.control_points import PointsByRole
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import Landmark
 from kinetograph.take import Annotation

@@ -36,7 +36,7 @@ def data_folder() -> Path:
 def clips_folder() -> Path:
     """The ``deepmimic-clips`` sample, found or fetched; the test is skipped where it cannot be had."""
     from kinetograph.errors import FetchError
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     try:
         return samples.where("deepmimic-clips") or samples.fetch("deepmimic-clips")

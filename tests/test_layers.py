@@ -17,10 +17,10 @@ _MODULES = sorted(path for path in _PACKAGE.rglob("*.py") if path != _PACKAGE / 
 _LAYERS = (
     {"__main__"},
     {"cli", "studio", "stream"},
-    {"evaluation", "pictures", "_figures", "rendering"},
+    {"evaluation", "drawing"},
     {"pipeline"},
     {"methods", "post"},
-    {"segmentation", "library", "formats", "markers"},
+    {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations"},
@@ -106,11 +106,10 @@ def test_learning_sees_arrays_only() -> None:
 
 
 def test_pictures_sit_above_formats() -> None:
-    for name in ("pictures", "_figures"):
-        assert _RANK[name] > _RANK["formats"]
+    assert _RANK["drawing"] > _RANK["formats"]
     for name, imported in _graph().items():
-        if name not in ("__main__", "cli", "studio", "stream", "evaluation", "pictures"):
-            assert not imported & {"pictures", "_figures"}, f"{name} draws pictures"
+        if name not in ("__main__", "cli", "studio", "stream", "evaluation"):
+            assert "drawing" not in imported, f"{name} draws pictures"
 
 
 def test_nothing_below_imports_the_command_line() -> None:

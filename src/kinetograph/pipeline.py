@@ -12,12 +12,20 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.keys import Key
 from kinetograph.library import Library
-from kinetograph.methods._collect import LABELS
-from kinetograph.methods._ground_path import smooth_path
-from kinetograph.methods.grow import GROWN, Growth, by_hand, cut_tracks, grow_rest, grow_takes, growing_control
-from kinetograph.methods.keyframe import KeyframeControl
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, only_track
-from kinetograph.methods.rules import Rule
+from kinetograph.methods.keyframe.model import KeyframeControl
+from kinetograph.methods.performance.ground_path import smooth_path
+from kinetograph.methods.performance.grow import (
+    GROWN,
+    Growth,
+    by_hand,
+    cut_tracks,
+    grow_rest,
+    grow_takes,
+    growing_control,
+)
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, only_track
+from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.sources import LABELS
 from kinetograph.motion import Motion
 from kinetograph.segmentation import (
     cuts_at_labels,

@@ -17,10 +17,10 @@ import pytest
 import kinetograph as kg
 from kinetograph.cli import _keys
 from kinetograph.cli.tap import tap
+from kinetograph.drawing.text import bones_over_time, draw_bones
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.library.annotations_csv import read_times
 from kinetograph.pipeline import cut_by_hand
-from kinetograph.rendering.text import bones_over_time, draw_bones
 from kinetograph.take import Take
 from walkers import walk
 

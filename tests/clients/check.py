@@ -57,7 +57,7 @@ def main() -> int:
 
 def subjects() -> dict[str, tuple[Take, WriteOptions]]:
     """A walk, a pair, a human and awkward names; recordings at hand, else those of the registry sample."""
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     data = next((p for p in (Path(os.environ.get("KINETOGRAPH_DATA", "")), HERE.parents[2] / "shared" / "data")
                  if (p / "walks").is_dir()), None)  # fmt: skip
@@ -79,8 +79,8 @@ def subjects() -> dict[str, tuple[Take, WriteOptions]]:
         WriteOptions(),
     )
     try:
-        from kinetograph.library.characters import human
         from kinetograph.post.retarget import retarget
+        from kinetograph.samples.characters import human
     except ImportError:
         return found
     body = human()

@@ -10,8 +10,8 @@ import pytest
 import kinetograph as kg
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.formats import ReadOptions
-from kinetograph.methods.live import short_pieces
-from kinetograph.methods.performance import partner_control
+from kinetograph.methods.performance.live import short_pieces
+from kinetograph.methods.performance.model import partner_control
 from kinetograph.motion import cut, resample
 from kinetograph.pipeline import read_take, segment_library
 from kinetograph.take import Take

@@ -15,17 +15,21 @@ import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.evaluation.protocol import leave_one_take_out
-from kinetograph.evaluation.reproduce import _hsu_dances, _hsu_phase, _hsu_search, _hsu_walks, hsu2004
-from kinetograph.evaluation.reproduce._hsu_data import Recordings, collect, find_folder, lasting
-from kinetograph.evaluation.reproduce._hsu_labels import as_played, held_out_errors, name_steps, steps_by_foot
-from kinetograph.evaluation.reproduce._hsu_phase import CalmPath, in_step_by_length, methods, sway_by_phase
-from kinetograph.evaluation.reproduce._page import Section, page, paragraph, shown, table
-from kinetograph.evaluation.reproduce._timing import processor_seconds
-from kinetograph.library import samples
-from kinetograph.methods.controls import GroundPath, PointsByRole
-from kinetograph.methods.performance import PerformanceControl
+from kinetograph.evaluation.reproduce import hsu2004
+from kinetograph.evaluation.reproduce.hsu2004 import dances as hsu_dances
+from kinetograph.evaluation.reproduce.hsu2004 import phase as hsu_phase
+from kinetograph.evaluation.reproduce.hsu2004 import search as hsu_search
+from kinetograph.evaluation.reproduce.hsu2004 import walks as hsu_walks
+from kinetograph.evaluation.reproduce.hsu2004.data import Recordings, collect, find_folder, lasting
+from kinetograph.evaluation.reproduce.hsu2004.labels import as_played, held_out_errors, name_steps, steps_by_foot
+from kinetograph.evaluation.reproduce.hsu2004.phase import CalmPath, in_step_by_length, methods, sway_by_phase
+from kinetograph.evaluation.reproduce.page import Section, page, paragraph, shown, table
+from kinetograph.evaluation.reproduce.timing import processor_seconds
+from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
+from kinetograph.methods.performance.model import PerformanceControl
 from kinetograph.motion import Motion, place
 from kinetograph.pipeline import segment_library
+from kinetograph.samples import fetching as samples
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -60,10 +64,10 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
         ("CLUSTERS", (None, 0.05)),
         ("RATES", (10.0, 30.0)),
     ):
-        monkeypatch.setattr(_hsu_search, name, values)
-    monkeypatch.setattr(_hsu_phase, "LENGTHS", (4.0,))
-    monkeypatch.setattr(_hsu_phase, "SIGMAS", (0.0, 0.6))
-    monkeypatch.setattr(_hsu_walks, "drawn", lambda draw, caption: paragraph(caption))
+        monkeypatch.setattr(hsu_search, name, values)
+    monkeypatch.setattr(hsu_phase, "LENGTHS", (4.0,))
+    monkeypatch.setattr(hsu_phase, "SIGMAS", (0.0, 0.6))
+    monkeypatch.setattr(hsu_walks, "drawn", lambda draw, caption: paragraph(caption))
 
 
 def _tables(text: str) -> dict[str, list[list[str]]]:
@@ -252,21 +256,21 @@ def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> Non
     motion = walks.take("a").motion()
     model = PerformanceControl().fit(walks, exclude=("a",))
     result = model.synthesize(motion)
-    dense = _hsu_search.sampled(model.control_points(motion), motion.fps, 30.0)
-    again = _hsu_search.placed_again(model, result, dense, 30.0)
+    dense = hsu_search.sampled(model.control_points(motion), motion.fps, 30.0)
+    again = hsu_search.placed_again(model, result, dense, 30.0)
     assert [p.cost for p in again] == pytest.approx([p.cost for p in result.pieces])
     assert [p.seam for p in again] == pytest.approx([p.seam for p in result.pieces])
     seams = np.array([p.seam for p in result.pieces[1:]]) / model.method.continuity
     gap = 100 * np.sqrt(seams.mean() / 4)  # four end effectors of weight 1
-    assert _hsu_search.seam_gap(model, result, motion) == pytest.approx(gap)
+    assert hsu_search.seam_gap(model, result, motion) == pytest.approx(gap)
 
 
 def test_clustering_to_a_number_comes_near_it(walks: kg.Library) -> None:
     full = PerformanceControl().fit(walks)
-    some = _hsu_search.clustered(PerformanceControl(), walks, 12)
+    some = hsu_search.clustered(PerformanceControl(), walks, 12)
     assert len(full.instances.segments) > 25
     assert abs(len(some.instances.segments) - 12) <= 3
-    assert len(_hsu_search.clustered(PerformanceControl(), walks, 10**6).instances.segments) == len(
+    assert len(hsu_search.clustered(PerformanceControl(), walks, 10**6).instances.segments) == len(
         full.instances.segments
     )
 
@@ -331,15 +335,15 @@ def test_dances_are_printed_as_the_protocol_gives_them(tmp_path: Path, monkeypat
         cuts = tuple(Annotation("follower", "cut", "", t, t) for t in np.arange(13) / 2)
         library.add(Take(name, {"leader": leader, "follower": place(leader, 0.0, (1.0, 0.0, 0.3))}, cuts))
     method = PerformanceControl(control=PointsByRole(_ENDS), span=2)
-    monkeypatch.setattr(_hsu_dances, "partner_control", lambda: method)
-    monkeypatch.setattr(_hsu_dances, "drawn", lambda draw, caption: paragraph(caption))
-    section = _hsu_dances.dance_section(library, lambda text: None)
+    monkeypatch.setattr(hsu_dances, "partner_control", lambda: method)
+    monkeypatch.setattr(hsu_dances, "drawn", lambda draw, caption: paragraph(caption))
+    section = hsu_dances.dance_section(library, lambda text: None)
     tables = _tables(page("t", [section]))
     for row in leave_one_dance_out(method, library, "follower", baselines=False):
         cells = next(c for c in tables["By dance"] if c[0] == row.take)
         assert cells[2:4] == [shown(row.joint_cm), shown(row.relative_cm)]
     assert len(tables["Means over the dances"]) == 1 + 6
-    units = _hsu_dances.unit_section(library, True, lambda text: None).numbers["units"]
+    units = hsu_dances.unit_section(library, True, lambda text: None).numbers["units"]
     assert [row["unit"] for row in units] == ["1 beat", "2 beats", "4 beats"]
     assert [row["segments"] for row in units] == [12, 11, 9]
 

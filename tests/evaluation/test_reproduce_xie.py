@@ -8,10 +8,10 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.reproduce import xie2009
-from kinetograph.evaluation.reproduce._xie_strokes import Strokes, cut_strokes, find_strokes, wide_layout
 from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce
+from kinetograph.evaluation.reproduce.xie2009.strokes import Strokes, cut_strokes, find_strokes, wide_layout
 from kinetograph.library import Library
-from kinetograph.methods.sensor import LocalSettings
+from kinetograph.methods.sensor.model import LocalSettings
 from kinetograph.motion import Motion
 from kinetograph.sensing.layout import PRESETS
 from kinetograph.take import Take

@@ -21,7 +21,7 @@ from kinetograph.evaluation.sensor import (
 )
 from kinetograph.evaluation.sensor_baselines import ridge
 from kinetograph.library import Library
-from kinetograph.methods.sensor import SensorControl
+from kinetograph.methods.sensor.model import SensorControl
 from kinetograph.sensing import preset
 from kinetograph.take import Take
 from walkers import walk

@@ -248,7 +248,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
 
 def forked(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
     """What `subprocess.run` does for the reader of USD, without starting Python anew."""
-    from kinetograph.formats import _usd_child
+    from kinetograph.formats.usd import child as usd_child
 
     with tempfile.TemporaryFile("w+", errors="replace") as said:
         child = os.fork()
@@ -256,7 +256,7 @@ def forked(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
             os.dup2(said.fileno(), 2)
             code = 0
             try:
-                _usd_child.main(*command[-2:])
+                usd_child.main(*command[-2:])
             except SystemExit as end:
                 os.write(2, f"{end}\n".encode(errors="replace"))
                 code = 1
@@ -274,9 +274,9 @@ def usd_files(folder: Path) -> dict[str, bytes]:
         from pxr import Sdf, Usd, UsdGeom, UsdSkel  # noqa: F401
     except ImportError:
         return {}
-    from kinetograph.formats import _usd_read
+    from kinetograph.formats.usd import reader as usd_read
 
-    _usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
+    usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
     files = {}
     for suffix in ("usda", "usdc"):
         save(small_motion(), folder / f"good.{suffix}")

@@ -13,7 +13,7 @@ from kinetograph import rotations as rot
 from kinetograph.errors import FormatError
 from kinetograph.formats import load, read
 from kinetograph.formats.deepmimic import skeleton
-from kinetograph.formats.reading import ReadOptions
+from kinetograph.formats.options import ReadOptions
 from kinetograph.kinematics import joint_positions, landmark_positions, role_positions
 from kinetograph.skeleton import Landmark
 

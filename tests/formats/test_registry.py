@@ -11,7 +11,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import READERS, WRITERS, Loaded, bvh, load, read, save
-from kinetograph.formats._atomic import atomic_path
+from kinetograph.formats.atomic import atomic_path
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take

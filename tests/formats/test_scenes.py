@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import ReadOptions, WriteOptions, load, read, read_character, save
-from kinetograph.formats._fbx_nodes import header_nodes, make, pack
+from kinetograph.formats.fbx.nodes import header_nodes, make, pack
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton

@@ -13,7 +13,7 @@ import naive
 from kinetograph.errors import DataError
 from kinetograph.learn import _group_kernels, segmental
 from kinetograph.learn._kernels import LANES
-from kinetograph.learn._ring import inexact, predecessors
+from kinetograph.learn.ring import inexact, predecessors
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, prove, solve
 
 CONTINUITY = 0.4

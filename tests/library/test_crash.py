@@ -115,8 +115,8 @@ def test_a_writer_killed_between_frames_and_catalogue(tmp_path: Path) -> None:
     script = (
         "import os, signal, sys; sys.path.insert(0, sys.argv[2])\n"
         "from crash_writer import take_of\n"
-        "from kinetograph.library import Library, _catalogue\n"
-        "_catalogue.set_storage = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "from kinetograph.library import Library, catalogue\n"
+        "catalogue.set_storage = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         "Library.open(sys.argv[1]).add(take_of('lost', 1))\n"
     )
     library = Library.create(tmp_path / "library")

@@ -25,7 +25,7 @@ from hypothesis import strategies as st
 from kinetograph import rotations as rot
 from kinetograph.errors import DataError, LibraryError, RequestError
 from kinetograph.kinematics import joint_positions
-from kinetograph.library import Library, Report, _catalogue, _frames, annotations_of, contents
+from kinetograph.library import Library, Report, annotations_of, catalogue, contents, frame_files
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import ROLES, Landmark, Skeleton
@@ -266,9 +266,9 @@ def test_ten_hours_are_opened_without_reading_them(library: Library) -> None:
     """A catalogue of 2,000 takes, each 18 s at 120 Hz, over a frames file of 4.6 GB that is a hole."""
     library.add(walk_take("first", 2160))
     joints, frames, count = 30, 2160, 2000
-    with _catalogue.writing(library.path) as db:
+    with catalogue.writing(library.path) as db:
         skeleton = db.execute("SELECT id FROM skeletons").fetchone()[0]
-        start = _catalogue.storage(db).stop
+        start = catalogue.storage(db).stop
         for i in range(count):
             take = db.execute("INSERT INTO takes (name) VALUES (?)", (f"take{i}",)).lastrowid
             track = db.execute(
@@ -277,8 +277,8 @@ def test_ten_hours_are_opened_without_reading_them(library: Library) -> None:
             ).lastrowid
             for name, dtype, width in (("translation", "<f8", 3), ("rotations", "<f4", joints * 4)):
                 db.execute("INSERT INTO arrays VALUES (?, ?, ?, ?, ?, 0)", (track, name, dtype, width, start))
-                start += _frames.Span(name, dtype, width, frames, start, 0).size
-        _catalogue.set_storage(db, _catalogue.Storage("frames-1.bin", start))
+                start += frame_files.Span(name, dtype, width, frames, start, 0).size
+        catalogue.set_storage(db, catalogue.Storage("frames-1.bin", start))
     os.truncate(library.path / "frames-1.bin", start)
     tracemalloc.start()
     try:
@@ -333,9 +333,9 @@ def test_what_is_no_library_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_newer_format_is_refused(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
-    with _catalogue.writing(library.path) as db:
-        db.execute(f"PRAGMA user_version = {_catalogue.VERSION + 1}")
-    message = f"library format {_catalogue.VERSION + 1} is newer than {_catalogue.VERSION}, .* update Kinetograph"
+    with catalogue.writing(library.path) as db:
+        db.execute(f"PRAGMA user_version = {catalogue.VERSION + 1}")
+    message = f"library format {catalogue.VERSION + 1} is newer than {catalogue.VERSION}, .* update Kinetograph"
     with pytest.raises(LibraryError, match=message):
         Library.open(library.path)
 
@@ -345,12 +345,12 @@ def test_an_older_format_is_migrated_once(library: Library, monkeypatch: pytest.
         db.execute("ALTER TABLE takes ADD COLUMN recorded TEXT")
 
     library.add(walk_take("walk"))
-    old = _catalogue.VERSION
-    monkeypatch.setattr(_catalogue, "VERSION", old + 1)
-    monkeypatch.setitem(_catalogue.MIGRATIONS, old, add_a_column)
+    old = catalogue.VERSION
+    monkeypatch.setattr(catalogue, "VERSION", old + 1)
+    monkeypatch.setitem(catalogue.MIGRATIONS, old, add_a_column)
     for _ in range(2):
         assert Library.open(library.path).names() == ("walk",)
-    with _catalogue.reading(library.path) as db:
+    with catalogue.reading(library.path) as db:
         assert db.execute("SELECT recorded FROM takes").fetchall() == [(None,)]
         assert db.execute("PRAGMA user_version").fetchone() == (old + 1,)
 
@@ -362,8 +362,8 @@ def test_a_migration_that_fails_changes_nothing(library: Library, monkeypatch: p
 
     library.add(walk_take("walk", 30, cut(0.1)))
     with monkeypatch.context() as newer:
-        newer.setattr(_catalogue, "VERSION", _catalogue.VERSION + 1)
-        newer.setitem(_catalogue.MIGRATIONS, _catalogue.VERSION - 1, fail_halfway)
+        newer.setattr(catalogue, "VERSION", catalogue.VERSION + 1)
+        newer.setitem(catalogue.MIGRATIONS, catalogue.VERSION - 1, fail_halfway)
         with pytest.raises(KeyboardInterrupt):
             Library.open(library.path)
     assert Library.open(library.path).take("walk").annotations == (cut(0.1),)
@@ -423,14 +423,14 @@ def _report(send: multiprocessing.connection.Connection, work: Callable[[Path], 
 
 
 def test_a_second_writer_is_told_after_a_while(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_catalogue, "PATIENCE", 0.2)
-    with _catalogue.writing(library.path), pytest.raises(LibraryError, match="another process has been writing to it"):
+    monkeypatch.setattr(catalogue, "PATIENCE", 0.2)
+    with catalogue.writing(library.path), pytest.raises(LibraryError, match="another process has been writing to it"):
         library.add(walk_take("walk"))
     library.add(walk_take("walk"))
 
 
 def test_a_second_writer_waits(library: Library) -> None:
-    with _catalogue.writing(library.path):
+    with catalogue.writing(library.path):
         second = threading.Thread(target=library.add, args=(walk_take("walk"),))
         second.start()
         second.join(0.2)
@@ -442,7 +442,7 @@ def test_a_second_writer_waits(library: Library) -> None:
 
 def test_readers_do_not_wait_for_a_writer(library: Library) -> None:
     library.add(walk_take("walk"))
-    with _catalogue.writing(library.path) as db:
+    with catalogue.writing(library.path) as db:
         db.execute("INSERT INTO takes (name) VALUES ('begun')")
         assert Library.open(library.path).take("walk").name == "walk"  # one that waited would end in an error
         assert library.names() == ("walk",)
@@ -452,27 +452,27 @@ def test_a_reader_goes_on_while_a_repair_moves_the_frames(library: Library, monk
     for name in ("gone", "walk"):
         library.add(walk_take(name))
     library.remove("gone")
-    read = _frames.read
+    read = frame_files.read
 
-    def read_late(path: Path, span: _frames.Span) -> _frames.Array:
-        monkeypatch.setattr(_frames, "read", read)
+    def read_late(path: Path, span: frame_files.Span) -> frame_files.Array:
+        monkeypatch.setattr(frame_files, "read", read)
         assert library.check(repair=True).freed > 0
         return read(path, span)
 
-    monkeypatch.setattr(_frames, "read", read_late)
+    monkeypatch.setattr(frame_files, "read", read_late)
     assert_same_track(library.take("walk").motion(), walk())
 
 
 def test_a_take_under_a_reader_outlives_its_removal(library: Library) -> None:
     for name in ("walk", "other"):
         library.add(walk_take(name))
-    with _catalogue.reading(library.path) as db:
+    with catalogue.reading(library.path) as db:
         start, width, frames, checksum = db.execute(
             "SELECT start, width, frames, checksum FROM arrays JOIN tracks ON tracks.id = arrays.track "
             "WHERE arrays.name = 'translation' ORDER BY start DESC LIMIT 1"
         ).fetchone()
-    span = _frames.Span("translation", "<f8", width, frames, start, checksum)
-    mapped = _frames.view(library.path / "frames-1.bin", span)
+    span = frame_files.Span("translation", "<f8", width, frames, start, checksum)
+    mapped = frame_files.view(library.path / "frames-1.bin", span)
     assert mapped is not None
     library.remove("other")
     library.add(Take("third", {"motion": walk(300, seed=1)}))

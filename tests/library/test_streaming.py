@@ -10,7 +10,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import ReadOptions, load, save, stream
-from kinetograph.formats import _bvh_stream as streams
+from kinetograph.formats.bvh import stream as streams
 from kinetograph.library import Library, add_stream
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton

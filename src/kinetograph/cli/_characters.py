@@ -62,8 +62,8 @@ def body(wear: str | None, onto: Path | None) -> Body:
 
 
 def _human() -> Body:
-    from kinetograph.library import samples
-    from kinetograph.library.characters import SAMPLE, human
+    from kinetograph.samples import fetching as samples
+    from kinetograph.samples.characters import SAMPLE, human
 
     if samples.where(SAMPLE) is None:
         note(f"fetching the sample {SAMPLE}")

@@ -10,7 +10,7 @@ import typer
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceControl
+    from kinetograph.methods.performance.model import PerformanceControl
 
 TargetTrack = Annotated[
     str | None, typer.Option("--target", "--track", help="The library's track to make, where takes have several.")
@@ -48,8 +48,8 @@ def configured(given: Given, partners: bool, channels: tuple[str, ...] = ()) -> 
 
     channels: the names of a control's channels, where it has no points.
     """
-    from kinetograph.methods.controls import Channels, PointsByRole
-    from kinetograph.methods.performance import PerformanceControl, partner_control
+    from kinetograph.methods.performance.control_points import Channels, PointsByRole
+    from kinetograph.methods.performance.model import PerformanceControl, partner_control
 
     method = partner_control() if partners else PerformanceControl()
     for name in ("continuity", "stretch", "rate", "span"):

@@ -24,7 +24,7 @@ def list_samples(as_json: AsJson = False) -> None:
 
     Example: kinetograph data list
     """
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     rows = [
         {"name": s.name, "licence": s.licence, "what": s.summary, "here": str(samples.where(s.name) or "not yet")}
@@ -38,7 +38,7 @@ def fetch(name: Annotated[str, typer.Argument(help="A sample's name.")], as_json
 
     Example: kinetograph data fetch deepmimic-clips
     """
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     here = samples.where(name)
     if here is None:
@@ -53,7 +53,7 @@ def where(name: Annotated[str, typer.Argument(help="A sample's name.")]) -> None
 
     Example: kinetograph data where deepmimic-clips
     """
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     here = samples.where(name)
     if here is None:

@@ -38,9 +38,9 @@ def demo(
     Example: kinetograph demo -o out
     """
     from kinetograph.cli.perform import draw, summarize, write_report
+    from kinetograph.drawing.pictures import strobe
     from kinetograph.formats import load, save
-    from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.pictures import strobe
+    from kinetograph.methods.performance.model import PerformanceControl
     from kinetograph.pipeline import perform, winding_path
 
     output.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ def _rise(output: Path) -> dict[str, Any]:
 
 def sample_library(folder: Path) -> Library:
     """A library of the sample's walks, made anew: it takes no time, and an old one may be of other clips."""
-    from kinetograph.library import samples
+    from kinetograph.samples import fetching as samples
 
     if samples.where("deepmimic-clips") is None:
         note("fetching the sample deepmimic-clips (103 MB, once)")
@@ -103,8 +103,9 @@ def sample_library(folder: Path) -> Library:
 def _library_of(folder: Path, names: tuple[str, ...]) -> Library:
     """A library of clips of the sample, which must be here."""
     from kinetograph.formats import ReadOptions
-    from kinetograph.library import Library, samples
+    from kinetograph.library import Library
     from kinetograph.pipeline import read_take
+    from kinetograph.samples import fetching as samples
 
     clips = samples.fetch("deepmimic-clips")
     if folder.exists():

@@ -102,7 +102,7 @@ def keyframe(
 
     from kinetograph.errors import RequestError
     from kinetograph.evaluation.keyframe import inbetween_held_out
-    from kinetograph.methods.keyframe import KeyframeControl
+    from kinetograph.methods.keyframe.model import KeyframeControl
     from kinetograph.pipeline import open_library
 
     takes = open_library(library)
@@ -138,7 +138,7 @@ def sensor(
     from kinetograph.evaluation.sensor import evaluate, grouped
     from kinetograph.evaluation.sensor import sweep as run_sweep
     from kinetograph.formats.readings import read_layout
-    from kinetograph.methods.sensor import SYNTHESES, LocalSettings, SensorControl
+    from kinetograph.methods.sensor.model import SYNTHESES, LocalSettings, SensorControl
     from kinetograph.pipeline import open_library
 
     takes = open_library(library)

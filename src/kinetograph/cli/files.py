@@ -201,7 +201,7 @@ def view(
 
     Example: kinetograph view walk.bvh -o walk.gif --character human
     """
-    from kinetograph import pictures
+    from kinetograph.drawing import pictures
     from kinetograph.formats import ReadOptions, load
     from kinetograph.motion import Motion
     from kinetograph.pipeline import read_take
@@ -230,8 +230,8 @@ def view(
 
 
 def _view_character(take: Take, output: Path, character: str | None, frames: int, seconds: float) -> None:
-    from kinetograph.formats._atomic import atomic_path
-    from kinetograph.rendering import film, sheet
+    from kinetograph.drawing.film import film, sheet
+    from kinetograph.formats.atomic import atomic_path
 
     worn = body(character, None)
     take = dressed(take, worn.skeleton, None, None)

@@ -62,7 +62,7 @@ def inbetween(
     """
     from kinetograph.cli.perform import write_motion, write_report
     from kinetograph.formats import ReadOptions
-    from kinetograph.methods.keyframe import KeyframeControl, PaperSettings, SearchSettings
+    from kinetograph.methods.keyframe.model import KeyframeControl, PaperSettings, SearchSettings
     from kinetograph.pipeline import inbetween as run
     from kinetograph.pipeline import open_library
     from kinetograph.post.assemble import PostSettings

@@ -40,8 +40,8 @@ from kinetograph.cli._shell import (
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel
-    from kinetograph.methods.rules import Rule
+    from kinetograph.methods.performance.model import PerformanceModel
+    from kinetograph.methods.performance.rules import Rule
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
@@ -98,7 +98,7 @@ def perform(
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import ReadOptions, read
-    from kinetograph.methods.performance import only_track
+    from kinetograph.methods.performance.model import only_track
     from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
@@ -215,8 +215,8 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
 
 def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
     """A contact sheet of a synthesis, and of its control, with its contacts and seams."""
+    from kinetograph.drawing.pictures import contact_sheet
     from kinetograph.motion import Motion
-    from kinetograph.pictures import contact_sheet
     from kinetograph.post.contacts import contacts_of
     from kinetograph.signal import Signal
 
@@ -266,7 +266,7 @@ def require_moves(model: PerformanceModel) -> None:
 
 def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
     """The moves of a control as CSV: move, start and stop in seconds, margin."""
-    from kinetograph.methods.rules import transcribe
+    from kinetograph.methods.performance.rules import transcribe
 
     rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
     return "\n".join(["move,start,stop,margin", *rows]) + "\n"
@@ -274,14 +274,14 @@ def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
 
 def write_text(text: str, path: Path, force: bool) -> None:
     """Write a file, whole or not at all."""
-    from kinetograph.formats._atomic import atomic_path
+    from kinetograph.formats.atomic import atomic_path
 
     with atomic_path(path, force=force) as draft:
         draft.write_text(text)
 
 
 def _rule(text: str, forbid: bool) -> Rule:
-    from kinetograph.methods.rules import Rule
+    from kinetograph.methods.performance.rules import Rule
 
     take, _, span = text.rpartition("@")
     start, _, stop = span.partition("-")

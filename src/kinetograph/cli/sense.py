@@ -68,7 +68,7 @@ def sense(
 
     from kinetograph.cli.perform import summarize, write_motion, write_report
     from kinetograph.formats.readings import read_layout, read_readings
-    from kinetograph.methods.sensor import LocalSettings, SensorControl
+    from kinetograph.methods.sensor.model import LocalSettings, SensorControl
     from kinetograph.pipeline import open_library
     from kinetograph.sensing.readings import kinds_of
 
@@ -126,7 +126,7 @@ def calibrate(
     """
     from kinetograph.errors import RequestError
     from kinetograph.formats.readings import read_layout, read_readings, write_layout
-    from kinetograph.methods._sensor_examples import collect_motions
+    from kinetograph.methods.sensor.examples import collect_motions
     from kinetograph.pipeline import open_library
     from kinetograph.sensing import calibrate_on_library, calibrate_on_motion, mounted
 

@@ -86,7 +86,7 @@ def _late(motions: dict[str, Motion], times: tuple[float, ...]) -> float | str:
 
 def _open_picture(path: Path, motions: list[Motion], title: str, force: bool) -> None:
     from kinetograph.cli._shell import refuse_existing
-    from kinetograph.pictures import contact_sheet
+    from kinetograph.drawing.pictures import contact_sheet
 
     refuse_existing([path], force)
     contact_sheet(motions, path, title=title)
@@ -111,7 +111,7 @@ class _Screen:
     """Draws moments of a playback on stderr, one over the other."""
 
     def __init__(self, motions: list[Motion], speed: float) -> None:
-        from kinetograph.rendering.text import bones_over_time
+        from kinetograph.drawing.text import bones_over_time
 
         self._bones = bones_over_time(motions, _RATE)
         self._speed = speed
@@ -120,7 +120,7 @@ class _Screen:
 
     def draw(self, now: float, count: int) -> None:
         """The moment ``now`` seconds after the beginning, before which it counts down, ``count`` taps so far."""
-        from kinetograph.rendering.text import draw_bones
+        from kinetograph.drawing.text import draw_bones
 
         total = (len(self._bones) - 1) / _RATE
         second = min(max(now * self._speed, 0.0), total)

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import role_positions
-from kinetograph.methods._instances import interpolate
+from kinetograph.methods.performance.segments import interpolate
 from kinetograph.motion import Motion, heading
 
 CONTEXT = 0.27

@@ -22,7 +22,7 @@ from kinetograph.evaluation.metrics import (
 )
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl
+from kinetograph.methods.performance.model import PerformanceControl
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.segmentation import detect_contacts, detect_handholds

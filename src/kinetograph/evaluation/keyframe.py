@@ -24,8 +24,8 @@ from kinetograph.evaluation.metrics import accelerations
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.library import Library
-from kinetograph.methods._examples import Example, adopt, collect_examples, headings
-from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe.examples import Example, adopt, collect_examples, headings
+from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
 from kinetograph.motion import Motion, cut, place
 from kinetograph.post.footskate import contact_mask
 from kinetograph.synthesis import Synthesis

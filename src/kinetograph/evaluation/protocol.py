@@ -23,8 +23,8 @@ from kinetograph.evaluation.metrics import (
 )
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.controls import GroundPath
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance.control_points import GroundPath
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.segmentation import detect_contacts

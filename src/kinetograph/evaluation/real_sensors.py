@@ -23,8 +23,8 @@ from kinetograph.formats.sensor_recordings import (
 )
 from kinetograph.kinematics import angular_velocities
 from kinetograph.library import Library
-from kinetograph.methods._sensor_examples import collect_motions
-from kinetograph.methods.sensor import SensorControl, SensorModel
+from kinetograph.methods.sensor.examples import collect_motions
+from kinetograph.methods.sensor.model import SensorControl, SensorModel
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.sensing.calibration import Calibration, calibrate
 from kinetograph.sensing.clock import clock_offset

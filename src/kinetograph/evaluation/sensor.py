@@ -19,9 +19,9 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation.sensor_baselines import BASELINES, baseline
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods._pose_space import without_heading
-from kinetograph.methods._sensor_examples import Examples, build_examples, collect_motions
-from kinetograph.methods.sensor import SYNTHESES, SensorControl, SensorModel, fit_examples
+from kinetograph.methods.sensor.examples import Examples, build_examples, collect_motions
+from kinetograph.methods.sensor.model import SYNTHESES, SensorControl, SensorModel, fit_examples
+from kinetograph.methods.sensor.pose_space import without_heading
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.sensing.layout import Layout, keep
 from kinetograph.sensing.readings import Readings, rows_of

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.methods._sensor_examples import Examples
+from kinetograph.methods.sensor.examples import Examples
 
 BASELINES = ("mean pose", "nearest frame", "8 nearest frames", "ridge")
 

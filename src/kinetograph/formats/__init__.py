@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import FormatError, RequestError
-from kinetograph.formats._atomic import atomic_path
-from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
 if TYPE_CHECKING:
-    from kinetograph.formats._bvh_stream import MotionStream
+    from kinetograph.formats.bvh.stream import MotionStream
 
 __all__ = [
     "READERS",
@@ -44,8 +44,8 @@ READERS: dict[str, str] = {
     ".c3d": "c3d",
     ".csv": "csv",
     ".fbx": "fbx",
-    ".glb": "glb",
-    ".gltf": "glb",
+    ".glb": "gltf",
+    ".gltf": "gltf",
     ".json": "deepmimic",
     ".npz": "npz",
     ".txt": "deepmimic",
@@ -59,7 +59,7 @@ WRITERS: dict[str, str] = {
     ".bvh": "bvh",
     ".csv": "csv",
     ".fbx": "fbx",
-    ".glb": "glb",
+    ".glb": "gltf",
     ".npz": "npz",
     ".usd": "usd",
     ".usda": "usd",
@@ -109,7 +109,7 @@ def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream
     """
     if Path(path).suffix.lower() != ".bvh":
         raise RequestError(f"{path}: only .bvh files are read in blocks; load it whole")
-    from kinetograph.formats._bvh_stream import open_stream
+    from kinetograph.formats.bvh.stream import open_stream
 
     try:
         return open_stream(path, options)
@@ -124,10 +124,10 @@ def read_character(path: str | Path, notes: list[str] | None = None) -> Characte
 
     Raises FormatError for a file that cannot be read or has no skinned character.
     """
-    from kinetograph.formats import _gltf_character
+    from kinetograph.formats.gltf import character as gltf_character
 
     try:
-        return _gltf_character.read_character(Path(path), [] if notes is None else notes)
+        return gltf_character.read_character(Path(path), [] if notes is None else notes)
     except OSError as error:
         raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
 
@@ -137,9 +137,9 @@ def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Ski
 
     Raises RequestError where the skeleton is not the character's.
     """
-    from kinetograph.formats import _body, _capsules
+    from kinetograph.formats import body, capsules
 
-    return _body.skin_of(skeleton, character), _capsules.rest_positions(skeleton)
+    return body.skin_of(skeleton, character), capsules.rest_positions(skeleton)
 
 
 def save(

@@ -19,7 +19,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
-from kinetograph.formats.reading import Loaded, ReadOptions
+from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.motion import Motion, sample
 from kinetograph.skeleton import Landmark, Skeleton
 from kinetograph.take import Annotation, Take

@@ -25,7 +25,7 @@ from kinetograph.keys import Key, key_at
 from kinetograph.motion import Motion
 
 if TYPE_CHECKING:
-    from kinetograph.formats.reading import ReadOptions
+    from kinetograph.formats.options import ReadOptions
     from kinetograph.library import Library
 
 

@@ -18,10 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import FormatError, RequestError
-from kinetograph.formats._body import characters
-from kinetograph.formats._smpl import motion_of_poses
+from kinetograph.formats.body import characters
 from kinetograph.formats.conventions import to_metres_y_up
-from kinetograph.formats.reading import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.smpl import motion_of_poses
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton

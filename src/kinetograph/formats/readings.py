@@ -19,7 +19,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, FormatError, RequestError
-from kinetograph.formats._atomic import atomic_path
+from kinetograph.formats.atomic import atomic_path
 from kinetograph.sensing.device import Device
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor, preset
 from kinetograph.sensing.readings import GRAVITY, Readings

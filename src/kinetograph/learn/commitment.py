@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn._commitment_kernels import cover
-from kinetograph.learn._ring import predecessors
+from kinetograph.learn.ring import predecessors
 from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalSearch, keep_only, under_way
 
 SPREAD = 0.2

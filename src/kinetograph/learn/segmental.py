@@ -27,7 +27,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
-from kinetograph.learn._ring import GroupedRing, Links, Ring, inexact, predecessors
+from kinetograph.learn.ring import GroupedRing, Links, Ring, inexact, predecessors
 
 GROUPED = 5000
 """States from which on like ones are grouped."""

@@ -17,8 +17,8 @@ from pathlib import Path
 from types import TracebackType
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import _catalogue, _frames, _rows
-from kinetograph.library._check import Report, examine
+from kinetograph.library import catalogue, frame_files, records
+from kinetograph.library.check import Report, examine
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
@@ -84,15 +84,15 @@ class Library:
         folder = Path(path)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            _catalogue.require_room(folder)
-            others = {p.name for p in folder.iterdir()} - {_FIRST_FRAMES, _catalogue.FILE_NAME}
-            if others - {f"{_catalogue.FILE_NAME}-journal"}:
+            catalogue.require_room(folder)
+            others = {p.name for p in folder.iterdir()} - {_FIRST_FRAMES, catalogue.FILE_NAME}
+            if others - {f"{catalogue.FILE_NAME}-journal"}:
                 raise LibraryError(f"{folder}: a library needs a folder of its own, found {min(others)} in it")
             (folder / _FIRST_FRAMES).touch()
-            _frames.sync_folder(folder)
+            frame_files.sync_folder(folder)
         except OSError as error:
             raise LibraryError(f"{folder}: cannot make a library here: {error.strerror}") from error
-        _catalogue.initialize(folder, _FIRST_FRAMES)
+        catalogue.initialize(folder, _FIRST_FRAMES)
         return cls(folder)
 
     @classmethod
@@ -101,12 +101,12 @@ class Library:
 
         Raises LibraryError where there is none, or one of a newer format.
         """
-        _catalogue.require_version(Path(path))
+        catalogue.require_version(Path(path))
         return cls(Path(path))
 
     def names(self) -> tuple[str, ...]:
         """The names of the takes in the order in which they were added."""
-        with _catalogue.reading(self.path) as db:
+        with catalogue.reading(self.path) as db:
             return tuple(row[0] for row in db.execute("SELECT name FROM takes ORDER BY id"))
 
     def take(self, name: str) -> Take:
@@ -116,17 +116,17 @@ class Library:
         rounded to float32; rotations are made unit length again. Joints are within 1e-5 m of where they were.
         """
         while True:
-            with _catalogue.reading(self.path) as db:
+            with catalogue.reading(self.path) as db:
                 take = _find(self.path, db, name)
-                rows, notes = _rows.read_tracks(db, take), _rows.read_annotations(db, take)
+                rows, notes = records.read_tracks(db, take), records.read_annotations(db, take)
                 skeletons = {row.skeleton: self._skeleton(db, row.skeleton) for row in rows}
-                file = _catalogue.storage(db).file
-            read = partial(_frames.read, self.path / file)
+                file = catalogue.storage(db).file
+            read = partial(frame_files.read, self.path / file)
             try:
-                tracks = {row.name: _rows.build_track(row, skeletons[row.skeleton], read) for row in rows}
+                tracks = {row.name: records.build_track(row, skeletons[row.skeleton], read) for row in rows}
             except FileNotFoundError as error:
-                with _catalogue.reading(self.path) as db:
-                    if _catalogue.storage(db).file != file:
+                with catalogue.reading(self.path) as db:
+                    if catalogue.storage(db).file != file:
                         continue  # a repair has moved the frames to another file meanwhile
                 raise LibraryError(f"{self.path / file}: the frames are gone; restore them from a copy") from error
             return Take(name, tracks, notes)
@@ -136,11 +136,11 @@ class Library:
 
         Raises RequestError where the name is taken, LibraryError where the disk is full or the folder read-only.
         """
-        with _catalogue.writing(self.path) as db:
+        with catalogue.writing(self.path) as db:
             old = db.execute("SELECT id FROM takes WHERE name = ?", (take.name,)).fetchone()
             if old and not replace:
                 raise RequestError(f"{self.path}: has a take {take.name!r} already; choose another name, or replace it")
-            storage = _catalogue.storage(db)
+            storage = catalogue.storage(db)
             frames_path = self.path / storage.file
             spans = _append(frames_path, storage.stop, take)
             try:
@@ -148,10 +148,10 @@ class Library:
                     _delete(db, old[0])
                 _insert(db, take, spans, old[0] if old else None)
                 stop = max((s.stop for found in spans.values() for s in found), default=storage.stop)
-                _catalogue.set_storage(db, _catalogue.Storage(storage.file, stop))
+                catalogue.set_storage(db, catalogue.Storage(storage.file, stop))
             except BaseException:
                 if db.in_transaction:  # else the lock is gone, and the bytes may be another writer's
-                    _frames.truncate(frames_path, storage.stop)
+                    frame_files.truncate(frames_path, storage.stop)
                 raise
 
     def remove(self, name: str) -> None:
@@ -159,7 +159,7 @@ class Library:
 
         Raises RequestError for an unknown name.
         """
-        with _catalogue.writing(self.path) as db:
+        with catalogue.writing(self.path) as db:
             _delete(db, _find(self.path, db, name))
 
     def annotate(
@@ -171,7 +171,7 @@ class Library:
         (without ``track``: that kind on every track). Raises RequestError for unknown names or a forbidden kind.
         """
         notes = tuple(annotations)
-        with _catalogue.writing(self.path) as db:
+        with catalogue.writing(self.path) as db:
             found = db.execute("SELECT name, id FROM tracks WHERE take = ?", (_find(self.path, db, take_name),))
             tracks: dict[str, int] = dict(found.fetchall())
             _check_annotations(take_name, tracks, notes, kind, track)
@@ -180,7 +180,7 @@ class Library:
                 places = {(name, kind) for name in ([track] if track else tracks)}
             rows = [(tracks[name], of_kind) for name, of_kind in sorted(places)]
             db.executemany("DELETE FROM annotations WHERE track = ? AND kind = ?", rows)
-            _rows.insert_annotations(db, tracks, notes)
+            records.insert_annotations(db, tracks, notes)
 
     def check(self, repair: bool = False) -> Report:
         """Look for bytes that no take uses, which ``repair`` removes, and for takes whose bytes are damaged."""
@@ -188,15 +188,13 @@ class Library:
 
     def info(self) -> Info:
         """Count what the library holds."""
-        with _catalogue.reading(self.path) as db:
+        with catalogue.reading(self.path) as db:
             longest = "SELECT max((frames - 1) / fps) AS seconds FROM tracks GROUP BY take"
             takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})").fetchone()
             tracks, frames = db.execute("SELECT count(*), ifnull(sum(frames), 0) FROM tracks").fetchone()
             (skeletons,) = db.execute("SELECT count(*) FROM skeletons").fetchone()
             kinds = dict(db.execute("SELECT kind, count(*) FROM annotations GROUP BY kind ORDER BY kind").fetchall())
-            size = sum(
-                (self.path / name).stat().st_size for name in (_catalogue.FILE_NAME, _catalogue.storage(db).file)
-            )
+            size = sum((self.path / name).stat().st_size for name in (catalogue.FILE_NAME, catalogue.storage(db).file))
         return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
 
     def _skeleton(self, db: sqlite3.Connection, row: int | None) -> Skeleton | None:
@@ -204,7 +202,7 @@ class Library:
         if row is None:
             return None
         if row not in self._skeletons:
-            self._skeletons[row] = _rows.read_skeleton(db, row)
+            self._skeletons[row] = records.read_skeleton(db, row)
         return self._skeletons[row]
 
     def close(self) -> None:
@@ -225,7 +223,7 @@ class Library:
 
 def contents(library: Library) -> tuple[TrackInfo, ...]:
     """Every track of a library, by take, without reading its frames."""
-    with _catalogue.reading(library.path) as db:
+    with catalogue.reading(library.path) as db:
         rows = db.execute(
             "SELECT takes.name, tracks.name, kind, fps, frames, ifnull(json_array_length(columns), "
             "json_array_length(skeletons.body, '$.names')) FROM tracks JOIN takes ON takes.id = tracks.take "
@@ -236,8 +234,8 @@ def contents(library: Library) -> tuple[TrackInfo, ...]:
 
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
     """The annotations of a take, without reading its frames. Raises RequestError for an unknown name."""
-    with _catalogue.reading(library.path) as db:
-        return _rows.read_annotations(db, _find(library.path, db, take_name))
+    with catalogue.reading(library.path) as db:
+        return records.read_annotations(db, _find(library.path, db, take_name))
 
 
 def _find(folder: Path, db: sqlite3.Connection, name: str) -> int:
@@ -249,13 +247,13 @@ def _find(folder: Path, db: sqlite3.Connection, name: str) -> int:
     return int(row[0])
 
 
-def _append(path: Path, start: int, take: Take) -> dict[str, list[_frames.Span]]:
-    arrays = {name: _rows.track_arrays(track) for name, track in take.tracks.items()}
+def _append(path: Path, start: int, take: Take) -> dict[str, list[frame_files.Span]]:
+    arrays = {name: records.track_arrays(track) for name, track in take.tracks.items()}
     try:
-        spans = iter(_frames.append(path, start, [pair for pairs in arrays.values() for pair in pairs]))
+        spans = iter(frame_files.append(path, start, [pair for pairs in arrays.values() for pair in pairs]))
     except OSError as error:
         if error.errno in _READ_ONLY:
-            raise LibraryError(f"{path}: {_catalogue.READ_ONLY}") from error
+            raise LibraryError(f"{path}: {catalogue.READ_ONLY}") from error
         size = sum(array.nbytes for pairs in arrays.values() for _, array in pairs)
         what = f"cannot write the {size / 1e6:.1f} MB of take {take.name!r}: {error.strerror}"
         remedy = "; free some space and try again" if error.errno in _FULL else ""
@@ -263,11 +261,11 @@ def _append(path: Path, start: int, take: Take) -> dict[str, list[_frames.Span]]
     return {name: [next(spans) for _ in pairs] for name, pairs in arrays.items()}
 
 
-def _insert(db: sqlite3.Connection, take: Take, spans: Mapping[str, list[_frames.Span]], row: int | None) -> None:
+def _insert(db: sqlite3.Connection, take: Take, spans: Mapping[str, list[frame_files.Span]], row: int | None) -> None:
     take_row = db.execute("INSERT INTO takes VALUES (?, ?)", (row, take.name)).lastrowid
     assert take_row is not None
-    tracks = {name: _rows.insert_track(db, take_row, name, track, spans[name]) for name, track in take.tracks.items()}
-    _rows.insert_annotations(db, tracks, take.annotations)
+    tracks = {name: records.insert_track(db, take_row, name, track, spans[name]) for name, track in take.tracks.items()}
+    records.insert_annotations(db, tracks, take.annotations)
 
 
 def _delete(db: sqlite3.Connection, take: int) -> None:

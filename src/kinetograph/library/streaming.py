@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import _catalogue, _frames, _rows
+from kinetograph.library import catalogue, frame_files, records
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -49,23 +49,23 @@ def add_stream(
     progress: called with the frames that are in and their number. Raises RequestError where the name is taken,
     LibraryError where the disk is full, and what the stream raises.
     """
-    with _catalogue.writing(library.path) as db:
+    with catalogue.writing(library.path) as db:
         if db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone():
             raise RequestError(f"{library.path}: has a take {name!r} already; choose another name")
-        storage = _catalogue.storage(db)
+        storage = catalogue.storage(db)
         path = library.path / storage.file
         try:
             spans = _append(path, storage.stop, stream, progress)
             take = db.execute("INSERT INTO takes VALUES (?, ?)", (None, name)).lastrowid
             assert take is not None
-            _rows.insert_motion(db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
-            _catalogue.set_storage(db, _catalogue.Storage(storage.file, spans[-1].stop))
+            records.insert_motion(db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
+            catalogue.set_storage(db, catalogue.Storage(storage.file, spans[-1].stop))
         except OSError as error:
-            _frames.truncate(path, storage.stop)
+            frame_files.truncate(path, storage.stop)
             raise LibraryError(f"{path}: cannot write take {name!r}: {error.strerror}; it is unchanged") from error
         except BaseException:
             if db.in_transaction:
-                _frames.truncate(path, storage.stop)
+                frame_files.truncate(path, storage.stop)
             raise
 
 
@@ -73,7 +73,7 @@ class _Column:
     """One array under construction: where its next bytes go, and the checksum so far."""
 
     def __init__(self, name: str, dtype: str, width: int, frames: int, start: int) -> None:
-        self.span = _frames.Span(name, dtype, width, frames, start, 0)
+        self.span = frame_files.Span(name, dtype, width, frames, start, 0)
         self.position, self.checksum = start, 0
 
     def write(self, descriptor: int, rows: npt.NDArray[Any]) -> None:
@@ -83,12 +83,14 @@ class _Column:
             written = os.pwrite(descriptor, data, self.position)
             self.position, data = self.position + written, data[written:]
 
-    def finished(self) -> _frames.Span:
+    def finished(self) -> frame_files.Span:
         span = self.span
-        return _frames.Span(span.name, span.dtype, span.width, span.frames, span.start, self.checksum)
+        return frame_files.Span(span.name, span.dtype, span.width, span.frames, span.start, self.checksum)
 
 
-def _append(path: Any, start: int, stream: Stream, progress: Callable[[int, int], None] | None) -> list[_frames.Span]:
+def _append(
+    path: Any, start: int, stream: Stream, progress: Callable[[int, int], None] | None
+) -> list[frame_files.Span]:
     """Write the arrays side by side, as their sizes are known, and flush them."""
     shifts = _Column("translation", "<f8", 3, stream.frames, start)
     turns = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)

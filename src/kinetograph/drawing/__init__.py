@@ -1,0 +1,1 @@
+"""Pictures and films of motion: stick figures, and dressed characters drawn in software."""

@@ -1,0 +1,118 @@
+"""A stage: a camera, a light, a floor, and the skins that stand on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.character import Skin
+from kinetograph.drawing import _kernels
+from kinetograph.kinematics import forward
+from kinetograph.motion import Motion
+
+LIGHT: FloatArray = np.array([-0.35, 1.0, 0.45]) / np.linalg.norm([-0.35, 1.0, 0.45])
+"""Where the light comes from."""
+
+_SKY, _FLOOR, _LINE = np.array([0.80, 0.82, 0.85]), np.array([0.60, 0.61, 0.62]), np.array([0.50, 0.51, 0.53])
+_TILE = 0.5  # metres
+_FINE = 2  # samples a pixel, each way
+_NEAR = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Where the camera is and what it looks at, ``(3,)`` metres; the height of what it sees there, in metres."""
+
+    place: FloatArray
+    target: FloatArray
+    tall: float
+
+    @property
+    def axes(self) -> FloatArray:
+        """Rows: right, up and into the picture."""
+        into = self.target - self.place
+        into = into / np.linalg.norm(into)
+        right = np.cross(into, [0.0, 1.0, 0.0])
+        right /= max(float(np.linalg.norm(right)), 1e-9)
+        return np.array([right, np.cross(right, into), into])
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """A skin in one pose: points and normals ``(V, 3)`` in the world."""
+
+    skin: Skin
+    points: FloatArray
+    normals: FloatArray
+
+
+def posed(motion: Motion, skin: Skin, rest: FloatArray) -> list[Figure]:
+    """The skin in every frame of a motion; rest: positions ``(J, 3)`` of the joints at rest about the root."""
+    positions, turns = forward(motion)
+    return [_posed(skin, rest, positions[frame], turns[frame]) for frame in range(len(motion))]
+
+
+def _posed(skin: Skin, rest: FloatArray, positions: FloatArray, turns: FloatArray) -> Figure:
+    """Every point moved by its joints, by their weights."""
+    matrices = rot.to_matrix(turns)
+    shifts = positions - np.einsum("jab,jb->ja", matrices, rest)
+    blended = np.einsum("vk,vkab->vab", skin.weights, matrices[skin.joints])
+    points = np.einsum("vab,vb->va", blended, skin.points) + np.einsum("vk,vka->va", skin.weights, shifts[skin.joints])
+    normals = np.einsum("vab,vb->va", blended, skin.normals)
+    return Figure(skin, points, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
+
+
+def draw(figures: list[Figure], camera: Camera, width: int, height: int) -> FloatArray:
+    """A picture, shape ``(height, width, 3)`` of numbers from 0 to 1."""
+    size = (height * _FINE, width * _FINE)
+    image, floor = _background(camera, *size)
+    shadow = np.zeros(size, dtype=np.bool_)
+    for figure in figures:
+        flat = figure.points - LIGHT * (np.maximum(figure.points[:, 1:2], 0.0) / LIGHT[1])
+        _kernels.cover(shadow, _project(flat, camera, *size), figure.skin.triangles)
+    image[shadow & floor] *= 0.62
+    depth = np.full(size, np.inf)
+    for figure in figures:
+        corners = _project(figure.points, camera, *size)
+        _kernels.fill(depth, image, corners, figure.skin.triangles, _shaded(figure, camera))
+    return np.asarray(image.reshape(height, _FINE, width, _FINE, 3).mean(axis=(1, 3)))
+
+
+def _project(points: FloatArray, camera: Camera, height: int, width: int) -> FloatArray:
+    """Column, row and depth of points, ``(V, 3)``."""
+    seen = (points - camera.place) @ camera.axes.T
+    away = np.maximum(seen[:, 2], _NEAR)
+    scale = height / camera.tall * np.linalg.norm(camera.target - camera.place) / away
+    return np.column_stack([width / 2 + seen[:, 0] * scale, height / 2 - seen[:, 1] * scale, seen[:, 2]])
+
+
+def _shaded(figure: Figure, camera: Camera) -> FloatArray:
+    """A colour a corner of a triangle, ``(3 T, 3)``: diffuse light, a little from below, and a rim."""
+    normals = figure.normals
+    lit = 0.34 + 0.62 * np.maximum(normals @ LIGHT, 0.0) + 0.10 * np.maximum(-normals[:, 1], 0.0)
+    rim = 0.12 * (1.0 - np.abs(normals @ camera.axes[2])) ** 3
+    colours = np.array([colour for _, colour in figure.skin.palette]) ** (1 / 2.2)  # for screens
+    corners = figure.skin.triangles.reshape(-1)
+    tints = np.repeat(colours[figure.skin.tints], 3, axis=0)
+    return np.asarray(np.clip(tints * lit[corners, None] * 1.15 + rim[corners, None], 0.0, 1.0))
+
+
+def _background(camera: Camera, height: int, width: int) -> tuple[FloatArray, BoolArray]:
+    """Sky, and a floor of tiles that shows how the character gets on; and where the floor is."""
+    rows, columns = np.mgrid[0:height, 0:width] + 0.5
+    unit = camera.tall / height / np.linalg.norm(camera.target - camera.place)
+    right, up, into = camera.axes
+    rays = into + ((columns - width / 2) * unit)[..., None] * right + ((height / 2 - rows) * unit)[..., None] * up
+    down = rays[..., 1] < -1e-3
+    reach = np.where(down, -camera.place[1] / np.where(down, rays[..., 1], -1.0), 0.0)
+    x, z = camera.place[0] + reach * rays[..., 0], camera.place[2] + reach * rays[..., 2]
+    grain = reach * unit / np.maximum(-rays[..., 1], 0.05)  # a pixel's size on the floor: lines fade where it is large
+    edge = np.minimum(np.abs(x / _TILE - np.round(x / _TILE)), np.abs(z / _TILE - np.round(z / _TILE))) * _TILE
+    line = np.clip(1.0 - edge / np.maximum(0.008, grain), 0.0, 1.0) * np.clip(0.03 / np.maximum(grain, 1e-9), 0.0, 1.0)
+    fade = np.clip((reach - 6.0) / 12.0, 0.0, 1.0)[..., None]
+    floor = (1 - line[..., None]) * _FLOOR + line[..., None] * _LINE
+    image = np.where(down[..., None], (1 - fade) * floor + fade * _SKY, _SKY)
+    return np.ascontiguousarray(image), down

@@ -1,0 +1,140 @@
+"""The second half of a BVH file: the number of frames, their rate, and a row of channels a frame."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import FormatError
+from kinetograph.formats import _kernels
+from kinetograph.formats.bvh.hierarchy import LARGEST, Hierarchy, show
+from kinetograph.formats.options import ReadOptions
+
+_FRAMES = re.compile(rb"\s*frames[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
+_FRAME_TIME = re.compile(rb"\s*frame[ \t]*time[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
+_WORD = re.compile(rb"\S+")
+_BROADCAST = 1000 / 1001  # 23.976, 29.97, 59.94, 119.88 frames a second
+_FASTEST, _SLOWEST = 100_000.0, 86_400.0  # frames a second, and seconds a frame
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Channels, shape ``(F, C)``, as written; frames a second; and what was repaired."""
+
+    values: FloatArray
+    fps: float
+    notes: tuple[str, ...]
+
+
+def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> Rows:
+    """Read what follows MOTION. Raises FormatError, with the line."""
+    frames, fps, position, line = parse_header(path, data, hierarchy, options)
+    values, notes = _rows(path, data, position, line, hierarchy.width, options.lenient)
+    if len(values) != frames:
+        message = f"Frames: {frames}, but there are {len(values)} rows of numbers"
+        if not options.lenient:
+            raise FormatError(path, f"{message}; is the file cut short? --lenient takes the rows that are there")
+        notes.append(f"{message}: took these")
+    return Rows(values, fps, tuple(notes))
+
+
+def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> tuple[int, float, int, int]:
+    """The number of frames, their rate, and the byte and line where the rows begin. Raises FormatError."""
+    frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
+    frames = _frame_count(path, frames_at)
+    time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")
+    fps = options.fps if options.fps is not None else _rate(path, time_at)
+    if not (math.isfinite(fps) and fps > 0):
+        raise FormatError(path, f"fps must be a positive number, found {fps}")
+    return frames, fps, time_at.next_position, time_at.next_line
+
+
+class _Header(NamedTuple):
+    """A value, the line it is on, and the byte and line where what follows begins."""
+
+    value: bytes
+    line: int
+    next_position: int
+    next_line: int
+
+
+def _header(path: Path, data: bytes, position: int, line: int, pattern: re.Pattern[bytes], expected: str) -> _Header:
+    match = pattern.match(data, position)
+    if match is None:
+        word = _WORD.search(data, position)
+        line += data.count(b"\n", position, word.start() if word else len(data.rstrip()))
+        raise FormatError(
+            path, f"expected {expected}, found {show(word[0]) if word else 'the end of the file'}", line=line
+        )
+    here = line + data.count(b"\n", position, match.start(1))
+    return _Header(match[1], here, match.end(), line + data.count(b"\n", position, match.end()))
+
+
+def _frame_count(path: Path, header: _Header) -> int:
+    try:
+        count = float(header.value)
+    except ValueError:
+        count = -1.0
+    if not (math.isfinite(count) and count >= 0 and count == int(count)):
+        raise FormatError(path, f"expected Frames: and a whole number, found {show(header.value)}", line=header.line)
+    return int(count)
+
+
+def _rate(path: Path, header: _Header) -> float:
+    """Frames a second of a frame time, which stands for the nearest usual rate that would be written like it."""
+    try:
+        step = float(header.value)
+    except ValueError:
+        step = math.nan
+    if not (math.isfinite(step) and 1 / _FASTEST <= step <= _SLOWEST):
+        message = f"expected Frame Time: and seconds, found {show(header.value)}; give the rate with --fps"
+        raise FormatError(path, message, line=header.line)
+    mantissa, _, exponent = header.value.lower().partition(b"e")
+    decimals = len(mantissa.partition(b".")[2]) - int(exponent or 0)
+    slack = min(0.5000001 * 10.0 ** -min(decimals, 300), 0.02 * step)
+    near = round(1 / step)
+    for rate in (float(near), near * _BROADCAST, (near + 1) * _BROADCAST, round(1 / step, 3)):
+        if rate > 0 and abs(1 / rate - step) <= slack:
+            return rate
+    return 1 / step
+
+
+def _rows(path: Path, data: bytes, position: int, line: int, width: int, lenient: bool) -> tuple[FloatArray, list[str]]:
+    # a row of numbers takes at least two bytes a number, so that no header can make us allocate
+    room = min((len(data) - position) // max(2 * width, 1) + 1, data.count(b"\n", position) + 1)
+    values = np.empty((room if width else 0, width))
+    read, status, where, detail = _kernels.parse_rows(np.frombuffer(data, np.uint8), position, line, values)
+    values = values[:read]
+    wrong = None
+    if status == _kernels.NOT_A_NUMBER:
+        word = data[detail : detail + 200].split()[0]
+        wrong = f"expected a finite number, found {show(word)}"
+    elif status == _kernels.WRONG_LENGTH:
+        wrong = f"expected {width} numbers, one a channel, found {detail}; is the line cut short?"
+    if values.size and (values.min() < -LARGEST or values.max() > LARGEST):
+        values = values[: int(np.argmax((np.abs(values) > LARGEST).any(axis=1)))]
+        wrong, where = (
+            f"expected numbers up to {LARGEST:g}, found a larger one",
+            _line_of(data, position, line, len(values)),
+        )
+    if wrong is None:
+        return values, []
+    if not lenient:
+        raise FormatError(path, wrong, line=where)
+    return values, [f"line {where}: {wrong} (stopped before this row)"]
+
+
+def _line_of(data: bytes, position: int, line: int, row: int) -> int:
+    """The line of the row'th line from ``position`` that is not blank."""
+    for number, text in enumerate(data[position:].split(b"\n"), start=line):
+        if text.strip():
+            if row == 0:
+                return number
+            row -= 1
+    return line

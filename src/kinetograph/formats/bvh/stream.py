@@ -1,0 +1,136 @@
+"""Long BVH files a block at a time, in memory that does not grow with the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import FormatError
+from kinetograph.formats import _kernels
+from kinetograph.formats.bvh import motion_of_rows
+from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
+from kinetograph.formats.bvh.rows import parse_header
+from kinetograph.formats.conventions import from_up, scale_motion, to_metres_y_up, unit_factor
+from kinetograph.formats.options import ReadOptions
+from kinetograph.motion import Motion
+from kinetograph.skeleton import Skeleton
+
+BLOCK = 4 * 2**20
+"""Bytes of text read at a time."""
+
+_HEAD = 64 * 2**20  # bytes within which the motion must begin
+_SAME = 1e-6  # metres
+
+
+@dataclass(frozen=True, eq=False)
+class MotionStream:
+    """A motion in blocks: what is known before the first is read, and the blocks, in metres, Y up.
+
+    frames: as the file says; `blocks` raises FormatError where that is not so. notes: what was guessed, from the
+    first block.
+    """
+
+    path: Path
+    skeleton: Skeleton
+    fps: float
+    frames: int
+    notes: tuple[str, ...]
+    _hierarchy: Hierarchy
+    _begin: tuple[int, int]
+    _meaning: tuple[str, str]
+
+    def blocks(self) -> Iterator[Motion]:
+        """The motion's frames in order, some thousand at a time, all with one skeleton."""
+        count = 0
+        for values in _blocks(self.path, self._hierarchy.width, *self._begin):
+            count += len(values)
+            if count > self.frames:
+                break
+            motion = _converted(self._hierarchy, values, self.fps, *self._meaning)
+            strays = np.abs(motion.skeleton.offsets - self.skeleton.offsets)[1:].max(initial=0.0)
+            if motion.bones is not None or strays > _SAME:
+                raise FormatError(self.path, "its bones change their length: it cannot be streamed; load it whole")
+            yield replace(motion, skeleton=self.skeleton)
+        if count != self.frames:
+            raise FormatError(self.path, f"Frames: {self.frames}, but there are {count} rows of numbers")
+
+
+def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
+    """A BVH file of one ROOT, to be read in blocks. Units and axes are guessed from its first block.
+
+    Raises FormatError for files that `bvh.read` would refuse, with several ROOTs, or without line feeds.
+    """
+    path = Path(path)
+    options = options or ReadOptions()
+    head, position = _head(path)
+    hierarchy = parse_hierarchy(path, head)
+    frames, fps, after, line = parse_header(path, head, hierarchy, options)
+    if sum(node.parent < 0 for node in hierarchy.nodes) > 1:
+        raise FormatError(path, "several characters: it cannot be streamed; load it whole")
+    room = (path.stat().st_size - after) // max(2 * hierarchy.width, 1) + 1
+    if hierarchy.width == 0 or not 0 < frames <= room:
+        raise FormatError(path, f"Frames: {frames} do not fit into the file; is it cut short?")
+    first = next(_blocks(path, hierarchy.width, position + after, line), np.zeros((0, 0)))
+    if len(first) == 0:
+        raise FormatError(path, "expected rows of numbers, found none")
+    motion = motion_of_rows(hierarchy.nodes, first, fps, [])
+    converted = to_metres_y_up([motion], options.units, options.up)
+    meaning = (options.units or _word(converted.notes, "units"), options.up or _word(converted.notes, "up axis"))
+    skeleton = converted.motions[0].skeleton
+    return MotionStream(path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), meaning)
+
+
+def _word(notes: tuple[str, ...], what: str) -> str:
+    """What was guessed, out of its note."""
+    note = next(note for note in notes if note.startswith(what))
+    return "metre" if "taken as metres" in note else note.partition("guessed ")[2].partition(",")[0]
+
+
+def _converted(hierarchy: Hierarchy, values: FloatArray, fps: float, units: str, up: str) -> Motion:
+    motion = motion_of_rows(hierarchy.nodes, values, fps, [])
+    return from_up(scale_motion(motion, unit_factor(units)), up)
+
+
+def _head(path: Path) -> tuple[bytes, int]:
+    """The beginning of the file as UTF-8 without a mark, down to the first row at least, and the mark's length."""
+    with path.open("rb") as file:
+        data = b""
+        while block := file.read(BLOCK):
+            data += block
+            at = data.upper().find(b"MOTION")
+            if at >= 0 and data.count(b"\n", at) > 3:
+                break
+            if len(data) > _HEAD:
+                raise FormatError(path, f"expected MOTION within {_HEAD} bytes, found none")
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise FormatError(path, "UTF-16 text cannot be streamed; load it whole")
+    mark = 3 if data.startswith(b"\xef\xbb\xbf") else 0
+    return data[mark:], mark
+
+
+def _blocks(path: Path, width: int, position: int, line: int) -> Iterator[FloatArray]:
+    """Rows of numbers, shape ``(n, width)``, a block of text at a time."""
+    rest = b""
+    with path.open("rb") as file:
+        file.seek(position)
+        while True:
+            block = file.read(BLOCK)
+            data = rest + block
+            end = data.rfind(b"\n") + 1 if block else len(data)
+            if end == 0 and len(data) > _HEAD:
+                raise FormatError(path, "expected line feeds between frames, found none", line=line)
+            text, rest = data[:end], data[end:]
+            if text.strip():
+                lines = text.count(b"\n")
+                values = np.empty((lines + 1, width))
+                read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, line, values)
+                if status != _kernels.DONE or not np.isfinite(values[:read]).all():
+                    raise FormatError(path, f"expected {width} finite numbers on every line", line=where)
+                line += lines
+                yield values[:read]
+            if not block:
+                return

@@ -1,0 +1,124 @@
+"""Writing BVH."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.formats.conventions import check_up, scale_motion, to_up, unit_factor
+from kinetograph.formats.options import WriteOptions
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Take
+
+_ANGLE_DECIMALS = 7  # 1e-9 rad: far below a micrometre at the end of an arm
+
+
+def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
+    """Write a motion, or a take's motions as one ROOT each, as BVH.
+
+    Every joint has three rotation channels in ``options.order``, the root also three position channels; all joints
+    have those where `Motion.bones` is given. Joints come depth first. Leaf joints without an end site get one of zero
+    length, as most readers expect an End Site there. Positions are written to 1e-7 m, angles to 1e-7 degrees.
+
+    Raises RequestError for a take without motions, motions of different rates or lengths, an unknown order or unit.
+    """
+    options = options or WriteOptions()
+    if len(options.order) != 3 or set(options.order) != set("xyz"):
+        raise RequestError(f"Euler order must name x, y and z once each, as in 'zxy', found {options.order!r}")
+    factor = 1.0 / unit_factor(options.units)
+    up = check_up(options.up)
+    motions = [to_up(scale_motion(motion, factor), up) for motion in _motions(what)]
+    decimals = max(3, 7 + int(np.ceil(np.log10(1.0 / factor))))
+    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+        file.write("HIERARCHY\n")
+        for motion in motions:
+            file.writelines(f"{line}\n" for line in _hierarchy(motion, options.order, decimals))
+        file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {1.0 / motions[0].fps:.10g}\n")
+        columns = [_columns(motion, options.order) for motion in motions]
+        formats = [f"%.{decimals}f" if placed else f"%.{_ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
+        values = np.concatenate([values for values, _ in columns], axis=1)
+        np.savetxt(file, np.where(np.abs(values) < 0.5 * 10.0**-_ANGLE_DECIMALS, 0.0, values), fmt=" ".join(formats))
+
+
+def _motions(what: Take | Motion | Signal) -> list[Motion]:
+    if isinstance(what, Signal):
+        raise RequestError("a BVH file holds motions, found a signal; save it as .csv")
+    if isinstance(what, Motion):
+        return [what]
+    motions = [track for track in what.tracks.values() if isinstance(track, Motion)]
+    if not motions:
+        raise RequestError(f"a BVH file holds motions, but take {what.name!r} has only {', '.join(what.tracks)}")
+    if len({(motion.fps, len(motion)) for motion in motions}) > 1:
+        raise RequestError(f"the motions of take {what.name!r} differ in rate or length; save them one by one")
+    return motions
+
+
+def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
+    """The lines of one ROOT; the joints that are open are kept on a list, as depth may exceed Python's stack."""
+    skeleton = motion.skeleton
+    ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
+    for joint, offset in zip(skeleton.end_parents.tolist(), skeleton.end_offsets, strict=True):
+        ends[joint].append(offset)
+    turns = " ".join(f"{axis.upper()}rotation" for axis in order)
+    moves = "Xposition Yposition Zposition"
+    todo: list[tuple[int, int]] = [(0, 0)]
+    while todo:
+        joint, depth = todo.pop()
+        indent = "\t" * depth
+        if joint < 0:
+            yield f"{indent}}}"
+            continue
+        placed = joint == 0 or motion.bones is not None
+        yield f"{indent}{'JOINT' if joint else 'ROOT'} {_name(skeleton.names[joint])}"
+        yield f"{indent}{{"
+        # nothing for the root: some programs add its OFFSET to the position channels that others put in its place
+        offset = skeleton.offsets[joint] if joint else np.zeros(3)
+        yield f"{indent}\tOFFSET {_numbers(offset, decimals)}"
+        yield f"{indent}\tCHANNELS {6 if placed else 3} {moves + ' ' if placed else ''}{turns}"
+        children = skeleton.children[joint]
+        for end in ends[joint] or ([] if children else [np.zeros(3)]):
+            yield f"{indent}\tEnd Site"
+            yield f"{indent}\t{{"
+            yield f"{indent}\t\tOFFSET {_numbers(end, decimals)}"
+            yield f"{indent}\t}}"
+        todo.append((-1, depth))
+        todo.extend((child, depth + 1) for child in reversed(children))
+
+
+def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
+    """Channels, shape ``(F, C)``, joints depth-first, and for each whether it is a position."""
+    # unwrapped, so that importers that interpolate angles do not spin between two frames
+    angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
+    blocks, kinds = [], []
+    for joint in _depth_first(motion.skeleton):
+        if joint == 0 or motion.bones is not None:
+            blocks.append(motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint])
+            kinds += [True] * 3
+        blocks.append(angles[:, joint])
+        kinds += [False] * 3
+    return np.concatenate(blocks, axis=1), kinds
+
+
+def _depth_first(skeleton: Skeleton) -> Iterator[int]:
+    todo = [0]
+    while todo:
+        joint = todo.pop()
+        yield joint
+        todo.extend(reversed(skeleton.children[joint]))
+
+
+def _name(name: str) -> str:
+    """A joint's name on one line, without what would end it."""
+    return " ".join(re.sub(r"[{}]", "_", name).split()) or "joint"
+
+
+def _numbers(values: FloatArray, decimals: int) -> str:
+    return " ".join(f"{value:.{decimals}f}" for value in np.round(values, decimals) + 0.0)  # + 0.0: no -0.000

@@ -1,0 +1,103 @@
+"""Reading USD: what usd-core finds in a process of its own, as motions."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats import scene
+from kinetograph.formats.conventions import scale_motion, to_metres_y_up
+from kinetograph.formats.names import unique
+from kinetograph.formats.options import Loaded, ReadOptions
+from kinetograph.formats.usd.child import SAYS
+from kinetograph.motion import Motion
+from kinetograph.take import Take
+
+_PATIENCE = 120  # seconds
+_LARGEST = 1e12
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
+    """A USD file as a take in metres, Y up, with a motion a skeleton (UsdSkel), at its time codes.
+
+    Skeletons rest in their bind pose. Files that refer to others are refused.
+
+    Raises RequestError where usd-core is missing, FormatError for what it cannot read and for files without skeletons.
+    """
+    path = Path(path)
+    options = options or ReadOptions()
+    if importlib.util.find_spec("pxr") is None:
+        raise RequestError("USD needs the package usd-core: pip install 'kinetograph[usd]'")
+    path.open("rb").close()
+    arrays = _ask(path)
+    fps = options.fps or float(arrays["fps"])
+    if not (np.isfinite(fps) and 0 < fps < 1e5):
+        raise FormatError(path, f"fps must be a positive number, found {fps}; give it with --fps")
+    notes: list[str] = []
+    motions = [_motion(path, arrays, f"{i}/", fps, notes) for i in range(int(arrays["count"]))]
+    if not motions:
+        raise FormatError(path, "expected a skeleton (UsdSkel), found none")
+    if options.units is None:
+        motions = [scale_motion(motion, float(arrays["scale"])) for motion in motions]
+    converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]))
+    labels = [str(arrays[f"{i}/label"]) for i in range(len(motions))]
+    names = ["motion"] if len(motions) == 1 else unique(labels, "track", notes)
+    return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
+
+
+def _ask(path: Path) -> Arrays:
+    with tempfile.TemporaryDirectory(prefix="kinetograph-") as folder:
+        out = Path(folder) / "found.npz"
+        command = [sys.executable, "-m", "kinetograph.formats.usd.child", str(path.resolve()), str(out)]
+        try:
+            ran = subprocess.run(
+                command, capture_output=True, text=True, errors="replace", timeout=_PATIENCE, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise FormatError(path, f"usd-core has not read it in {_PATIENCE} s") from None
+        if ran.returncode != 0 or not out.is_file():
+            said = [line.removeprefix(SAYS)[:160] for line in ran.stderr.splitlines() if line.startswith(SAYS)]
+            raise FormatError(path, said[0] if said else "usd-core cannot read it; is the file damaged?")
+        with np.load(out, allow_pickle=False) as found:
+            return dict(found)
+
+
+def _motion(path: Path, arrays: Arrays, key: str, fps: float, notes: list[str]) -> Motion:
+    local, places, bind = (arrays[key + part].astype(np.float64) for part in ("local", "places", "bind"))
+    parents = arrays[f"{key}parents"].astype(np.int64)
+    if not all(np.isfinite(part).all() and np.abs(part).max() < _LARGEST for part in (local, places, bind)):
+        raise FormatError(path, "expected finite numbers in the transforms of joints")
+    if np.any(parents >= np.arange(len(parents))):
+        raise FormatError(path, "expected joints whose parents come before them")
+    shifts, turns, scales = (np.empty((len(local), len(parents) + 1, n)) for n in (3, 4, 3))
+    shifts[:, 0], turns[:, 0], scales[:, 0] = _parts(path, places)
+    shifts[:, 1:], turns[:, 1:], scales[:, 1:] = _parts(path, local)
+    names = unique(["", *(str(name).rpartition("/")[2] or "joint" for name in arrays[f"{key}names"])], "joint", notes)
+    nodes = scene.Nodes(tuple(names), np.array([-1, *(parents + 1)]), shifts, turns, scales)
+    at, turn, _ = _parts(path, bind @ places[0])
+    whole = (np.concatenate([shifts[0, :1], at]), np.concatenate([turns[0, :1], turn]))
+    found = scene.motions(nodes, list(range(1, len(names))), whole, fps)
+    if len(found) > 1:
+        notes.append(f"{len(found)} roots in one skeleton: read the first one")
+    return found[0]
+
+
+def _parts(path: Path, matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Translations, rotations and scales of matrices whose rows are columns, ``(..., 4, 4)``."""
+    axes = np.swapaxes(matrices[..., :3, :3], -1, -2)
+    scales = np.linalg.norm(axes, axis=-2)
+    if np.any(scales < 1e-9):
+        raise FormatError(path, "a transform of a joint is flat")
+    return matrices[..., 3, :3], rot.from_matrix(axes / scales[..., None, :]), scales

@@ -1,0 +1,155 @@
+"""Tracks, skeletons and annotations as rows of the catalogue, and back."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.library.frame_files import Array, Span
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.skeleton import Landmark, Skeleton
+from kinetograph.take import Annotation, Track
+
+Reader = Callable[[Span], Array]
+
+
+@dataclass(frozen=True)
+class TrackRow:
+    """A track as the catalogue has it. columns, units: a signal's; skeleton: the row of a motion's."""
+
+    id: int
+    name: str
+    kind: str
+    fps: float
+    frames: int
+    skeleton: int | None
+    columns: tuple[str, ...]
+    units: str
+    spans: dict[str, Span]
+
+
+def track_arrays(track: Track) -> list[tuple[str, Array]]:
+    """The arrays of a track as they are stored, each ``(F, ...)``, with their names."""
+    if isinstance(track, Signal):
+        arrays: list[tuple[str, Array]] = [("values", track.values.astype("<f8"))]
+        if not track.valid.all():
+            arrays.append(("valid", track.valid.astype("u1")))
+        return arrays
+    arrays = [("translation", track.translation.astype("<f8")), ("rotations", track.rotations.astype("<f4"))]
+    if track.bones is not None:
+        arrays.append(("bones", track.bones.astype("<f4")))
+    return arrays
+
+
+def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spans: Iterable[Span]) -> int:
+    """Add a track and its spans to a take; its row."""
+    if isinstance(track, Motion):
+        return insert_motion(db, take, name, (track.skeleton, track.fps, len(track)), spans)
+    kind = "points" if track.spatial else "channels"
+    return _insert(db, take, name, (kind, track.fps, len(track), None, json.dumps(track.names), track.units), spans)
+
+
+def insert_motion(
+    db: sqlite3.Connection, take: int, name: str, what: tuple[Skeleton, float, int], spans: Iterable[Span]
+) -> int:
+    """Add a motion's skeleton, rate and number of frames, and its spans, to a take; its row."""
+    skeleton, fps, frames = what
+    return _insert(db, take, name, ("motion", fps, frames, insert_skeleton(db, skeleton), None, None), spans)
+
+
+def _insert(db: sqlite3.Connection, take: int, name: str, values: tuple[Any, ...], spans: Iterable[Span]) -> int:
+    row = db.execute(
+        "INSERT INTO tracks (take, name, kind, fps, frames, skeleton, columns, units) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+        (take, name, *values),
+    ).lastrowid
+    assert row is not None
+    db.executemany(
+        "INSERT INTO arrays VALUES (?, ?, ?, ?, ?, ?)",
+        [(row, s.name, s.dtype, s.width, s.start, s.checksum) for s in spans],
+    )
+    return row
+
+
+def read_tracks(db: sqlite3.Connection, take: int) -> list[TrackRow]:
+    """The tracks of a take in the order in which they were given."""
+    found = db.execute(
+        "SELECT id, name, kind, fps, frames, skeleton, columns, units FROM tracks WHERE take = ? ORDER BY id", (take,)
+    ).fetchall()
+    return [_track_row(db, row) for row in found]
+
+
+def _track_row(db: sqlite3.Connection, row: Any) -> TrackRow:
+    track, name, kind, fps, frames, skeleton, columns, units = row
+    found = db.execute("SELECT name, dtype, width, start, checksum FROM arrays WHERE track = ?", (track,))
+    spans = {s[0]: Span(s[0], s[1], s[2], frames, s[3], s[4]) for s in found}
+    names = () if columns is None else tuple(json.loads(columns))
+    return TrackRow(track, name, kind, fps, frames, skeleton, names, units or "", spans)
+
+
+def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track:
+    """The track of a row; ``read`` gives the array of a span, shape ``(F, width)``."""
+    arrays = {name: read(span) for name, span in row.spans.items()}
+    if skeleton is None:
+        shape = (row.frames, len(row.columns))
+        values = arrays["values"].reshape(*shape, 3) if row.kind == "points" else arrays["values"]
+        valid = arrays["valid"].astype(np.bool_) if "valid" in arrays else np.ones(shape, dtype=np.bool_)
+        return Signal(values, row.columns, row.units, row.fps, valid)
+    rotations = arrays["rotations"].astype(np.float64).reshape(row.frames, len(skeleton), 4)
+    bones = arrays["bones"].astype(np.float64).reshape(row.frames, -1, 3) if "bones" in arrays else None
+    return Motion(skeleton, arrays["translation"], rot.normalize(rotations), row.fps, bones)
+
+
+def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
+    """The row of a skeleton; equal skeletons, roles included, share one."""
+    body = json.dumps(
+        {
+            "names": skeleton.names,
+            "parents": skeleton.parents.tolist(),
+            "offsets": skeleton.offsets.tolist(),
+            "end_parents": skeleton.end_parents.tolist(),
+            "end_offsets": skeleton.end_offsets.tolist(),
+            "roles": {r: [int(m.joint), *map(float, m.offset)] for r, m in skeleton.roles.items()},
+        }
+    )
+    digest = hashlib.sha256(body.encode()).hexdigest()
+    db.execute("INSERT OR IGNORE INTO skeletons (digest, body) VALUES (?, ?)", (digest, body))
+    return int(db.execute("SELECT id FROM skeletons WHERE digest = ?", (digest,)).fetchone()[0])
+
+
+def read_skeleton(db: sqlite3.Connection, row: int) -> Skeleton:
+    """The skeleton of a row."""
+    body = json.loads(db.execute("SELECT body FROM skeletons WHERE id = ?", (row,)).fetchone()[0])
+    return Skeleton(
+        tuple(body["names"]),
+        np.array(body["parents"], dtype=np.int64),
+        np.array(body["offsets"], dtype=np.float64),
+        np.array(body["end_parents"], dtype=np.int64),
+        np.array(body["end_offsets"], dtype=np.float64).reshape(-1, 3),
+        {role: Landmark(mark[0], np.array(mark[1:])) for role, mark in body["roles"].items()},
+    )
+
+
+def insert_annotations(db: sqlite3.Connection, tracks: dict[str, int], annotations: Iterable[Annotation]) -> None:
+    """Add annotations; ``tracks`` gives the row of each track's name."""
+    db.executemany(
+        "INSERT INTO annotations (track, kind, label, start, stop) VALUES (?, ?, ?, ?, ?)",
+        [(tracks[note.track], note.kind, note.label, float(note.start), float(note.stop)) for note in annotations],
+    )
+
+
+def read_annotations(db: sqlite3.Connection, take: int) -> tuple[Annotation, ...]:
+    """The annotations of a take in the order in which they were given."""
+    found = db.execute(
+        "SELECT tracks.name, annotations.kind, label, start, stop FROM annotations "
+        "JOIN tracks ON tracks.id = annotations.track WHERE tracks.take = ? ORDER BY annotations.id",
+        (take,),
+    )
+    return tuple(Annotation(*row) for row in found)

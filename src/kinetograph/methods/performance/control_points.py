@@ -1,0 +1,231 @@
+"""What of a control is compared with the recordings: one reading for walks, one for partners, and room for more.
+
+A reading turns a control, and the recorded track that stands for it, into the same point cloud. The method knows
+points only: nothing in it asks which reading it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.kinematics import role_positions, velocities
+from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.take import Take, Track
+
+LIMB_ENDS: Mapping[str, float] = MappingProxyType(
+    {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0, "chest": 1.0}
+)
+
+
+class ControlReading(Protocol):
+    """How control points are read off a control."""
+
+    def recorded(self, take: Take, target: str) -> Track:
+        """The track of a take that stands for the control where ``target`` is the track to be made."""
+
+    def points(self, control: Motion | Signal) -> FloatArray:
+        """Control points ``(F, P, 3)`` in metres, at the control's own rate."""
+
+    def weights(self) -> FloatArray:
+        """Weights ``(P,)`` of the points."""
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """Whether the points of a character's frame need that frame alone."""
+
+    @property
+    def spatial(self) -> bool:
+        """Whether the points lie in space, where examples may be turned and moved."""
+
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """What a person should know of a control that the library, of these ``speeds``, can hardly meet."""
+
+
+@dataclass(frozen=True)
+class GroundPath:
+    """Two points on the ground, left and right of a moving centre: a drawn path, or a walker's hips (section 6.1).
+
+    hip_distance: metres that the points are set apart, which weighs facing against position.
+    """
+
+    hip_distance: float = 0.3
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.hip_distance) and self.hip_distance > 0):
+            raise RequestError(f"hip_distance must be a positive number, found {self.hip_distance}")
+
+    def recorded(self, take: Take, target: str) -> Track:
+        """The target itself: a walker's own hips."""
+        return take.motion(target)
+
+    def points(self, control: Motion | Signal) -> FloatArray:
+        """See `ControlReading`."""
+        if isinstance(control, Motion):
+            return hips_on_ground(control, self.hip_distance)
+        return path_on_ground(control, self.hip_distance)
+
+    def weights(self) -> FloatArray:
+        """See `ControlReading`."""
+        return np.ones(2)
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    @property
+    def spatial(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """Where a path asks, over half a second, for more or for less speed than the library has."""
+        window = max(round(0.5 * fps), 1)
+        found = path_speeds(points, fps)
+        if len(found) < window:
+            return ()
+        asked = np.convolve(found, np.ones(window) / window, mode="valid")
+        (slowest, fastest), warnings = speeds, []
+        if asked.max() > fastest * 1.05:
+            warnings.append(
+                f"the path asks for {asked.max():.2f} m/s where the library's fastest segment gives {fastest:.2f} m/s: "
+                f"performed as well as it can be; slow it down by {asked.max() / fastest:.1f} or add faster recordings"
+            )
+        if asked.min() < slowest * 0.95:
+            warnings.append(
+                f"the path slows to {asked.min():.2f} m/s where the library's slowest segment gives {slowest:.2f} m/s: "
+                "the steps there are squeezed together; add recordings of slow walking and of standing"
+            )
+        return tuple(warnings)
+
+
+@dataclass(frozen=True)
+class PointsByRole:
+    """Points of another character by the roles they play (section 6.2), or the points of a signal.
+
+    roles: weights by role. velocity: seconds by which velocity is weighed against position: a point stands for two,
+    this far ahead of it and behind it at its own velocity, which adds ``velocity ** 2`` times the squared difference
+    of velocities to that of positions. track: the track of the library's takes that was the control; without it, the
+    only one beside the target.
+    """
+
+    roles: Mapping[str, float] = field(default_factory=lambda: LIMB_ENDS)
+    velocity: float = 0.0
+    track: str | None = None
+
+    def __post_init__(self) -> None:
+        if not self.roles or not all(np.isfinite(w) and w > 0 for w in self.roles.values()):
+            raise RequestError(f"control points need positive weights by role, found {dict(self.roles)}")
+        if not (np.isfinite(self.velocity) and self.velocity >= 0):
+            raise RequestError(f"velocity must be 0 s or more, found {self.velocity}")
+        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
+
+    def recorded(self, take: Take, target: str) -> Track:
+        """The partner's track. Raises RequestError, naming the tracks there are."""
+        return _beside(take, target, self.track)
+
+    def points(self, control: Motion | Signal) -> FloatArray:
+        """See `ControlReading`. Raises RequestError for a role, or a signal's point, that is not there."""
+        positions = role_positions(control, tuple(self.roles)) if isinstance(control, Motion) else self._named(control)
+        if not self.velocity:
+            return positions
+        ahead = self.velocity * velocities(positions, control.fps)
+        return np.concatenate([positions + ahead, positions - ahead], axis=1)
+
+    def _named(self, control: Signal) -> FloatArray:
+        missing = [role for role in self.roles if role not in control.names]
+        if not control.spatial or missing:
+            raise RequestError(
+                f"the control has no point {', '.join(missing)}; its columns are {', '.join(control.names[:8])}"
+            )
+        return control.values[:, [control.names.index(role) for role in self.roles]]
+
+    def weights(self) -> FloatArray:
+        """See `ControlReading`."""
+        weights = np.array(list(self.roles.values()), dtype=np.float64)
+        return np.tile(0.5 * weights, 2) if self.velocity else weights
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return self.velocity == 0
+
+    @property
+    def spatial(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """Nothing: a partner's speed is not bound to that of the one who is led."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Channels of a signal that lie in no space, such as features of speech (chapter 7): the group is ``"none"``.
+
+    The target stays where it was recorded: there is no transform to inherit. channels: weights by name; they say how
+    much a unit of each is worth beside a metre of continuity. track: see `PointsByRole`.
+    """
+
+    channels: Mapping[str, float]
+    track: str | None = None
+
+    def __post_init__(self) -> None:
+        if not self.channels or not all(np.isfinite(w) and w > 0 for w in self.channels.values()):
+            raise RequestError(f"channels need positive weights by name, found {dict(self.channels)}")
+        object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
+
+    def recorded(self, take: Take, target: str) -> Track:
+        """The track beside the target. Raises RequestError, naming the tracks there are."""
+        return _beside(take, target, self.track)
+
+    def points(self, control: Motion | Signal) -> FloatArray:
+        """A channel a point, ``(F, C, 3)``, on the first axis. Raises RequestError for a channel that is not there."""
+        names = control.names if isinstance(control, Signal) and not control.spatial else ()
+        missing = [name for name in self.channels if name not in names]
+        if missing or isinstance(control, Motion):
+            found = f"its channels are {', '.join(names[:8])}" if names else "it has none"
+            raise RequestError(f"the control has no channel {', '.join(missing)}; {found}")
+        points = np.zeros((len(control), len(self.channels), 3))
+        points[..., 0] = control.values[:, [names.index(name) for name in self.channels]]
+        return points
+
+    def weights(self) -> FloatArray:
+        """See `ControlReading`."""
+        return np.array(list(self.channels.values()), dtype=np.float64)
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """See `ControlReading`."""
+        return True
+
+    @property
+    def spatial(self) -> bool:
+        """See `ControlReading`."""
+        return False
+
+    def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
+        """Nothing: channels have no speed that a body could lack."""
+        return ()
+
+
+def _beside(take: Take, target: str, wanted: str | None) -> Track:
+    """The track that was the control of ``target``: the one wanted or the only other. Raises RequestError."""
+    others = [name for name in take.tracks if name != target]
+    if wanted is None and len(others) == 1:
+        return take.tracks[others[0]]
+    if wanted is None or wanted not in others:
+        found = ", ".join(others) or "none"
+        expected = "one track beside it" if wanted is None else f"a track {wanted!r}"
+        raise RequestError(f"take {take.name!r}: expected {expected} to control {target!r}, found {found}")
+    return take.tracks[wanted]

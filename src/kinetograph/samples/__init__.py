@@ -1,0 +1,1 @@
+"""Sample recordings and characters, fetched once."""

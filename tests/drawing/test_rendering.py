@@ -1,0 +1,88 @@
+"""Pictures of characters: skinning by hand, a triangle by hand, a sheet and a film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kinetograph import rotations as rot
+from kinetograph.character import Skin
+from kinetograph.drawing import _kernels
+from kinetograph.drawing.film import film, sheet
+from kinetograph.drawing.stage import Camera, draw, posed
+from kinetograph.errors import RequestError
+from kinetograph.formats.deepmimic import skeleton
+from kinetograph.motion import Motion
+from kinetograph.skeleton import Skeleton
+
+
+def stand(frames: int = 4) -> Motion:
+    turns = rot.identity(frames, 15)
+    turns[:, 9] = rot.about("z", np.linspace(0, 0.5, frames))
+    return Motion(skeleton(), np.tile([0.0, 0.9, 0.0], (frames, 1)), turns, 10.0)
+
+
+def test_points_follow_their_joints_by_weight() -> None:
+    bone = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 0, 0], [0, 1, 0]]))
+    turns = rot.identity(1, 2)
+    turns[0, 1] = rot.about("z", np.pi / 2)
+    skin = Skin(
+        np.array([[0.0, 0, 0], [0, 2, 0], [0, 2, 0]]),
+        np.tile([0.0, 1, 0], (3, 1)),
+        np.array([[0, 1, 2]]),
+        np.array([[0, 1, 0, 0]] * 3),
+        np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0.5, 0.5, 0, 0]]),
+        np.zeros(1, dtype=np.int64),
+        (("grey", (0.5, 0.5, 0.5)),),
+    )
+    figure = posed(Motion(bone, np.array([[5.0, 0, 0]]), turns, 1.0), skin, np.array([[0.0, 0, 0], [0, 1, 0]]))[0]
+    np.testing.assert_allclose(figure.points, [[5, 0, 0], [4, 1, 0], [4.5, 1.5, 0]], atol=1e-12)
+    np.testing.assert_allclose(figure.normals[1], [-1, 0, 0], atol=1e-12)
+
+
+def test_the_nearer_triangle_is_seen() -> None:
+    depth, image = np.full((4, 4), np.inf), np.zeros((4, 4, 3))
+    corners = np.array([[0.0, 0, 2], [8, 0, 2], [0, 8, 2], [0, 0, 1], [2, 0, 1], [0, 2, 1]])
+    colours = np.repeat([[0.25, 0, 0], [0.75, 0, 0]], 3, axis=0)
+    _kernels.fill(depth, image, corners, np.array([[0, 1, 2], [5, 4, 3]]), colours)
+    assert image[0, 0, 0] == pytest.approx(0.75)
+    assert image[3, 3, 0] == pytest.approx(0.25)
+    assert depth[0, 0] == pytest.approx(1.0)
+
+
+def test_a_ball_of_known_size_covers_what_it_should() -> None:
+    square = Skin(
+        np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0.0]]),
+        np.tile([0.0, 0, 1], (4, 1)),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+        np.zeros((4, 4), dtype=np.int64),
+        np.tile([1.0, 0, 0, 0], (4, 1)),
+        np.zeros(2, dtype=np.int64),
+        (("red", (1.0, 0.0, 0.0)),),
+    )
+    stick = Skeleton(("a",), np.array([-1]), np.zeros((1, 3)))
+    figures = posed(Motion(stick, np.array([[0.0, 1, 0]]), rot.identity(1, 1), 1.0), square, np.zeros((1, 3)))
+    picture = draw(figures, Camera(np.array([0.0, 1, 5]), np.array([0.0, 1, 0]), 2.0), 80, 80)
+    red = (picture[..., 0] - picture[..., 1]) > 0.3
+    assert red.sum() == pytest.approx(40 * 40, rel=0.05)
+    assert red[40, 40]
+
+
+def test_a_sheet_and_a_film(tmp_path: Path) -> None:
+    sheet(stand(), tmp_path / "a.png", frames=3)
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (720, 300)
+        assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 200
+    film(stand(), tmp_path / "a.gif", seconds=0.2)
+    with Image.open(tmp_path / "a.gif") as moving:
+        assert moving.n_frames == 5  # type: ignore[attr-defined]
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match=r"is a \.gif file"):
+        film(stand(), tmp_path / "a.mp4")
+    with pytest.raises(RequestError, match=r"is a \.png file"):
+        sheet(stand(), tmp_path / "a.jpg")

@@ -1,0 +1,322 @@
+"""Keyframe control end to end: on made-up walks, and on the sample's clips where they are at hand."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetograph as kg
+from kinetograph import rotations as rot
+from kinetograph.errors import FormatError, RequestError
+from kinetograph.evaluation.keyframe import key_miss
+from kinetograph.formats.keys_json import read_keys
+from kinetograph.keys import key_at
+from kinetograph.kinematics import joint_positions
+from kinetograph.methods.keyframe.examples import adopt, headings, mean_heading
+from kinetograph.methods.keyframe.markov import plan, pose_vectors
+from kinetograph.methods.keyframe.model import KeyframeModel, PaperSettings, SearchSettings
+from kinetograph.motion import Motion, cut, place
+from kinetograph.post.assemble import PostSettings
+from kinetograph.post.crossfade import crossfade
+from kinetograph.post.meet import Waypoint, bend, meet_poses
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Take
+from walkers import stick_figure, walk
+
+CLIPS = ("getup_facedown", "getup_faceup", "jump", "kick", "punch", "run", "walk")
+
+
+@pytest.fixture(scope="module")
+def walks(tmp_path_factory: pytest.TempPathFactory) -> kg.Library:
+    library = kg.Library.create(tmp_path_factory.mktemp("keyframe") / "walks")
+    library.add(Take("slow", {"motion": walk(6.0, speed=0.8)}))
+    library.add(Take("quick", {"motion": walk(6.0, speed=1.2)}))
+    library.add(Take("turning", {"motion": walk(6.0, speed=1.0, turn_rate=0.5)}))
+    return library
+
+
+@pytest.fixture(scope="module")
+def model(walks: kg.Library) -> KeyframeModel:
+    return kg.KeyframeControl().fit(walks)
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory: pytest.TempPathFactory, clips_folder: Path) -> kg.Library:
+    library = kg.Library.create(tmp_path_factory.mktemp("keyframe") / "clips")
+    for name in CLIPS:
+        take = kg.load(clips_folder / f"humanoid3d_{name}.txt")
+        library.add(Take(name, take.tracks, take.annotations))
+    return library
+
+
+def lying_and_running(clips: kg.Library, seconds: float | None = None) -> list[kg.Key]:
+    time = None if seconds is None else (seconds, seconds)
+    first, last = clips.take("getup_facedown").motion(), clips.take("run").motion()
+    return [key_at(first, 0.0, label="lying"), key_at(last, 0.4, time=time, label="running")]
+
+
+@pytest.mark.parametrize("seconds", [None, 4.0, 6.0])
+def test_from_lying_to_running_on_the_sample(clips: kg.Library, seconds: float | None):
+    keys = lying_and_running(clips, seconds)
+    result = kg.KeyframeControl().fit(clips).synthesize(keys)
+    assert len({piece.take for piece in result.pieces}) >= 2
+    assert key_miss(result, keys[0], 0) < 1e-3
+    assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-3
+    assert seconds is None or result.motion.duration == pytest.approx(seconds)
+    # every piece follows the one before, at most 15 % faster or slower than recorded
+    for before, after in zip(result.pieces[:-1], result.pieces[1:], strict=True):
+        assert after.start == pytest.approx(before.stop)
+    assert all(0.85 - 1e-6 <= piece.stretch <= 1.15 + 1e-6 for piece in result.pieces)
+    assert result.edited.shape == (len(result.motion),)
+    assert 0 < result.statistics["untouched"] < 1
+
+
+def test_alternatives_differ_and_meet_the_keys(clips: kg.Library):
+    keys = lying_and_running(clips, 6.0)
+    model = kg.KeyframeControl().fit(clips)
+    found = model.alternatives(keys, 3)
+    assert len(found) == 3
+    assert len({tuple((p.take, round(p.source_start, 2)) for p in result.pieces) for result in found}) == 3
+    for result in found:
+        assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-3
+    assert found[0].cost == min(result.cost for result in found)
+    with pytest.raises(RequestError, match="alternatives are of mode search"):
+        kg.KeyframeControl(mode="paper").fit(clips).alternatives(keys)
+
+
+def test_a_span_is_held_while_the_rest_is_made_anew(walks: kg.Library, model: KeyframeModel):
+    slow, quick = walks.take("slow").motion(), walks.take("quick").motion()
+    first = model.synthesize([key_at(slow, 0.5), key_at(quick, 4.0, time=(6.0, 6.0))])
+    keys = [key_at(quick, 1.0), key_at(slow, 3.2, time=(7.0, 7.0), label="new end")]
+    result = model.synthesize_around(first, (2.0, 4.0), keys)
+    assert result.motion.duration == pytest.approx(7.0)
+    held = slice(60, 121)
+    assert (result.motion.translation[held] == first.motion.translation[held]).all()
+    assert (result.motion.rotations[held] == first.motion.rotations[held]).all()
+    assert key_miss(result, keys[1], 210) < 1e-3
+    for before, after in zip(result.pieces[:-1], result.pieces[1:], strict=True):
+        assert after.start == pytest.approx(before.stop)
+    assert result.pieces[0].start == 0
+    assert result.pieces[-1].stop == pytest.approx(7.0)
+    steps = np.linalg.norm(np.diff(result.motion.translation, axis=0), axis=1)
+    assert steps.max() < 1.5 * max(np.linalg.norm(np.diff(m.translation, axis=0), axis=1).max() for m in (slow, quick))
+    only_after = model.synthesize_around(first, (0.0, 4.0), keys[1:])
+    assert only_after.motion.duration == pytest.approx(7.0)
+    with pytest.raises(RequestError, match=r"lies between 0 and 6\.00 s, found 5 to 9 s"):
+        model.synthesize_around(first, (5.0, 9.0), keys)
+    with pytest.raises(RequestError, match="late: its time is within the span"):
+        model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, time=(3.0, 3.0), label="late")])
+    with pytest.raises(RequestError, match="free: around a span that is held every key has a time"):
+        model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, label="free")])
+
+
+def test_the_least_duration_is_known_and_told(clips: kg.Library):
+    with pytest.raises(RequestError, match=r"from lying to running takes 1\.\d+ s at least .* 1\.00 s are given"):
+        kg.KeyframeControl().fit(clips).synthesize(lying_and_running(clips, 1.0))
+
+
+def test_the_papers_mode_goes_from_lying_to_running(clips: kg.Library):
+    keys = lying_and_running(clips)
+    model = kg.KeyframeControl(mode="paper", paper=PaperSettings(clusters=8)).fit(clips)
+    result = model.synthesize(keys)
+    assert result.statistics["examples"] >= 2
+    assert result.pieces[0].take == "getup_facedown"
+    assert result.pieces[0].source_start == 0
+    assert result.pieces[-1].take == "run"
+    found = plan(model.learned, *keys)
+    assert found.hidden[0] == found.nearest[0][0]
+    assert found.hidden[-1] == found.nearest[1][0]
+    assert (np.diff(found.clusters) != 0).all()
+    assert len(result.motion) == round(sum(p.stop - p.start for p in result.pieces) * 30)
+
+
+def test_the_papers_mode_names_clusters_that_can_be_reached(walks: kg.Library, tmp_path: Path):
+    library = kg.Library.create(tmp_path / "apart")
+    upright = walks.take("slow").motion()
+    flat = upright.rotations.copy()
+    flat[:, 0] = rot.multiply(rot.about("x", 1.5), flat[:, 0])
+    library.add(Take("upright", {"motion": upright}))
+    library.add(Take("flat", {"motion": replace(upright, rotations=flat)}))
+    model = kg.KeyframeControl(mode="paper", paper=PaperSettings(clusters=4)).fit(library)
+    keys = [key_at(library.take(name).motion(), 1.0) for name in ("upright", "flat")]
+    with pytest.raises(RequestError, match=r"nearest that can be reached: \d \(in upright\)"):
+        model.synthesize(keys)
+
+
+def test_a_recording_between_its_own_frames_is_that_recording(walks: kg.Library):
+    source = walks.take("turning").motion()
+    keys = [key_at(source, 1.0), key_at(source, 4.0, time=(3.0, 3.0))]
+    result = kg.KeyframeControl(post=PostSettings(footskate=False)).fit(walks).synthesize(keys)
+    assert joint_positions(result.motion) == pytest.approx(joint_positions(cut(source, 30, 121)), abs=1e-3)
+    assert result.cost == pytest.approx(0, abs=1e-3)
+    assert result.statistics["untouched"] == 1
+
+
+def test_several_keys_are_met_at_their_times_and_places(walks: kg.Library, model):
+    slow, quick = walks.take("slow").motion(), walks.take("quick").motion()
+    keys = [
+        key_at(slow, 1.0),
+        key_at(quick, 2.5, time=(2.0, 3.0), label="middle"),
+        key_at(slow, 4.3, time=(5.0, 5.0), position=(0.4, 5.5), heading=0.2, label="end"),
+    ]
+    result = model.synthesize(keys)
+    assert result.motion.duration == pytest.approx(5.0)
+    assert result.motion.translation[-1, [0, 2]] == pytest.approx([0.4, 5.5], abs=1e-6)
+    assert headings(result.motion)[-1] == pytest.approx(0.2, abs=1e-6)
+    assert key_miss(result, keys[2], 150) < 1e-3
+    assert min(key_miss(result, keys[1], frame) for frame in range(60, 91)) < 1e-3
+
+
+def test_only_some_joints_may_be_keyed(walks: kg.Library, model):
+    source = walks.take("slow").motion()
+    raised = source.rotations.copy()
+    raised[:, source.skeleton.index("left_shoulder")] = rot.about("x", -2.0)
+    waving = replace(source, rotations=raised)
+    keys = [key_at(source, 0.5), key_at(waving, 3.0, time=(2.5, 2.5), roles=("left_shoulder",))]
+    result = model.synthesize(keys)
+    shoulder = source.skeleton.index("left_shoulder")
+    assert rot.angle_between(result.motion.rotations[-1, shoulder], raised[90, shoulder]) < 1e-6
+    assert rot.angle_between(result.motion.rotations[45, shoulder], raised[90, shoulder]) > 1.0
+
+
+def test_the_result_begins_where_the_first_key_stands(walks: kg.Library, model):
+    moved = place(walks.take("slow").motion(), 1.0, (3.0, 0.0, -2.0))
+    result = model.synthesize([key_at(moved, 1.0), key_at(moved, 3.0)])
+    assert result.motion.translation[0] == pytest.approx(moved.translation[30], abs=1e-6)
+    assert headings(result.motion)[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_key_of_another_size_is_matched_and_said(walks: kg.Library, model):
+    small = stick_figure(0.8)
+    motion = walks.take("slow").motion()
+    child = Motion(small, motion.translation * 0.8, motion.rotations, motion.fps)
+    result = model.synthesize([key_at(motion, 1.0), key_at(child, 3.0, label="child")])
+    assert any("child: it has another skeleton" in text for text in result.warnings)
+
+
+def test_bad_keys_are_refused(walks: kg.Library, model):
+    motion = walks.take("slow").motion()
+    one, two = key_at(motion, 1.0, label="one"), key_at(motion, 2.0, label="two", time=(1.0, 1.0))
+    with pytest.raises(RequestError, match="expected 2 keys or more, found 1"):
+        model.synthesize([one])
+    with pytest.raises(RequestError, match=r"late: 9 s is outside its clip, which lasts from 0 to 6\.000 s"):
+        key_at(motion, 9.0, label="late")
+    with pytest.raises(RequestError, match="key: frame 500 is outside its clip"):
+        kg.Key(motion, 500)
+    with pytest.raises(RequestError, match="keys are out of order: early"):
+        model.synthesize([one, two, key_at(motion, 3.0, time=(0.5, 0.5), label="early")])
+    with pytest.raises(RequestError, match="time window is 0 <= earliest <= latest"):
+        key_at(motion, 1.0, time=(2.0, 1.0))
+    bare = Skeleton(motion.skeleton.names, motion.skeleton.parents, motion.skeleton.offsets)
+    with pytest.raises(RequestError, match="robot: the library's poses are compared by roles that do not map"):
+        model.synthesize([one, kg.Key(replace(motion, skeleton=bare), label="robot")])
+    with pytest.raises(RequestError, match="no joint plays the role 'tail'"):
+        key_at(motion, 1.0, roles=("tail",))
+    with pytest.raises(RequestError, match="no walk through the recordings meets the places of far"):
+        model.synthesize([one, key_at(motion, 3.0, time=(2.0, 2.0), position=(50.0, 0.0), label="far")])
+
+
+def test_bad_libraries_and_settings_are_refused(walks: kg.Library, tmp_path: Path):
+    with pytest.raises(RequestError, match="the library has no take to use"):
+        kg.KeyframeControl().fit(kg.Library.create(tmp_path / "empty"))
+    mixed = kg.Library.create(tmp_path / "mixed")
+    mixed.add(walks.take("slow"))
+    stick = Skeleton(("root",), np.array([-1]), np.zeros((1, 3)))
+    mixed.add(Take("stick", {"motion": Motion(stick, np.zeros((9, 3)), rot.identity(9, 1), 30.0)}))
+    with pytest.raises(RequestError, match=r"take 'stick' \(1 joints\).*different skeletons"):
+        kg.KeyframeControl().fit(mixed)
+    with pytest.raises(RequestError, match="mode must be one of search, paper, found 'magic'"):
+        kg.KeyframeControl(mode="magic")
+    with pytest.raises(RequestError, match="warp is a share"):
+        SearchSettings(warp=0.9)
+    paper = kg.KeyframeControl(mode="paper").fit(walks)
+    keys = [key_at(walks.take("slow").motion(), float(t)) for t in range(3)]
+    with pytest.raises(RequestError, match="goes between two keys, found 3"):
+        paper.synthesize(keys)
+
+
+def test_pose_vectors_do_not_depend_on_facing(walks: kg.Library):
+    motion = walks.take("turning").motion()
+    turned = place(motion, 2.5, (1.0, 0.0, 1.0))
+    assert pose_vectors(turned) == pytest.approx(pose_vectors(motion), abs=1e-9)
+
+
+def test_the_mean_heading_is_circular():
+    assert abs(np.degrees(mean_heading(np.radians([179.0, -179.0, 178.0, -178.0])))) == pytest.approx(180)
+
+
+def test_adopting_scales_the_path_with_the_legs():
+    motion = walk(2.0)
+    small = adopt(motion, stick_figure(0.5), "take")
+    assert small.translation == pytest.approx(0.5 * motion.translation)
+
+
+def test_a_crossfade_of_a_motion_with_itself_changes_nothing():
+    motion = walk(2.0)
+    mixed = crossfade(cut(motion, 0, 40), cut(motion, 30, 61), 10)
+    assert joint_positions(mixed) == pytest.approx(joint_positions(motion), abs=1e-9)
+    with pytest.raises(RequestError, match="cannot blend over 50 frames"):
+        crossfade(cut(motion, 0, 40), motion, 50)
+
+
+def test_bending_meets_places_and_leaves_standing_feet():
+    steps = walk(4.0)
+    still = Motion(steps.skeleton, steps.translation[[0] * 30], steps.rotations[[0] * 30], 30.0)
+    motion = Motion(
+        steps.skeleton,
+        np.concatenate([steps.translation, steps.translation[-1] + 0 * still.translation]),
+        np.concatenate([steps.rotations, steps.rotations[[-1] * 30]]),
+        30.0,
+    )
+    bent = bend(motion, [Waypoint(0, None, 0), Waypoint(len(motion) - 1, None, 0, None, 5.0 + 1.0j, 0.5)])
+    assert bent.translation[-1, [2, 0]] == pytest.approx([5.0, 1.0])
+    assert headings(bent)[-1] == pytest.approx(0.5)
+    assert np.ptp(joint_positions(bent)[125:], axis=0).max() < 1e-9
+    assert joint_positions(bent)[0] == pytest.approx(joint_positions(motion)[0])
+
+
+def test_meeting_poses_fades_and_leaves_other_waypoints():
+    motion = walk(4.0)
+    other = replace(motion, rotations=rot.identity(len(motion), len(motion.skeleton)))
+    points = [Waypoint(30, other, 0), Waypoint(40, motion, 40)]
+    met = meet_poses(motion, points, 0.5)
+    assert met.rotations[30] == pytest.approx(other.rotations[0], abs=1e-9)
+    assert rot.angle_between(met.rotations[40], motion.rotations[40]).max() < 1e-6
+    assert met.rotations[60:] == pytest.approx(motion.rotations[60:])
+
+
+def test_keys_are_read_from_json(walks: kg.Library, tmp_path: Path):
+    kg.save(walks.take("slow").motion(), tmp_path / "slow.bvh")
+    file = tmp_path / "keys.json"
+    file.write_text(
+        '{"keys": [{"pose": "slow.bvh@1"}, {"pose": "take:quick@2", "time": [1, 2.5], "position": [0.5, 2],'
+        ' "heading": 90, "roles": ["left_hand"], "name": "reach"}]}'
+    )
+    first, second = read_keys(file, walks)
+    assert first.label == "key 1"
+    assert first.time is None
+    assert second.label == "reach"
+    assert second.time == (1.0, 2.5)
+    assert second.heading == pytest.approx(np.pi / 2)
+    assert second.roles == ("left_hand",)
+    for text, wanted in (
+        ("[]", r"keys.json: expected \{\"keys\""),
+        ('{"keys": [{"pose": "slow.bvh@1", "tine": 2}]}', "unknown field `tine`"),
+    ):
+        file.write_text(text)
+        with pytest.raises(FormatError, match=wanted):
+            read_keys(file, walks)
+    for pose, wanted in (
+        ("slow.bvh", "a pose is FILE@SECOND"),
+        ("slow.bvh@99", "99 s is outside its clip"),
+        ("take:fast@1", "no take 'fast'"),
+    ):
+        file.write_text(json.dumps({"keys": [{"pose": pose}]}))
+        with pytest.raises(RequestError, match=wanted):
+            read_keys(file, walks)
+    with pytest.raises(FormatError, match=r"none\.json: cannot open it"):
+        read_keys(tmp_path / "none.json")

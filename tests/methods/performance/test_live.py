@@ -1,0 +1,142 @@
+"""Live control: the same search, told the control one frame at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetograph as kg
+from kinetograph.errors import RequestError
+from kinetograph.methods.performance.control_points import PointsByRole
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance.window import OneWindow
+from kinetograph.motion import Motion, cut
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Annotation, Take
+from walkers import walk
+
+_FPS = 30.0
+_METHOD = PerformanceControl(stretch=0.1)
+
+
+def _model(folder: Path, method: PerformanceControl = _METHOD) -> PerformanceModel:
+    times = np.arange(241) / _FPS
+    recording = walk(8.0, speed=1.0 + 0.25 * np.sin(0.9 * times), turn_rate=0.6 * np.cos(0.7 * times))
+    library = kg.Library.create(folder / "library")
+    library.add(Take("walk", {"body": recording}, _cuts("body")))
+    return method.fit(library)
+
+
+def _cuts(track: str) -> tuple[Annotation, ...]:
+    return tuple(Annotation(track, "cut", "", t, t) for t in np.arange(17) / 2)
+
+
+def _control(duration: float = 5.0) -> Motion:
+    times = np.arange(round(duration * _FPS) + 1) / _FPS
+    return walk(duration, speed=1.1, turn_rate=0.5 * np.sin(times))
+
+
+def _live(model: PerformanceModel, control: Motion, lag: float | None) -> tuple[Synthesis, list[kg.Piece]]:
+    live = model.start(control.fps, lag)
+    pieces = []
+    for frame in range(len(control)):
+        pieces += live.step(cut(control, frame, frame + 1))
+    return live.finish(), pieces
+
+
+def _what(pieces: list[kg.Piece] | tuple[kg.Piece, ...]) -> list[tuple[str, float]]:
+    return [(piece.take, piece.source_start) for piece in pieces]
+
+
+@pytest.mark.parametrize("beam", [None, 0.02])
+def test_without_a_lag_it_is_the_offline_result(tmp_path: Path, beam: float | None) -> None:
+    model = _model(tmp_path, replace(_METHOD, beam=beam))
+    control = _control()
+    offline = model.synthesize(control)
+    live, pieces = _live(model, control, None)
+    assert live.cost == pytest.approx(offline.cost, rel=1e-6)
+    assert _what(live.pieces) == _what(offline.pieces)
+    np.testing.assert_allclose(live.motion.translation, offline.motion.translation, atol=1e-6)
+    assert _what(pieces) == _what(offline.pieces)[: len(pieces)]
+
+
+def test_velocities_come_a_frame_later_and_are_the_same(tmp_path: Path) -> None:
+    leader = walk(8.0, turn_rate=0.4)
+    take = Take("pair", {"leader": leader, "follower": walk(8.0, speed=1.2)}, _cuts("follower"))
+    library = kg.Library.create(tmp_path / "pairs")
+    library.add(take)
+    method = replace(_METHOD, control=PointsByRole({"left_toe": 1.0, "right_toe": 1.0}, velocity=0.2))
+    model = method.fit(library, track="follower")
+    control = _control(3.0)
+    assert _live(model, control, None)[0].cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.2, 0.6, 1.5])
+def test_committed_pieces_stay_and_come_in_time(tmp_path: Path, lag: float) -> None:
+    model, control = _model(tmp_path), _control()
+    live, pieces, known = model.start(control.fps, lag), list[kg.Piece](), []
+    for frame in range(len(control)):
+        pieces += live.step(cut(control, frame, frame + 1))
+        known.append(len(pieces))
+    result = live.finish()
+    assert _what(result.pieces)[: len(pieces)] == _what(pieces)
+    for frame, count in enumerate(known):
+        shown = np.floor((frame / _FPS + 1e-6) * 10) / 10 - max(lag, 0.1)
+        begun = [piece for piece in result.pieces if piece.start < shown - 0.1]  # borders move by less than a step
+        assert shown < 0 or count >= len(begun)
+    assert result.cost >= model.synthesize(control).cost - 1e-9
+    assert len(result.motion) == len(control)
+
+
+def test_the_stretch_of_a_committed_piece_is_open_until_it_ends(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control()
+    result, pieces = _live(model, control, 0.2)
+    moved = [abs(a.stop - b.stop) for a, b in zip(pieces, result.pieces, strict=False)]
+    assert max(moved) > 1 / _FPS + 1e-9
+    assert max(moved) <= 2 * _METHOD.stretch + 2 / _METHOD.rate
+
+
+def test_one_window_is_aligned_as_many_are(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    x = model.at_search_rate(model.control_points(_control(2.0)), _FPS)
+    quick = OneWindow(model)
+    for stop in (2, 4, 9):
+        one, other = quick.arrivals_at(x[: stop + 1]), model.arrivals_at(x[: stop + 1])
+        np.testing.assert_allclose(one.costs, other.costs, atol=1e-9)
+        np.testing.assert_allclose(one.tails, other.tails, atol=1e-5)
+    for used, other in model.left_early(x[:12]).items():
+        one = quick.under_way(x[11 - used : 12])
+        longer = model.search.durations > used
+        np.testing.assert_allclose(one.costs[longer], other.costs[longer], atol=1e-9)
+        np.testing.assert_allclose(one.heads[longer], other.heads[longer], atol=1e-5)
+        assert np.isinf(one.costs[~longer]).all()
+
+
+def test_more_lag_than_the_control_is_long_changes_nothing(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control()
+    assert _live(model, control, 60.0)[0].cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
+
+
+def test_points_are_taken_as_well_as_poses(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control(2.0)
+    live = model.start(control.fps)
+    for points in model.control_points(control):
+        live.step(points)
+    assert live.finish().cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
+
+
+def test_what_cannot_be_live_says_so(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    with pytest.raises(RequestError, match="fps must be positive and lag 0 or more, found 30 and -1"):
+        model.start(30, -1)
+    with pytest.raises(RequestError, match=r"expected a frame of finite control points \(2, 3\), found shape \(3, 3\)"):
+        model.start(30.0).step(np.zeros((3, 3)))
+    with pytest.raises(RequestError, match="finite control points"):
+        model.start(30.0).step(np.full((2, 3), np.nan))
+    live = model.start(30.0)
+    live.step(np.zeros((2, 3)))
+    with pytest.raises(RequestError, match="the control is too short"):
+        live.finish()

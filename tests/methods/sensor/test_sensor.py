@@ -1,0 +1,347 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter1d
+
+import kinetograph as kg
+from kinetograph import rotations as rot
+from kinetograph.errors import DataError, RequestError
+from kinetograph.evaluation.sensor import pose_errors, rooted_positions
+from kinetograph.library import Library
+from kinetograph.methods.sensor.local_models import _told_apart
+from kinetograph.methods.sensor.model import SYNTHESES, LocalSettings, PathSettings, SensorControl, SensorModel
+from kinetograph.methods.sensor.optimisation import Objective
+from kinetograph.methods.sensor.pose_space import fit_pose_space, without_heading
+from kinetograph.methods.sensor.root import RootWalker, fit_root_model, root_features
+from kinetograph.motion import Motion, resample
+from kinetograph.sensing import Layout, Readings, Sensor, preset, simulate
+from kinetograph.sensing.layout import keep
+from kinetograph.sensing.readings import kinds_of, only, select
+from kinetograph.take import Take
+from walkers import stick_figure, walk
+
+LOCAL = LocalSettings(runs=1, clusters=10, frames=600, centres=60)
+EIGHT = preset("wii")
+ONE = keep(EIGHT, ("right_forearm",))
+TAKES = {
+    ("slow", "motion"): walk(5.0, speed=0.7, period=1.3),
+    ("usual", "motion"): walk(5.0, speed=1.0),
+    ("fast", "motion"): walk(5.0, speed=1.4, period=0.8),
+    ("turning", "motion"): walk(5.0, speed=1.0, turn_rate=0.5),
+}
+
+
+@pytest.fixture(scope="module")
+def models() -> dict[str, SensorModel]:
+    return {name: SensorControl(synthesis=name, local=LOCAL).fit_motions(TAKES) for name in SYNTHESES}
+
+
+@pytest.fixture(scope="module")
+def model(models) -> SensorModel:
+    return models["continuity"]
+
+
+@pytest.fixture(scope="module")
+def readings() -> Readings:
+    return simulate(walk(4.0, speed=1.05, period=0.97), EIGHT, np.random.default_rng(7))
+
+
+def error(rotations, truth: Motion) -> float:
+    real = resample(truth, 60.0).rotations[: len(rotations)]
+    return float(pose_errors(rotations[: len(real)], real).mean())
+
+
+@given(st.integers(0, 1000), st.floats(-3, 3))
+def test_poses_come_back_from_their_vectors_whatever_the_heading(seed, turn):
+    rng = np.random.default_rng(seed)
+    skeleton = stick_figure()
+    turns = rot.exp(0.8 * rng.normal(size=(6, len(skeleton), 3)))
+    turns[:, 4] = rot.IDENTITY
+    motion = Motion(skeleton, np.zeros((6, 3)), turns, 30.0)
+    space = fit_pose_space([motion])
+    assert not space.joints[4]
+    turned = replace(motion, rotations=np.concatenate([
+        rot.multiply(rot.about("y", turn), turns[:, :1]), turns[:, 1:]], axis=1))  # fmt: skip
+    back = space.decode(space.encode(turned))
+    assert rot.angle_between(back, without_heading(turns)).max() < 1e-2
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_each_synthesis_is_nearer_than_the_mean_pose(models, readings, synthesis):
+    truth = walk(4.0, speed=1.05, period=0.97)
+    result = models[synthesis].synthesize(readings)
+    space = models[synthesis].examples.space
+    mean = space.decode(np.repeat(models[synthesis].examples.poses.mean(axis=0)[None], 240, axis=0))
+    assert error(result.motion.rotations, truth) < 0.5 * error(mean, truth)
+    assert result.motion.fps == 60.0
+    assert len(result.motion) == pytest.approx(240, abs=3)
+    assert result.uncertainty.shape == (len(result.motion), len(space.skeleton))
+    assert np.isfinite(result.uncertainty).all()
+
+
+def test_a_take_of_the_library_is_recognised(model):
+    result = model.synthesize(simulate(TAKES["usual", "motion"], EIGHT, np.random.default_rng(1)))
+    assert error(result.motion.rotations, TAKES["usual", "motion"]) < 2.0
+    shares = [p.stop - p.start for p in result.pieces if p.take in ("usual", "turning")]
+    assert sum(shares) > 0.7 * result.motion.duration
+
+
+def test_pieces_cover_the_result_without_gaps(model, readings):
+    result = model.synthesize(readings)
+    edges = [p.start for p in result.pieces] + [result.pieces[-1].stop]
+    assert edges[0] == 0.0
+    assert edges[-1] == pytest.approx(len(result.motion) / 60.0)
+    np.testing.assert_allclose([p.stop for p in result.pieces], edges[1:])
+    assert all(p.source_stop > p.source_start for p in result.pieces)
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_live_is_offline(models, readings, synthesis):
+    model = replace(models[synthesis], method=replace(models[synthesis].method, clean_feet=False))
+    whole = model.synthesize(readings).motion
+    live = model.start()
+    poses = []
+    for low in np.arange(0.0, readings.duration + 0.2, 0.11):
+        poses += live.step(select(readings, (readings.times >= low) & (readings.times < low + 0.11)))
+    result = live.finish().motion
+    np.testing.assert_allclose(result.rotations, whole.rotations, atol=1e-9)
+    np.testing.assert_allclose(result.translation, whole.translation, atol=1e-9)
+    np.testing.assert_allclose(np.array([p.rotations for p in poses]), result.rotations[: len(poses)])
+    assert len(poses) >= len(result) - round((model.latency + 0.2) * 60)
+
+
+def test_latency_is_reported_and_a_causal_filter_waits_less(models):
+    window = models["interpolation"]
+    causal = replace(window, method=replace(window.method, smoothing="causal"))
+    assert window.latency - causal.latency == pytest.approx(3 / 60)
+    assert models["continuity"].latency == pytest.approx(0.025 + 6 / 60)
+    assert causal.start().model.smoothing == "causal"
+
+
+def test_a_missing_sensor_is_left_out_not_taken_for_zero(model, readings):
+    truth = walk(4.0, speed=1.05, period=0.97)
+    rest = tuple(name for name in readings.names if name != "left_shank")
+    without = model.synthesize(only(readings, rest))
+    zeroed = readings.force.copy()
+    zeroed[readings.sensors == readings.names.index("left_shank")] = 0.0
+    assert error(without.motion.rotations, truth) < error(
+        model.synthesize(replace(readings, force=zeroed)).motion.rotations, truth
+    )
+    assert any("no readings from left_shank: left out of account" in line for line in without.warnings)
+    assert without.statistics["missing"] == pytest.approx(1 / 8)
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_one_sensor_works_and_says_how_badly(models, readings, synthesis):
+    result = models[synthesis].synthesize(only(readings, ("right_forearm",)))
+    assert any("one sensor, right_forearm, tells little" in line for line in result.warnings)
+    assert np.isfinite(result.motion.rotations).all()
+
+
+def test_a_dying_sensor_does_not_stop_the_rest(model, readings):
+    dead = readings.names.index("right_thigh")
+    result = model.synthesize(select(readings, ~((readings.sensors == dead) & (readings.times > 2.0))))
+    assert len(result.motion) == pytest.approx(240, abs=3)
+    assert 0.03 < result.statistics["missing"] < 0.1
+
+
+def test_when_the_stream_stops_the_pose_is_held_and_doubt_grows(model, readings):
+    live = model.start()
+    live.step(select(readings, readings.times < 2.0))
+    poses = live.step(select(readings, readings.times < 0.0), now=5.0)
+    at = {round(p.time * 60): p for p in poses}
+    early, late = at[round(2.5 * 60)], at[round(4.5 * 60)]
+    np.testing.assert_allclose(early.rotations, late.rotations, atol=0.02)
+    assert late.uncertainty.mean() > early.uncertainty.mean()
+    result = live.finish()
+    assert any("the pose was held, with growing uncertainty" in line for line in result.warnings)
+    assert result.statistics["held"] == pytest.approx(3.0, abs=0.1)
+
+
+def test_before_any_reading_there_is_only_the_mean_pose(model, readings):
+    late = select(readings, readings.times > 1.0)
+    result = model.synthesize(late)
+    assert result.uncertainty[:30].mean() > result.uncertainty[120:].mean()
+
+
+def test_bad_streams_are_refused(model, readings):
+    with pytest.raises(RequestError, match="unknown sensor 'left_wing'; expected some of left_forearm"):
+        model.synthesize(replace(readings, names=("left_wing", *readings.names[1:])))
+    with pytest.raises(RequestError, match=r"about 9.8 at rest, found a median magnitude of 1"):
+        model.synthesize(replace(readings, force=readings.force / 9.81))
+    with pytest.raises(RequestError, match="expected readings, found no rows"):
+        model.synthesize(select(readings, readings.times < 0))
+    live = model.start()
+    live.step(select(readings, readings.times < 1.0))
+    with pytest.raises(DataError, match="time runs backwards"):
+        live.step(select(readings, readings.times < 0.5))
+    with pytest.raises(RequestError, match=r"readings leap from .* to 1e[+]06 s"):
+        live.step(select(readings, readings.times < 0), now=1e6)
+    with pytest.raises(RequestError, match="no readings came"):
+        model.start().finish()
+
+
+def test_a_configuration_that_cannot_be_is_refused():
+    with pytest.raises(RequestError, match="synthesis must be one of continuity, interpolation, optimisation"):
+        SensorControl(synthesis="magic")
+    with pytest.raises(RequestError, match="reduction must be one of pca, lle, found 'umap'"):
+        LocalSettings(reduction="umap")
+    with pytest.raises(RequestError, match="smoothing must be one of window, causal, none"):
+        SensorControl(smoothing="much")
+    with pytest.raises(RequestError, match="temperature must be positive, found 0"):
+        PathSettings(temperature=0.0)
+    with pytest.raises(RequestError, match="ahead must be 0 or more seconds, found -1"):
+        SensorControl(ahead=-1.0)
+    with pytest.raises(RequestError, match="rate must be a positive number, found nan"):
+        SensorControl(rate=float("nan"))
+
+
+def test_libraries_that_cannot_serve_are_refused(tmp_path: Path):
+    library = Library.create(tmp_path / "lib")
+    with pytest.raises(RequestError, match=r"no take of 0.5 s or more to use"):
+        SensorControl().fit(library)
+    library.add(Take("one", {"motion": walk(1.0)}))
+    with pytest.raises(RequestError, match="the skeleton has no joint or role 'tail'; it has hips"):
+        SensorControl(layout=Layout("cat", (Sensor("tail", "tail"),))).fit(library)
+    library.add(Take("tall", {"motion": replace(walk(1.0), skeleton=stick_figure(1.5))}))
+    with pytest.raises(RequestError, match=r"'one' .* and 'tall' .* have different skeletons"):
+        SensorControl().fit(library)
+
+
+def test_the_library_and_motions_at_hand_give_the_same(tmp_path: Path, readings):
+    library = Library.create(tmp_path / "lib")
+    for (name, track), motion in TAKES.items():
+        library.add(Take(name, {track: motion}))
+    fitted = SensorControl().fit(library, exclude=("turning",))
+    assert {take for take, _ in fitted.examples.takes} == {"slow", "usual", "fast"}
+    assert kg.SensorControl is SensorControl
+    assert len(fitted.synthesize(readings).motion) > 200
+
+
+def test_any_layout_will_do(readings):
+    few = keep(EIGHT, ("left_shank", "right_shank"))
+    result = SensorControl(layout=few).fit_motions(TAKES).synthesize(only(readings, few.names))
+    assert error(result.motion.rotations, walk(4.0, speed=1.05, period=0.97)) < 10.0
+
+
+def test_lle_serves_as_the_reduction_too(readings):
+    method = SensorControl(synthesis="interpolation", local=replace(LOCAL, reduction="lle"))
+    result = method.fit_motions(TAKES).synthesize(readings)
+    assert error(result.motion.rotations, walk(4.0, speed=1.05, period=0.97)) < 12.0
+    assert result.statistics["condition"] > 1
+
+
+def test_the_objectives_jacobian_is_its_derivative(models):
+    local = models["optimisation"].local
+    rng = np.random.default_rng(0)
+    near, shares = local.near(models["optimisation"].examples.readings[100], np.ones(24, dtype=bool), 3)
+    clusters = [local.clusters[k] for k in near]
+    b = local.reduction.dimensions
+    valid = rng.uniform(size=24) > 0.2
+    prior, signal = clusters[0], rng.normal(size=24)
+    objective = Objective(
+        clusters, shares, prior.prior.mean, prior.whitening, 0.7, signal, valid,
+        rng.uniform(1.0, 4.0, size=b), rng.normal(size=b),
+    )  # fmt: skip
+    r = clusters[0].prior.mean + 0.05 * rng.normal(size=b)
+    _, jacobian = objective(r)
+    step = 1e-6
+    numeric = [(objective(r + step * e)[0] - objective(r - step * e)[0]) / (2 * step) for e in np.eye(b)]
+    np.testing.assert_allclose(jacobian, np.array(numeric).T, atol=1e-4)
+
+
+def test_looking_ahead_is_smoother_than_going_frame_by_frame_and_waits_for_it(models, readings):
+    ahead = models["optimisation"]
+    thesis = replace(ahead, method=replace(ahead.method, ahead=0.0, smoothing="none"))
+    shaking = {}
+    for name, model in (("ahead", ahead), ("thesis", thesis)):
+        rotations = model.synthesize(readings).motion.rotations
+        shaking[name] = np.abs(np.diff(rooted_positions(TAKES["usual", "motion"], rotations), n=2, axis=0)).mean()
+        assert error(rotations, walk(4.0, speed=1.05, period=0.97)) < 8.0
+    assert shaking["ahead"] < 0.7 * shaking["thesis"]
+    assert ahead.smoothing == "none"
+    assert ahead.latency - thesis.latency == pytest.approx(9 / 60)
+
+
+def test_a_cluster_is_told_by_density_or_by_its_mean_as_in_the_thesis(models):
+    local = models["optimisation"].local
+    examples = models["optimisation"].examples.readings
+    valid = np.ones(24, dtype=bool)
+    means = np.array([c.sensors.mean for c in local.clusters])
+    by_mean = _told_apart(list(local.clusters), local.readings.shares, "mean")
+    for row in examples[::97]:
+        assert np.argmax(by_mean.log_densities(row, valid)) == np.argmin(((means - row) ** 2).sum(axis=1))
+    with pytest.raises(RequestError, match="choice must be one of density, mean, found 'nearest'"):
+        LocalSettings(choice="nearest")
+
+
+@pytest.mark.parametrize("synthesis", SYNTHESES)
+def test_gyroscopes_and_tilt_are_used_where_readings_have_them(readings, synthesis):
+    truth = walk(4.0, speed=1.05, period=0.97)
+    layout = preset("imu")
+    errors = {}
+    for kinds in (("force",), ("force", "angular", "tilt")):
+        method = SensorControl(layout=keep(layout, ("left_shank",)), kinds=kinds, synthesis=synthesis, local=LOCAL)
+        model = method.fit_motions(TAKES)
+        assert model.examples.readings.shape[1] == 3 * len(kinds)
+        told = simulate(truth, method.layout, np.random.default_rng(0), angular=True, tilt=True)
+        assert kinds_of(told) == ("force", "angular", "tilt")
+        errors[len(kinds)] = error(model.synthesize(told).motion.rotations, truth)
+    assert errors[3] < errors[1]
+    with pytest.raises(RequestError, match="the model expects angular as well, columns gx,gy,gz"):
+        model.synthesize(only(readings, ("left_shank",)))
+    with pytest.raises(RequestError, match="kinds must be force and then angular, tilt or both, found angular"):
+        SensorControl(kinds=("angular",))
+
+
+def shaken(motion: Motion, amount: float, seed: int) -> Readings:
+    """Readings of one sensor that are mostly noise, slow enough for no filter to take it out."""
+    readings = simulate(motion, ONE, np.random.default_rng(seed))
+    noise = gaussian_filter1d(np.random.default_rng(seed + 50).normal(size=readings.force.shape), 8, axis=0)
+    return replace(readings, force=readings.force + amount * noise / noise.std())
+
+
+def test_a_poor_sensor_is_not_believed_where_recordings_of_it_teach_so():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    recorded = {key: shaken(motion, 6.0, i) for i, (key, motion) in enumerate(motions.items())}
+    held = ("05", "motion")
+    rest = {key: motion for key, motion in motions.items() if key != held}
+    errors = {}
+    for cautious in (True, False):
+        method = SensorControl(layout=ONE, path=PathSettings(cautious=cautious), clean_feet=False)
+        model = method.fit_motions(rest, recorded)
+        errors[cautious] = error(model.synthesize(recorded[held]).motion.rotations, motions[held])
+    assert model.trust is None
+    assert errors[True] < errors[False]
+
+
+def test_good_sensors_are_believed():
+    motions = {(f"{i:02d}", "motion"): walk(3.0, speed=0.8 + 0.05 * i, period=1.3 - 0.05 * i) for i in range(12)}
+    model = SensorControl().fit_motions(motions)
+    assert np.median(model.trust[model.examples.space.joints]) == 0.0
+
+
+def test_root_motion_is_that_of_the_walk(model):
+    truth = walk(5.0, speed=1.0)
+    result = model.synthesize(simulate(truth, EIGHT, np.random.default_rng(2))).motion
+    gone = np.linalg.norm((result.translation[-1] - result.translation[0])[[0, 2]])
+    assert gone == pytest.approx(5.0, rel=0.15)
+    assert np.abs(result.translation[:, 1] - 0.86 - 0.0).max() < 0.25
+
+
+def test_standing_feet_hold_the_root_though_velocities_say_otherwise():
+    motion = resample(walk(2.0, speed=1.0), 60.0)
+    root = fit_root_model([motion])
+    features = root_features(motion, root)
+    features[:, :3] = [5.0, 5.0, 0.0]
+    features[:, 4:] = 1.0
+    walker = RootWalker(root, 60.0)
+    still = without_heading(motion.rotations)[10]
+    places = np.array([walker.step(still, row)[0] for row in features])
+    np.testing.assert_allclose(places[:, [0, 2]], 0.0, atol=1e-12)
