@@ -18,6 +18,7 @@ from kinetograph.learn import segmental
 from kinetograph.learn.segmental import Arrivals, SegmentalSearch
 from kinetograph.methods.performance import segments as cutting
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
+from kinetograph.sampling import interpolate
 
 STRETCHES = (-2, -1, 0, 1, 2)
 
@@ -77,7 +78,7 @@ def control_of(model: PerformanceModel, seconds: float) -> np.ndarray:
     steps = int(seconds * model.method.rate)
     index = np.arange(steps + 1) / model.method.rate * source.motion.fps
     folded = np.abs((index + len(source.motion)) % (2 * len(source.motion) - 2) - len(source.motion) + 1)
-    points = cutting.interpolate(source.control, folded)
+    points = interpolate(source.control, folded)
     return points + 0.05 * np.sin(np.arange(steps + 1) / 7.0)[:, None, None]
 
 

@@ -65,3 +65,12 @@ def angular_velocities(rotations: FloatArray, fps: float) -> FloatArray:
     steps = rot.log(rot.multiply(rotations[1:], rot.conjugate(rotations[:-1]))) * fps
     middle = 0.5 * (steps[1:] + steps[:-1])
     return np.concatenate([steps[:1], middle, steps[-1:]])
+
+
+def on_ground(points: FloatArray) -> FloatArray:
+    """Points ``(..., 3)`` moved straight down, or up, to the ground: Y is up.
+
+    >>> on_ground(np.array([1.0, 2.0, 3.0])).tolist()
+    [1.0, 0.0, 3.0]
+    """
+    return np.asarray(points * np.array([1.0, 0.0, 1.0]))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
+from kinetograph.sampling import bracket, interpolate
 from kinetograph.skeleton import Skeleton
 
 
@@ -86,17 +87,11 @@ def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
 
     Translations are interpolated linearly and rotations by slerp; times beyond the ends hold the end pose.
     """
-    position = np.clip(np.asarray(times, dtype=np.float64) * motion.fps, 0, len(motion) - 1)
-    lower = np.minimum(position.astype(np.int64), max(len(motion) - 2, 0))
-    upper = np.minimum(lower + 1, len(motion) - 1)
-    u = position - lower
-    blend = u[:, None]
-    translation = (1 - blend) * motion.translation[lower] + blend * motion.translation[upper]
+    position = np.asarray(times, dtype=np.float64) * motion.fps
+    lower, upper, u = bracket(position, len(motion))
     rotations = rot.slerp(motion.rotations[lower], motion.rotations[upper], u[:, None])
-    bones = None
-    if motion.bones is not None:
-        bones = (1 - blend[..., None]) * motion.bones[lower] + blend[..., None] * motion.bones[upper]
-    return Motion(motion.skeleton, translation, rotations, fps, bones)
+    bones = None if motion.bones is None else interpolate(motion.bones, position)
+    return Motion(motion.skeleton, interpolate(motion.translation, position), rotations, fps, bones)
 
 
 def resample(motion: Motion, fps: float) -> Motion:
@@ -153,7 +148,7 @@ def concatenate(motions: list[Motion]) -> Motion:
 
 def heading(motion: Motion) -> FloatArray:
     """Turn of the root about the vertical, shape ``(F,)`` radians, unwrapped over time."""
-    return np.unwrap(rot.twist(motion.rotations[:, 0], "y"))
+    return np.unwrap(rot.heading(motion.rotations[:, 0]))
 
 
 def close_loop(motion: Motion) -> Motion:
@@ -178,7 +173,7 @@ def close_loop(motion: Motion) -> Motion:
 
 def loop_step(motion: Motion) -> tuple[float, FloatArray]:
     """Turn about the vertical in radians and shift ``(3,)`` in metres that take a looping clip's start to its end."""
-    turn = float(rot.twist(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0])), "y"))
+    turn = float(rot.heading(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0]))))
     shift = motion.translation[-1] - rot.rotate(rot.about("y", turn), motion.translation[0])
     shift[1] = 0.0
     return turn, shift

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from kinetograph.methods.performance.model import PerformanceControl, Performanc
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.sources import LABELS
 from kinetograph.motion import Motion
+from kinetograph.progress import Progress
 from kinetograph.segmentation import (
     cuts_at_labels,
     cuts_by_length,
@@ -41,7 +42,6 @@ from kinetograph.skeleton import with_roles
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
 
-Progress = Callable[[int, int], None]
 CUT_BY = ("footplants", "beats", "labels", "fixed")
 """What `segment_take` cuts by; `grow_library` cuts by examples."""
 

@@ -223,5 +223,18 @@ def twist(q: FloatArray, axis: str) -> FloatArray:
     return np.asarray(_wrap(2.0 * np.arctan2(q[..., 1 + "xyz".index(axis)], q[..., 0])))
 
 
+def heading(q: FloatArray) -> FloatArray:
+    """Heading in radians, ``(...)``, of ``(..., 4)``: the rotation about the vertical nearest to ``q``.
+
+    It is between -pi and pi, not unwrapped.
+    """
+    return twist(q, "y")
+
+
+def without_heading(q: FloatArray) -> FloatArray:
+    """Rotations ``(..., 4)`` turned about the vertical so that their heading is 0."""
+    return multiply(about("y", -heading(q)), q)
+
+
 def _wrap(angle: FloatArray) -> FloatArray:
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

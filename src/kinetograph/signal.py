@@ -8,6 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import DataError, RequestError
+from kinetograph.sampling import bracket, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +76,8 @@ def resample_signal(signal: Signal, fps: float) -> Signal:
     if fps == signal.fps:
         return signal
     count = int(np.floor(signal.duration * fps * (1 + 1e-12) + 1e-6)) + 1
-    position = np.clip(np.arange(count) / fps * signal.fps, 0, len(signal) - 1)
-    lower = np.minimum(position.astype(np.int64), max(len(signal) - 2, 0))
-    upper = np.minimum(lower + 1, len(signal) - 1)
-    u = (position - lower).reshape(-1, *(1,) * (signal.values.ndim - 1))
-    values = (1 - u) * signal.values[lower] + u * signal.values[upper]
-    share = (position - lower)[:, None]
+    position = np.arange(count) / fps * signal.fps
+    lower, upper, share = bracket(position, len(signal))
+    share = share[:, None]
     valid = (signal.valid[lower] | (share > 1 - 1e-9)) & (signal.valid[upper] | (share < 1e-9))
-    return Signal(values, signal.names, signal.units, fps, valid)
+    return Signal(interpolate(signal.values, position), signal.names, signal.units, fps, valid)

@@ -48,7 +48,7 @@ class Piece:
     @property
     def turn(self) -> float:
         """Turn about the vertical, radians."""
-        return float(rot.twist(np.array(self.rotation), "y"))
+        return float(rot.heading(np.array(self.rotation)))
 
     def source_time(self, time: npt.ArrayLike) -> FloatArray:
         """Seconds in the take of ``time``, shape ``(...)`` seconds, in the result."""

@@ -76,6 +76,11 @@ class Take:
             raise RequestError(f"take {self.name!r}: name one of its motions ({found}), found {track!r}")
         return motions[track]
 
+    def named_motion(self, track: str | None = None) -> tuple[str, Motion]:
+        """The name and the motion of ``track``, or of the only motion. Raises RequestError as `motion`."""
+        motion = self.motion(track)
+        return track or next(name for name, value in self.tracks.items() if value is motion), motion
+
     def signal(self, track: str | None = None) -> Signal:
         """The signal on ``track``, or the only signal. Raises RequestError, naming the signals there are."""
         signals = {name: t for name, t in self.tracks.items() if isinstance(t, Signal)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from kinetograph.errors import RequestError
+from kinetograph.progress import Progress
 
-Progress = Callable[[int, int], None]
 Units = Annotated[str | None, typer.Option(help="A file's unit of length: metre, centimetre, inch, ...")]
 Up = Annotated[str | None, typer.Option(help="The file's upward axis: x, y or z.")]
 Fps = Annotated[float | None, typer.Option(help="Frames a second, in place of the file's own.")]

@@ -13,7 +13,7 @@ from kinetograph.errors import RequestError
 from kinetograph.formats import capsules
 from kinetograph.kinematics import forward, landmark_positions
 from kinetograph.motion import Motion
-from kinetograph.rotations import rotate, twist
+from kinetograph.rotations import heading, rotate
 from kinetograph.skeleton import Landmark
 from kinetograph.take import Annotation, Take
 
@@ -158,7 +158,7 @@ def facing(motion: Motion) -> FloatArray:
             left = ends[:, 0] - ends[:, 1]
             length = np.maximum(np.linalg.norm(left, axis=-1), 1e-9)
             return np.asarray(np.stack([-left[:, 2], left[:, 0]], axis=-1) / length[:, None])
-    angle = twist(motion.rotations[:, 0], "y")
+    angle = heading(motion.rotations[:, 0])
     return np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from kinetograph.drawing.stage import Camera, Figure, draw, posed
 from kinetograph.errors import RequestError
 from kinetograph.formats import body_of
 from kinetograph.motion import Motion, cut, resample
+from kinetograph.progress import Progress
 from kinetograph.take import Take
 
 _CELL = (240, 300)
@@ -24,8 +24,6 @@ _TRIED = 4  # frames of a film that its colours are chosen by
 _VIVID = 24  # of 255, between the strongest and the weakest part of a colour that is no grey
 _DIRECTION = np.array([0.55, 0.28, 0.85])
 _AIR = 1.35  # of the character's height in the picture
-
-Progress = Callable[[int, int], None]
 
 
 def sheet(

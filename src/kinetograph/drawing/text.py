@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import joint_positions, on_ground
 from kinetograph.motion import Motion, sample
 
 _DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
@@ -26,7 +26,7 @@ def bones_over_time(motions: Sequence[Motion], rate: float) -> FloatArray:
         parents = motion.skeleton.parents
         bones.append(np.stack([joints[:, 1:], joints[:, parents[1:]]], axis=2))
         roots.append(joints[:, 0])
-    middle = np.mean(roots, axis=0) * np.array([1.0, 0.0, 1.0])
+    middle = on_ground(np.mean(roots, axis=0))
     return np.asarray(np.concatenate(bones, axis=1) - middle[:, None, None])
 
 

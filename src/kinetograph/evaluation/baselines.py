@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import role_positions
-from kinetograph.methods.performance.segments import interpolate
+from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion, heading
+from kinetograph.sampling import interpolate
 
 CONTEXT = 0.27
 RATE = 30.0
@@ -48,7 +48,7 @@ Answer = Callable[[Guide], FloatArray]
 def guide_of_partner(leader: Motion) -> Guide:
     """A leader: the ends of the limbs, seen from the hips."""
     points = role_positions(leader, [role for role in ROLES if role in leader.skeleton.roles])
-    return Guide(points, leader.translation * np.array([1.0, 0.0, 1.0]), heading(leader), leader.fps)
+    return Guide(points, on_ground(leader.translation), heading(leader), leader.fps)
 
 
 def guide_of_path(points: FloatArray, fps: float) -> Guide:

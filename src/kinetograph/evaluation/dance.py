@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,10 +24,9 @@ from kinetograph.library import Library
 from kinetograph.methods.performance.model import PerformanceControl
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
+from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)

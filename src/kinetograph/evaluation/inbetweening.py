@@ -15,7 +15,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import forward, joint_positions
+from kinetograph.kinematics import forward, joint_positions, on_ground
 from kinetograph.motion import Motion, cut, transform
 
 PAST = 10
@@ -42,8 +42,8 @@ def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
 
 
 def _centred(window: Motion) -> Motion:
-    turn = rot.about("y", -float(rot.twist(window.rotations[PAST - 1, 0], "y")))
-    shift = -rot.rotate(turn, window.translation[PAST - 1]) * np.array([1.0, 0.0, 1.0])
+    turn = rot.about("y", -float(rot.heading(window.rotations[PAST - 1, 0])))
+    shift = -on_ground(rot.rotate(turn, window.translation[PAST - 1]))
     return transform(window, turn, shift)
 
 

@@ -22,7 +22,7 @@ from kinetograph.evaluation.inbetweening import (
 )
 from kinetograph.evaluation.metrics import accelerations
 from kinetograph.keys import Key
-from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.library import Library
 from kinetograph.methods.keyframe.examples import Example, adopt, collect_examples, headings
 from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
@@ -118,7 +118,7 @@ def key_miss(result: Synthesis, key: Key, frame: int) -> float:
     mine = cut(result.motion, frame, frame + 1)
     turned = place(pose, float(headings(mine)[0] - headings(pose)[0]), (0.0, 0.0, 0.0))
     gap = joint_positions(turned)[0] - joint_positions(mine)[0]
-    root = np.array([1.0, 0.0, 1.0]) * (turned.translation[0] - mine.translation[0])
+    root = on_ground(turned.translation[0] - mine.translation[0])
     return float(np.linalg.norm(gap - root, axis=1).mean())
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,11 +26,11 @@ from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
+from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
 
-Progress = Callable[[int, int], None]
 LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
@@ -147,7 +146,7 @@ def _synthesized(label: str, method: PerformanceControl, library: Library, take:
     began = time.perf_counter()
     result = model.synthesize(truth)
     row = walk_row(take.name, model, truth, result, time.perf_counter() - began)
-    name = next(key for key, value in take.tracks.items() if value is take.motion(track))
+    name, _ = take.named_motion(track)
     errors = take_errors(take, name, result.annotations, method.span)
     return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)
 

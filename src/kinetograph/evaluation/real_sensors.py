@@ -26,6 +26,7 @@ from kinetograph.library import Library
 from kinetograph.methods.sensor.examples import collect_motions
 from kinetograph.methods.sensor.model import SensorControl, SensorModel
 from kinetograph.motion import Motion, cut, resample
+from kinetograph.progress import Progress
 from kinetograph.sensing.calibration import Calibration, calibrate
 from kinetograph.sensing.clock import clock_offset
 from kinetograph.sensing.device import Device
@@ -36,7 +37,6 @@ from kinetograph.sensing.uniform import uniform
 from kinetograph.sensing.virtual import specific_force
 from kinetograph.skeleton import same_shape
 
-Progress = Callable[[int, int], None]
 NEURA = {
     "00B40B91": "pelvis", "00B40C45": "left_thigh", "00B40C3C": "right_thigh", "00B40BA5": "left_shank",
     "00B40C35": "right_shank", "00B40C55": "left_foot", "00B40C48": "right_foot",

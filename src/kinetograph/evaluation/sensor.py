@@ -23,12 +23,12 @@ from kinetograph.methods.sensor.examples import Examples, build_examples, collec
 from kinetograph.methods.sensor.model import SYNTHESES, SensorControl, SensorModel, fit_examples
 from kinetograph.methods.sensor.pose_space import without_heading
 from kinetograph.motion import Motion, cut, resample
+from kinetograph.progress import Progress
 from kinetograph.sensing.layout import Layout, keep
 from kinetograph.sensing.readings import Readings, rows_of
 from kinetograph.sensing.uniform import uniform
 from kinetograph.sensing.virtual import simulate_kinds
 
-Progress = Callable[[int, int], None]
 Motions = dict[tuple[str, str], Motion]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,6 +13,7 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, frame_files, records
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
+from kinetograph.progress import Progress
 from kinetograph.skeleton import Skeleton
 
 
@@ -42,7 +42,7 @@ def add_stream(
     stream: Stream,
     *,
     track: str = "motion",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Add a take of one motion, read and written a block at a time; wholly or not at all.
 
@@ -88,9 +88,7 @@ class _Column:
         return frame_files.Span(span.name, span.dtype, span.width, span.frames, span.start, self.checksum)
 
 
-def _append(
-    path: Any, start: int, stream: Stream, progress: Callable[[int, int], None] | None
-) -> list[frame_files.Span]:
+def _append(path: Any, start: int, stream: Stream, progress: Progress | None) -> list[frame_files.Span]:
     """Write the arrays side by side, as their sizes are known, and flush them."""
     shifts = _Column("translation", "<f8", 3, stream.frames, start)
     turns = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.quaternion_kernels import conjugate, multiply, rotate
 
 _STEPS = 30
 _SMALL = 1e-6  # metres and radians: a step shorter than this ends the search
@@ -14,36 +15,11 @@ _FAR = 0.02  # metres: a frame whose markers are missed by more is tried from it
 
 
 @numba.njit(cache=True, nogil=True)
-def _product(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-
-
-@numba.njit(cache=True, nogil=True)
-def _inverse(q: FloatArray, out: FloatArray) -> None:
-    out[0] = q[0]
-    for i in range(1, 4):
-        out[i] = -q[i]
-
-
-@numba.njit(cache=True, nogil=True)
-def _turned(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
-    tx = 2.0 * (q[2] * v[2] - q[3] * v[1])
-    ty = 2.0 * (q[3] * v[0] - q[1] * v[2])
-    tz = 2.0 * (q[1] * v[1] - q[2] * v[0])
-    out[0] = v[0] + q[0] * tx + q[2] * tz - q[3] * ty
-    out[1] = v[1] + q[0] * ty + q[3] * tx - q[1] * tz
-    out[2] = v[2] + q[0] * tz + q[1] * ty - q[2] * tx
-
-
-@numba.njit(cache=True, nogil=True)
 def _bend(local: FloatArray, rest: FloatArray, out: FloatArray) -> None:
     """The rotation vector, ``(3,)``, from one turn to another."""
     inverse, q = np.empty(4), np.empty(4)
-    _inverse(rest, inverse)
-    _product(local, inverse, q)
+    conjugate(rest, inverse)
+    multiply(local, inverse, q)
     sign = -1.0 if q[0] < 0.0 else 1.0
     sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     size = 2.0 if sine < 1e-9 else 2.0 * np.arctan2(sine, sign * q[0]) / sine
@@ -63,10 +39,10 @@ def _pose(
             for i in range(4):
                 world[j, i] = local[j, i]
         else:
-            _turned(world[p], offsets[j], places[j])
+            rotate(world[p], offsets[j], places[j])
             for i in range(3):
                 places[j, i] += places[p, i]
-            _product(world[p], local[j], world[j])
+            multiply(world[p], local[j], world[j])
 
 
 @numba.njit(cache=True, nogil=True)
@@ -89,7 +65,7 @@ def _cost(
     moved = np.empty(3)
     for m in range(len(points)):
         if seen[m]:
-            _turned(world[segment[m]], offsets[m], moved)
+            rotate(world[segment[m]], offsets[m], moved)
             square = 0.0
             for i in range(3):
                 misses[m, i] = points[m, i] - places[segment[m], i] - moved[i]
@@ -132,7 +108,7 @@ def _equations(
             continue
         size = np.sqrt(misses[m, 0] * misses[m, 0] + misses[m, 1] * misses[m, 1] + misses[m, 2] * misses[m, 2])
         share = 1.0 if size <= furthest else furthest / size
-        _turned(world[segment[m]], offsets[m], moved)
+        rotate(world[segment[m]], offsets[m], moved)
         for i in range(3):
             moved[i] += places[segment[m], i]
         count = 0
@@ -174,7 +150,7 @@ def _equations(
                 axis[r] = 1.0 if r == i else 0.0
                 moved[r] = axis[r]
             if j > 0:
-                _turned(world[parents[j]], axis, moved)
+                rotate(world[parents[j]], axis, moved)
             for r in range(3):
                 right[3 + 3 * j + r] -= weight[j, i] * bends[j, i] * moved[r]
                 for c in range(3):
@@ -229,12 +205,12 @@ def _moved(
         spin[0], spin[1], spin[2], spin[3] = np.cos(0.5 * angle), size * x, size * y, size * z
         if parents[j] >= 0:  # from the world to the parent's frame, in which the joint turns
             q = world[parents[j]]
-            _inverse(q, inverse)
-            _product(inverse, spin, before)
-            _product(before, q, after)
-            _product(after, local[j], new_local[j])
+            conjugate(q, inverse)
+            multiply(inverse, spin, before)
+            multiply(before, q, after)
+            multiply(after, local[j], new_local[j])
         else:
-            _product(spin, local[j], new_local[j])
+            multiply(spin, local[j], new_local[j])
         square = 0.0
         for i in range(4):
             square += new_local[j, i] * new_local[j, i]

@@ -104,7 +104,6 @@ def edits(motion: Motion, parts: list[Part]) -> FloatArray:
 
 def _centred(motion: Motion) -> Motion:
     """Every frame over the origin, facing along z."""
-    back = rot.about("y", -rot.twist(motion.rotations[:, 0], "y"))
     rotations = motion.rotations.copy()
-    rotations[:, 0] = rot.multiply(back, rotations[:, 0])
+    rotations[:, 0] = rot.without_heading(rotations[:, 0])
     return replace(motion, translation=motion.translation * np.array([0.0, 1.0, 0.0]), rotations=rotations)

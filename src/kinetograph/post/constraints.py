@@ -14,8 +14,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.motion import Motion
+from kinetograph.post.easing import smoothstep
 from kinetograph.post.limbs import ARM, has_limb, move_limb, usual_hinge
 
 NEAR = (0.15, 0.4)
@@ -83,7 +84,7 @@ def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings |
     width = max(settings.calm * motion.fps, 1e-9)
     total = gaussian_filter1d(weights.sum(axis=1), width, mode="nearest")
     wanted = gaussian_filter1d(np.einsum("fh,fhi->fi", weights, missed), width, axis=0, mode="nearest")
-    shift = settings.share * wanted / np.maximum(total, 1.0)[:, None] * np.array([1.0, 0.0, 1.0])
+    shift = on_ground(settings.share * wanted / np.maximum(total, 1.0)[:, None])
     return replace(motion, translation=motion.translation + _limited(shift, settings.furthest))
 
 
@@ -103,8 +104,7 @@ def comfort(arm: FloatArray, correction: FloatArray) -> FloatArray:
 
 
 def _rise(x: FloatArray, low: float, high: float) -> FloatArray:
-    u = np.clip((x - low) / (high - low), 0.0, 1.0)
-    return np.asarray(u * u * (3.0 - 2.0 * u))
+    return smoothstep((x - low) / (high - low))
 
 
 def hand_correction(motion: Motion, holds: Sequence[Hold], settings: HoldSettings) -> FloatArray:
@@ -135,8 +135,7 @@ def ease_weights(held: BoolArray, ease: float) -> FloatArray:
     after = np.searchsorted(frames, every)
     left, right = frames[np.maximum(after - 1, 0)], frames[np.minimum(after, len(frames) - 1)]
     away = np.minimum(np.abs(every - left), np.abs(every - right))
-    u = np.clip(1.0 - away / max(ease, 1e-9), 0.0, 1.0)
-    return np.asarray(u * u * (3 - 2 * u))
+    return smoothstep(1.0 - away / max(ease, 1e-9))
 
 
 def hold_residuals(motion: Motion, holds: Sequence[Hold]) -> FloatArray:

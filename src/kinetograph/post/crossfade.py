@@ -8,6 +8,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion, concatenate, cut
+from kinetograph.post.easing import smoothstep
 
 
 def crossfade(before: Motion, after: Motion, overlap: int) -> Motion:
@@ -41,5 +42,4 @@ def smooth_weights(count: int) -> FloatArray:
     >>> smooth_weights(3).tolist()
     [0.15625, 0.5, 0.84375]
     """
-    u = np.arange(1, count + 1) / (count + 1)
-    return np.asarray(u * u * (3 - 2 * u))
+    return smoothstep(np.arange(1, count + 1) / (count + 1))

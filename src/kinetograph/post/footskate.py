@@ -16,6 +16,7 @@ from scipy.ndimage import maximum_filter1d
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
+from kinetograph.post.easing import smoothstep
 from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.take import Annotation
 
@@ -162,7 +163,7 @@ def _grip(steps: int, fps: float) -> FloatArray:
     """How firmly a foot is held at each step of a plant: a foot that is stopped dead, or let go at once, jerks."""
     ramp = GRIP * fps
     inward = np.minimum(np.arange(steps), np.arange(steps)[::-1]) + 0.5
-    return _smooth_step(inward / max(ramp, 1.0))
+    return smoothstep(inward / max(ramp, 1.0))
 
 
 def _runs(mask: BoolArray) -> list[tuple[int, int]]:
@@ -182,14 +183,9 @@ def _fill_swings(offset: FloatArray, plants: list[tuple[int, int]], ease: int) -
         span = start - stop + 1
         away = (inside - stop + 1) / min(span, ease) if before is None or after is None else (inside - stop + 1) / span
         if before is not None and after is not None:
-            u = _smooth_step(away)[:, None]
+            u = smoothstep(away)[:, None]
             offset[inside] = (1 - u) * before + u * after
         elif before is not None:
-            offset[inside] = (1 - _smooth_step(away))[:, None] * before
+            offset[inside] = (1 - smoothstep(away))[:, None] * before
         elif after is not None:
-            offset[inside] = _smooth_step(1 - (start - inside) / min(span, ease))[:, None] * after
-
-
-def _smooth_step(u: FloatArray) -> FloatArray:
-    u = np.clip(u, 0.0, 1.0)
-    return np.asarray(u * u * (3 - 2 * u))
+            offset[inside] = smoothstep(1 - (start - inside) / min(span, ease))[:, None] * after

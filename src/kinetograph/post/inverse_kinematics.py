@@ -6,6 +6,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.post.easing import smoothstep
 
 STRAIGHT = 0.998
 """Share of its length up to which a limb is straightened; beyond it the knee's angle changes too fast with reach."""
@@ -88,18 +89,13 @@ def _bend_axes(
 def _held_back(plane: FloatArray, across: FloatArray, bend: FloatArray, fold: FloatArray) -> FloatArray:
     """A fold, ``(..., 3)`` radians about its axis, that passes smoothly through straight as ``bend`` changes sides."""
     to_the_right = bend * np.sum(plane * across, axis=-1, keepdims=True)
-    share = np.maximum(_smooth(0.5 * (to_the_right / TURNED + 1.0)), _smooth((bend - TURNED) / TURNED))
+    share = np.maximum(smoothstep(0.5 * (to_the_right / TURNED + 1.0)), smoothstep((bend - TURNED) / TURNED))
     return np.asarray((1.0 - share) * bend * plane + share * fold)
-
-
-def _smooth(u: FloatArray) -> FloatArray:
-    u = np.clip(u, 0.0, 1.0)
-    return np.asarray(u * u * (3.0 - 2.0 * u))
 
 
 def _mixed_axis(plane: FloatArray, across: FloatArray, bend: FloatArray, moved: FloatArray) -> FloatArray:
     """Unit axis ``(..., 3)`` to fold a limb about: where bent, in its plane; across it, the more it is moved."""
-    plain = _smooth(bend / PLAIN)
+    plain = smoothstep(bend / PLAIN)
     mixed = plain * bend * plane + (1.0 - plain) * moved * across
     size = np.linalg.norm(mixed, axis=-1, keepdims=True)
     return np.where(size > 1e-9, mixed / np.maximum(size, 1e-15), plane)

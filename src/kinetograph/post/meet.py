@@ -44,7 +44,7 @@ def _bend_leg(motion: Motion, start: int, goal: Waypoint) -> Motion:
     done = _progress(motion, start, stop)
     root, turns = motion.translation.copy(), motion.rotations.copy()
     if goal.heading is not None:
-        now = float(rot.twist(turns[stop, 0], "y"))
+        now = float(rot.heading(turns[stop, 0]))
         missing = float(np.angle(np.exp(1j * (goal.heading - now))))
         turn = rot.about("y", missing * done)
         steps = rot.rotate(0.5 * (turn[1:] + turn[:-1]), np.diff(root, axis=0)) if len(root) > 1 else np.zeros((0, 3))
@@ -94,7 +94,7 @@ def _missing(motion: Motion, point: Waypoint) -> tuple[float, FloatArray]:
     assert point.clip is not None
     wanted = point.clip.rotations[point.source].copy()
     now = motion.rotations[point.frame]
-    turn = float(rot.twist(now[0], "y")) - float(rot.twist(wanted[0], "y"))
+    turn = float(rot.heading(now[0])) - float(rot.heading(wanted[0]))
     wanted[0] = rot.multiply(rot.about("y", turn), wanted[0])
     gap = rot.log(rot.multiply(rot.conjugate(now), wanted))
     height = float(point.clip.translation[point.source, 1] - motion.translation[point.frame, 1])

@@ -17,6 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
+from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import SIDES, move_foot
 from kinetograph.post.joint_table import JointTable, joint_table
 from kinetograph.post.limbs import move_limb
@@ -194,15 +195,10 @@ def _kept_straight(hip: FloatArray, knee: FloatArray, ankle: FloatArray, goal: F
     """
     length = np.linalg.norm(knee - hip, axis=1) + np.linalg.norm(ankle - knee, axis=1)
     now, wanted = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(goal - hip, axis=1)
-    spared = _SPARED * length * _smooth((now / length - _BENT) / (_STRAIGHT - _BENT))
+    spared = _SPARED * length * smoothstep((now / length - _BENT) / (_STRAIGHT - _BENT))
     change = wanted - now
-    change = change * _smooth(np.abs(change) / np.maximum(spared, 1e-12) / 2 - 0.5)
+    change = change * smoothstep(np.abs(change) / np.maximum(spared, 1e-12) / 2 - 0.5)
     return np.asarray(hip + (goal - hip) * ((now + change) / np.maximum(wanted, 1e-9))[:, None])
-
-
-def _smooth(u: FloatArray) -> FloatArray:
-    u = np.clip(u, 0.0, 1.0)
-    return np.asarray(u * u * (3 - 2 * u))
 
 
 def _with_hand(
@@ -225,4 +221,4 @@ def _held(handholds: tuple[Annotation, ...], label: str, frames: int, fps: float
         if note.kind in ("handhold", "contact") and note.label.partition(":")[0] == label:
             inside = np.minimum(times - note.start, note.stop - times)
             weight = np.maximum(weight, np.clip(1.0 + inside / _EASE, 0.0, 1.0))
-    return _smooth(weight)
+    return smoothstep(weight)

@@ -7,7 +7,6 @@ of tights. The mesh is in decimetres, the rig in metres with Z up.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from scipy.spatial import cKDTree
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import FetchError
+from kinetograph.progress import Progress
 from kinetograph.roles import with_found_roles
 from kinetograph.samples import fetching as samples
 from kinetograph.skeleton import Skeleton
@@ -29,7 +29,7 @@ _UNDER, _HEM = 0.03, 0.04  # metres: within this of the suit, and further than t
 _MOST_JOINTS = 4  # that may move one point
 
 
-def human(*, progress: Callable[[int, int], None] | None = None) -> Character:
+def human(*, progress: Progress | None = None) -> Character:
     """The human body, fetched first where this machine has none; see `samples.fetch` for ``progress``.
 
     Raises FetchError where it cannot be had.

@@ -22,11 +22,11 @@ from pathlib import Path
 import platformdirs
 
 from kinetograph.errors import FetchError, RequestError
+from kinetograph.progress import Progress
 from kinetograph.samples.registry import SAMPLES, Sample
 
 __all__ = ["DATA_VARIABLE", "Progress", "Sample", "catalogue", "fetch", "where"]
 
-Progress = Callable[[int, int], None]
 DATA_VARIABLE = "KINETOGRAPH_DATA"
 _POLL = 0.2
 _NOT_KEPT = ".fetching-"

@@ -11,6 +11,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
+from kinetograph.kinematics import on_ground
 from kinetograph.methods.keyframe.examples import headings
 from kinetograph.motion import Motion, concatenate, cut, place
 from kinetograph.post.contacts import merge
@@ -75,7 +76,7 @@ def _lead_up(before: tuple[Key, ...], end: Key, solve: Solve) -> Synthesis:
     made = solve((*before, replace(end, position=None, heading=None)))
     turn = float(headings(end.clip)[end.frame] - headings(made.motion)[-1])
     shift = end.clip.translation[end.frame] - place(made.motion, turn, (0.0, 0.0, 0.0)).translation[-1]
-    return _moved(made, turn, shift * np.array([1.0, 0.0, 1.0]))
+    return _moved(made, turn, on_ground(shift))
 
 
 def _moved(made: Synthesis, turn: float, shift: FloatArray) -> Synthesis:

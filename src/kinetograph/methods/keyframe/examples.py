@@ -102,7 +102,7 @@ def leg_length(skeleton: Skeleton) -> float:
 
 def headings(motion: Motion) -> FloatArray:
     """The root's turn about the vertical, shape ``(F,)`` radians, not unwrapped."""
-    return rot.twist(motion.rotations[:, 0], "y")
+    return rot.heading(motion.rotations[:, 0])
 
 
 def mean_heading(angles: FloatArray) -> float:

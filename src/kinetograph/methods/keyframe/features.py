@@ -14,7 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import ComplexArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.kinematics import role_positions, velocities
+from kinetograph.kinematics import on_ground, role_positions, velocities
 from kinetograph.learn._graph_kernels import row_distances
 from kinetograph.methods.keyframe.examples import Example, headings, leg_length
 from kinetograph.motion import Motion
@@ -77,7 +77,7 @@ def relative_joints(motion: Motion, roles: tuple[str, ...]) -> tuple[FloatArray,
     """Positions above the root's place on the ground, turned to its heading, and velocities, each ``(F, R, 3)``."""
     world = role_positions(motion, roles)
     back = rot.about("y", -headings(motion))[:, None]
-    root = motion.translation * np.array([1.0, 0.0, 1.0])
+    root = on_ground(motion.translation)
     return rot.rotate(back, world - root[:, None]), rot.rotate(back, velocities(world, motion.fps))
 
 

@@ -11,6 +11,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
+from kinetograph.kinematics import on_ground
 from kinetograph.learn.kmeans import squared_distances
 from kinetograph.methods.keyframe.examples import headings
 from kinetograph.methods.keyframe.markov import PaperModel, Plan
@@ -197,7 +198,7 @@ def _onto(source: Motion, frame: int, root: FloatArray, heading: float) -> tuple
     """The turn and ground shift that bring a frame's root to a place and heading."""
     turn = heading - float(headings(source)[frame])
     shift = root - rot.rotate(rot.about("y", turn), source.translation[frame])
-    return turn, shift * np.array([1.0, 0.0, 1.0])
+    return turn, on_ground(shift)
 
 
 def _piece(model: PaperModel, example: int, start: int, stop: int, begun: int, turn: float, shift: FloatArray) -> Piece:

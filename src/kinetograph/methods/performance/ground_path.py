@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import role_positions
+from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 
@@ -73,7 +73,7 @@ def path_speeds(control: FloatArray, fps: float) -> FloatArray:
 def _pair(middle: FloatArray, left: FloatArray, distance: float) -> FloatArray:
     """Points half of ``distance`` either side of ``middle`` in the ground direction ``left``, an angle from x to z."""
     half = 0.5 * distance * np.stack([np.cos(left), np.zeros_like(left), np.sin(left)], axis=-1)
-    ground = middle * np.array([1.0, 0.0, 1.0])
+    ground = on_ground(middle)
     return np.stack([ground + half, ground - half], axis=1)
 
 

@@ -7,7 +7,7 @@ points count twice, in D and, across borders, in C.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -20,14 +20,15 @@ from kinetograph.learn.segmental import SegmentalPath
 from kinetograph.methods.performance.control_points import PointsByRole
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.methods.performance.realize import fine_borders
-from kinetograph.methods.performance.segments import Segment, Source, build_instances, cut_segments, interpolate
+from kinetograph.methods.performance.segments import Segment, Source, build_instances, cut_segments
 from kinetograph.methods.performance.sources import LABELS
 from kinetograph.motion import Motion
+from kinetograph.progress import Progress
+from kinetograph.sampling import interpolate
 from kinetograph.segmentation.agreement import CutAgreement, compare_cuts, compare_labels
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
 
-Progress = Callable[[int, int], None]
 _SIDED = ("hand", "elbow", "toe", "foot", "knee")
 BODY = ("hips", "chest", "head", *(f"{side}_{part}" for part in _SIDED for side in ("left", "right")))
 GROWN = "grown"

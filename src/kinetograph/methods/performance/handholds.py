@@ -10,9 +10,10 @@ from scipy.ndimage import gaussian_filter1d
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import forward, landmark_positions, role_positions
-from kinetograph.methods.performance.segments import Source, interpolate
+from kinetograph.methods.performance.segments import Source
 from kinetograph.motion import Motion, sample
 from kinetograph.post.constraints import Hold
+from kinetograph.sampling import interpolate
 from kinetograph.segmentation.handholds import HANDS
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation

@@ -7,7 +7,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -21,11 +21,13 @@ from kinetograph.learn.alignment import GROUPS, SCALES, Placement, align, unknow
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, padded_width, prove
 from kinetograph.methods.performance.control_points import ControlReading, GroundPath, PointsByRole
 from kinetograph.methods.performance.realize import realize
-from kinetograph.methods.performance.segments import Instances, Source, interpolate
+from kinetograph.methods.performance.segments import Instances, Source
 from kinetograph.methods.performance.sources import collect
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
+from kinetograph.progress import Progress
+from kinetograph.sampling import interpolate
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from kinetograph.methods.performance.live import Live
     from kinetograph.methods.performance.rules import Rule
 
-Progress = Callable[[int, int], None]
 PLACEMENTS = 1 << 21
 """Placements of segments that are worked out at once; each takes some hundred bytes."""
 

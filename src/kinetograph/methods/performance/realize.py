@@ -9,16 +9,17 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import joint_positions, on_ground
 from kinetograph.learn.alignment import Placement, align
 from kinetograph.learn.retiming import Span, retime
 from kinetograph.learn.segmental import SegmentalPath, padded_width
 from kinetograph.methods.performance.handholds import carried_holds
-from kinetograph.methods.performance.segments import Segment, interpolate
+from kinetograph.methods.performance.segments import Segment
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Part, assemble, constrain, edits
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
+from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
@@ -207,8 +208,8 @@ def _continued(before: Piece, left: Motion, motion: Motion, start: float) -> tup
     left: the recording of that piece. Bodies stand on their own floor: nothing is lifted.
     """
     last, first = sample(left, [before.source_stop], left.fps), sample(motion, [start], motion.fps)
-    heading = before.turn + rot.twist(last.rotations[0, 0], "y") - rot.twist(first.rotations[0, 0], "y")
+    heading = before.turn + rot.heading(last.rotations[0, 0]) - rot.heading(first.rotations[0, 0])
     rotation = rot.about("y", float(heading))
     place = rot.rotate(np.array(before.rotation), last.translation[0]) + before.shift
-    shift = (place - rot.rotate(rotation, first.translation[0])) * np.array([1.0, 0.0, 1.0])
+    shift = on_ground(place - rot.rotate(rotation, first.translation[0]))
     return rotation, shift

@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
+from kinetograph.sampling import interpolate
 from kinetograph.take import Annotation
 
 
@@ -135,18 +136,5 @@ def segment_samples(
     return interpolate(points(source), times * source.motion.fps)
 
 
-def interpolate(values: FloatArray, position: object) -> FloatArray:
-    """Rows of ``values``, shape ``(F, ...)``, at fractional indices, linearly; held beyond the ends."""
-    at = np.clip(np.asarray(position, dtype=np.float64), 0, len(values) - 1)
-    lower = np.minimum(at.astype(np.int64), max(len(values) - 2, 0))
-    upper = np.minimum(lower + 1, len(values) - 1)
-    u = (at - lower).reshape(-1, *(1,) * (values.ndim - 1))
-    return np.asarray((1 - u) * values[lower] + u * values[upper])
-
-
 def _control(source: Source) -> FloatArray:
     return source.control
-
-
-def _target(source: Source) -> FloatArray:
-    return source.target

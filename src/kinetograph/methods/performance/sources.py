@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.learn.alignment import align
 from kinetograph.learn.linkage import complete_linkage, representatives
 from kinetograph.methods.performance.handholds import grips
@@ -19,9 +19,9 @@ from kinetograph.methods.performance.segments import (
     Source,
     build_instances,
     cut_segments,
-    interpolate,
 )
 from kinetograph.motion import Motion, repeat, resample
+from kinetograph.sampling import interpolate
 from kinetograph.segmentation import detect_beats, detect_contacts, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton, opposite, same_shape
@@ -142,8 +142,8 @@ def _source(
         control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
     target = role_positions(motion, tuple(method.targets))
     if method.placing == "continued":  # C compares poses where bodies stand, wherever that is
-        back = rot.about("y", -rot.twist(motion.rotations[:, 0], "y"))
-        target = rot.rotate(back[:, None], target - motion.translation[:, None] * np.array([1.0, 0.0, 1.0]))
+        back = rot.about("y", -rot.heading(motion.rotations[:, 0]))
+        target = rot.rotate(back[:, None], target - on_ground(motion.translation[:, None]))
     held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
     return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
 

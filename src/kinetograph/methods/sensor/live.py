@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from kinetograph.methods.sensor.pieces import pieces_of, warnings_of
 from kinetograph.methods.sensor.root import RootWalker
 from kinetograph.motion import Motion
 from kinetograph.post.footskate import clean_feet
+from kinetograph.progress import Progress
 from kinetograph.segmentation.footplants import detect_contacts
 from kinetograph.sensing.readings import Readings, check_names
 from kinetograph.sensing.uniform import LiveUniform
@@ -70,7 +70,7 @@ class LiveSensor:
         self._until = 0.0
 
     def step(
-        self, readings: Readings, now: float | None = None, progress: Callable[[int, int], None] | None = None
+        self, readings: Readings, now: float | None = None, progress: Progress | None = None
     ) -> tuple[LivePose, ...]:
         """Take in rows, later than all before, and give the poses that are settled by them.
 
@@ -140,9 +140,7 @@ class LiveSensor:
             found |= {"clusters": len(model.local.clusters), "condition": model.local.condition}
         return found
 
-    def _advance(
-        self, values: FloatArray, valid: BoolArray, progress: Callable[[int, int], None] | None
-    ) -> tuple[LivePose, ...]:
+    def _advance(self, values: FloatArray, valid: BoolArray, progress: Progress | None) -> tuple[LivePose, ...]:
         before = len(self._done)
         for i in range(len(values)):
             self._frame(values[i], valid[i])

@@ -5,7 +5,7 @@ Notation: ``c`` is a frame of readings, ``q`` a pose vector, ``r`` its reduced c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from kinetograph.methods.sensor.examples import Examples, build_examples, collec
 from kinetograph.methods.sensor.local_models import LocalModels, LocalSettings, fit_local
 from kinetograph.methods.sensor.optimisation import Optimisation
 from kinetograph.methods.sensor.trust import learn_trust
+from kinetograph.progress import Progress
 from kinetograph.sensing.layout import Layout, preset
 from kinetograph.sensing.readings import KINDS, Readings, check_names, check_units
 from kinetograph.sensing.uniform import Resampling
@@ -41,7 +42,6 @@ __all__ = [
     "fit_examples",
 ]
 
-Progress = Callable[[int, int], None]
 SYNTHESES = ("continuity", "interpolation", "optimisation")
 SMOOTHINGS = ("window", "causal", "none")
 

@@ -51,14 +51,13 @@ class PoseSpace:
 
 def headings(rotations: FloatArray) -> FloatArray:
     """Unwrapped heading in radians, shape ``(F,)``, of the root of ``(F, J, 4)``."""
-    return np.unwrap(rot.twist(rotations[:, 0], "y"))
+    return np.unwrap(rot.heading(rotations[:, 0]))
 
 
 def without_heading(rotations: FloatArray) -> FloatArray:
     """Rotations, shape ``(F, J, 4)``, with the root turned to face straight ahead."""
     out = rotations.copy()
-    turn = rot.about("y", -rot.twist(rotations[:, 0], "y"))
-    out[:, 0] = rot.multiply(turn, rotations[:, 0])
+    out[:, 0] = rot.without_heading(rotations[:, 0])
     return out
 
 

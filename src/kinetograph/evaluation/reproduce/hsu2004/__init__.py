@@ -21,8 +21,8 @@ from kinetograph.evaluation.reproduce.hsu2004.phase import phase_section
 from kinetograph.evaluation.reproduce.page import Section, bullets, page, paragraph
 from kinetograph.formats.atomic import atomic_path
 from kinetograph.methods.performance.model import PerformanceControl, partner_control
+from kinetograph.progress import Progress
 
-Progress = Callable[[int, int], None]
 Report = Callable[[str], None]
 TITLE = "Hsu 2004, on recordings at hand"
 NOT_COMPARABLE = (

@@ -81,7 +81,7 @@ def held_out_errors(library: Library, method: PerformanceControl) -> tuple[Label
 
 def as_played(take: Take, motion: Motion) -> Take:
     """A take as it is held out: a looping clip cut at the footplants of all its cycles, one move from cut to cut."""
-    track = next(key for key, value in take.tracks.items() if value is take.motion())
+    track, _ = take.named_motion()
     moves, cuts = take.annotated(track, "move"), take.annotated(track, "cut")
     if not cuts:
         times = footplant_cuts(motion, detect_contacts(motion))
@@ -94,7 +94,7 @@ def name_steps(library: Library, namer: Callable[[Motion, Sequence[float]], list
     """Annotate every step between two cuts of a library's takes with the name that ``namer`` gives it."""
     for name in library.names():
         take = library.take(name)
-        track = next(key for key, value in take.tracks.items() if value is take.motion())
+        track, _ = take.named_motion()
         cuts = sorted({note.start for note in take.annotated(track, "cut")})
         names = namer(take.motion(), cuts)
         notes = tuple(Annotation(track, "move", n, a, b) for n, (a, b) in zip(names, pairwise(cuts), strict=True))

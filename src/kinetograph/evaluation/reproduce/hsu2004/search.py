@@ -19,8 +19,9 @@ from kinetograph.learn.segmental import solve
 from kinetograph.library import Library
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.methods.performance.realize import fine_borders, pieces_of, realize
-from kinetograph.methods.performance.segments import Segment, interpolate
+from kinetograph.methods.performance.segments import Segment
 from kinetograph.motion import Motion
+from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece, Synthesis
 
 Tick = Callable[[str], None]

@@ -11,6 +11,7 @@ from kinetograph.evaluation.metrics import control_error
 from kinetograph.evaluation.protocol import WalkRow, leave_one_take_out, mean_rows
 from kinetograph.evaluation.reproduce.hsu2004.data import held_out
 from kinetograph.evaluation.reproduce.page import DASH, Section, Value, drawn, paragraph, shown, table
+from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
 from kinetograph.methods.performance.model import PerformanceControl
 from kinetograph.motion import cut, place
@@ -62,7 +63,7 @@ def _side_by_side(library: Library, path: Path) -> None:
     motion = cut(motion, 0, min(len(motion), round(12 * motion.fps)))
     result = PerformanceControl().fit(library, exclude=(name,)).synthesize(motion)
     travel = motion.translation[len(motion) // 4] - motion.translation[0]
-    aside = 1.2 * travel / max(float(np.hypot(travel[0], travel[2])), 1e-9) * np.array([1.0, 0.0, 1.0])
+    aside = on_ground(1.2 * travel / max(float(np.hypot(travel[0], travel[2])), 1e-9))
     contact_sheet(
         [result.motion, place(motion, 0.0, aside)],
         path,

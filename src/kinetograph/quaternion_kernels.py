@@ -1,0 +1,38 @@
+"""Compiled quaternion arithmetic for other kernels: arrays in, arrays out, no validation.
+
+Quaternions are ``(w, x, y, z)``. `kinetograph.rotations` is the same for whole arrays.
+"""
+
+from __future__ import annotations
+
+import numba
+
+from kinetograph.arrays import FloatArray
+
+
+@numba.njit(cache=True, nogil=True)
+def multiply(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
+    """The product of two quaternions ``(4,)``, into ``out``."""
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+
+
+@numba.njit(cache=True, nogil=True)
+def conjugate(q: FloatArray, out: FloatArray) -> None:
+    """The inverse rotation ``(4,)``, into ``out``."""
+    out[0] = q[0]
+    for i in range(1, 4):
+        out[i] = -q[i]
+
+
+@numba.njit(cache=True, nogil=True)
+def rotate(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
+    """A vector ``(3,)`` rotated by ``q``, into ``out``."""
+    tx = 2.0 * (q[2] * v[2] - q[3] * v[1])
+    ty = 2.0 * (q[3] * v[0] - q[1] * v[2])
+    tz = 2.0 * (q[1] * v[1] - q[2] * v[0])
+    out[0] = v[0] + q[0] * tx + q[2] * tz - q[3] * ty
+    out[1] = v[1] + q[0] * ty + q[3] * tx - q[1] * tz
+    out[2] = v[2] + q[0] * tz + q[1] * ty - q[2] * tx
