@@ -1,0 +1,31 @@
+"""Sphinx extension: formulas as MathML, which browsers draw by themselves; no script, font or network is needed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math import pick_math_environment
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+
+
+def _inline(self: Any, node: nodes.math) -> None:
+    self.body.append(tex2mathml(node.astext(), as_block=False))
+    raise nodes.SkipNode
+
+
+def _block(self: Any, node: nodes.math_block) -> None:
+    self.body.append(f'<div class="math">{_environment(node.astext())}</div>')
+    raise nodes.SkipNode
+
+
+def _environment(text: str) -> str:
+    wrapped = text if "\\begin" in text else f"\\begin{{{pick_math_environment(text)}}}{text}\\end{{{pick_math_environment(text)}}}"
+    return str(tex2mathml(wrapped, as_block=True))
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register with Sphinx."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
