@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import inspect
-import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.pycode import ModuleAnalyzer
+from sphinx.util.inspect import stringify_signature
 from sphinx.util.nodes import make_refnode
 
 GROUPS = (
@@ -95,7 +96,7 @@ def _page(module: str, names: list[doors.Public]) -> str:
     lines = [*_title(module), f".. py:module:: {module}", f".. currentmodule:: {module}", ""]
     lines += [inspect.getdoc(importlib.import_module(module)) or "", ""]
     code = [public for public in names if public.kind != "data"]
-    lines += _summary([public.path for public in code])
+    lines += _summary([public.name for public in code])
     for heading, kinds in (("Classes", ("class", "exception")), ("Functions", ("function",)), ("Data", ("data",))):
         group = [public for public in names if public.kind in kinds]
         if group:
@@ -135,6 +136,29 @@ def _means(public: doors.Public) -> str:
     """What a name without a docstring is: a type's other name, or a value."""
     text = repr(public.value)
     return f"Is ``{text if len(text) < 90 else type(public.value).__name__}``."
+
+
+# Signatures
+
+
+class _Elided:
+    def __repr__(self) -> str:
+        return "..."
+
+
+def tidy_signature(
+    app: Sphinx, what: str, name: str, value: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str, str | None] | None:
+    """The signature of a dataclass without its private fields, and with ``...`` for what a factory makes."""
+    if not (inspect.isclass(value) and dataclasses.is_dataclass(value) and signature):
+        return None
+    made = inspect.signature(value)
+    shown = []
+    for parameter in made.parameters.values():
+        if not parameter.name.startswith("_"):
+            factory = type(parameter.default).__name__ == "_HAS_DEFAULT_FACTORY_CLASS"
+            shown.append(parameter.replace(default=_Elided()) if factory else parameter)
+    return stringify_signature(made.replace(parameters=shown), unqualified_typehints=True), None
 
 
 # Links
@@ -179,8 +203,20 @@ def _has_field(path: str, name: str) -> bool:
     return dataclasses.is_dataclass(value) and name in {field.name for field in dataclasses.fields(value)}
 
 
+def _is_ours(target: str) -> bool:
+    """Whether a dotted path, or a plain name, is of a class within the package."""
+    last = target.rpartition(".")[2]
+    return any(
+        name.startswith(f"{doors.ROOT}.") and inspect.isclass(getattr(module, last, None))
+        for name, module in list(sys.modules.items())
+    )
+
+
 def resolve(app: Sphinx, env: BuildEnvironment, node: Any, content: Any) -> nodes.Node | None:
-    """Link a name of ours that Sphinx does not find by itself, since it is short or the name at another door."""
+    """Link a name of ours that Sphinx does not find by itself, since it is short or the name at another door.
+
+    The type of a parameter that no door shows stands there without a link: a model's inner parts are nobody's to make.
+    """
     if node.get("refdomain") != "py":
         return None
     names = getattr(env, "kinetograph_names", None)
@@ -188,7 +224,7 @@ def resolve(app: Sphinx, env: BuildEnvironment, node: Any, content: Any) -> node
         names = env.kinetograph_names = Names(env)  # type: ignore[attr-defined]
     path = names.find(node["reftarget"], node.get("py:module") or "")
     if path is None:
-        return None
+        return content if node["reftype"] == "class" and _is_ours(node["reftarget"]) else None
     entry = names.domain.objects[path]
     return make_refnode(app.builder, node["refdoc"], entry.docname, entry.node_id, content, path)
 
@@ -197,14 +233,10 @@ def _forget(app: Sphinx, env: BuildEnvironment) -> None:
     env.kinetograph_names = None  # type: ignore[attr-defined]
 
 
-def remove(app: Sphinx, error: Exception | None) -> None:
-    """Leave no scratch folder of the gallery behind."""
-    shutil.rmtree(Path(app.srcdir) / "gallery_out", ignore_errors=True)
-
-
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register with Sphinx."""
     app.connect("builder-inited", write_pages, priority=100)
     app.connect("env-updated", _forget)
+    app.connect("autodoc-process-signature", tidy_signature)
     app.connect("missing-reference", resolve)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
