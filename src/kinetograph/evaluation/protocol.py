@@ -120,7 +120,7 @@ def mean_rows(rows: list[WalkRow]) -> list[WalkRow]:
 def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesis, seconds: float) -> WalkRow:
     """The figures of one held-out take; ``seconds`` is how long its synthesis took."""
     seams = np.array([piece.start for piece in result.pieces[1:]])
-    inside = [accelerations(source.motion) for source in model.sources if not source.mirrored]
+    inside = [accelerations(source.motion) for source in model.fitted.sources if not source.mirrored]
     frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
     joint_limit = float(np.quantile(np.concatenate([a.ravel() for a in inside]), 0.99))
     ours, real = _largest_near(result.motion, seams), _largest_near(truth, seams)

@@ -29,7 +29,6 @@ from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.realize import realize
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import at_rate
-from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
 from kinetograph.methods.performance.transcribe import Transcript, transcribe
 from kinetograph.motion import Motion
@@ -100,11 +99,6 @@ class PerformanceModel:
     def method(self) -> PerformanceSettings:
         """The configuration that was fitted."""
         return self.fitted.settings
-
-    @property
-    def sources(self) -> tuple[Source, ...]:
-        """The recordings."""
-        return self.fitted.sources
 
     @property
     def notes(self) -> tuple[str, ...]:

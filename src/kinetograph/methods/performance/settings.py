@@ -87,9 +87,13 @@ class PerformanceSettings:
         for name in ("rate", "longest"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
+        if not callable(getattr(self.alignment, "align", None)):
+            raise RequestError(
+                f"alignment must be Ground(), Similarity(), Rigid(), Fixed() or Continued(), found {self.alignment!r}"
+            )
         if self.alignment.moves and not self.control_points.spatial:
             raise RequestError(
-                f"channels do not lie in space: alignment must be Fixed() or Continued() (on the command line: none), "
+                "channels do not lie in space: alignment must be Fixed() or Continued() (on the command line: none), "
                 f"found {self.alignment}"
             )
         if self.span < 1:

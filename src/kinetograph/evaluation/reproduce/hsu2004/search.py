@@ -275,7 +275,7 @@ def placed_again(model: PerformanceModel, result: Synthesis, x: FloatArray, rate
     """A result's pieces, placed and costed for control points ``x`` at another rate: the terms of equation 4.5."""
     known: dict[tuple[str, bool, float], Segment] = {}
     for segment in model.fitted.instances.segments:
-        source = model.sources[segment.source]
+        source = model.fitted.sources[segment.source]
         known[source.take, source.mirrored, segment.start] = segment
     segments = [known[piece.take, piece.mirrored, piece.source_start] for piece in result.pieces]
     borders = np.array([result.pieces[0].start, *(piece.stop for piece in result.pieces)])
