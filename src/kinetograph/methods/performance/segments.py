@@ -120,10 +120,23 @@ def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> 
 
 
 def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
-    """Numbers of steps at ``rate`` that a segment may be stretched to: at most ``stretch`` seconds from its own.
+    """Numbers of steps that a segment may be stretched to.
 
-    Never fewer than 2, and never less than half or more than twice the segment's duration. The nearest whole number
-    of steps is always legal.
+    The nearest whole number of steps is always legal, and never fewer than 2; otherwise no less than half and no more than
+    twice the segment's duration.
+
+    Parameters
+    ----------
+    duration : float
+        Of the segment, seconds.
+    rate : float
+        Steps per second.
+    stretch : float
+        How far a segment may be stretched or squeezed, seconds.
+
+    Returns
+    -------
+    list of int
     """
     nearest = max(round(duration * rate), 2)
     low = int(np.ceil(max(duration - stretch, duration / 2) * rate - 1e-9))
