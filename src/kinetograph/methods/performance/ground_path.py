@@ -73,7 +73,7 @@ def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:
     time : float
         Width of a Gaussian over time, seconds; 0 for none.
     space : float
-        Width of a Gaussian over arc length, metres; 0 for none. It smooths the shape and keeps the timing along the path.
+        Width of a Gaussian over arc length, metres; 0 for none. The timing along the path is kept.
     """
     values = path.values
     if space > 0:

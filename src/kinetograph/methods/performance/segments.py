@@ -122,8 +122,8 @@ def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> 
 def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
     """Numbers of steps that a segment may be stretched to.
 
-    The nearest whole number of steps is always legal, and never fewer than 2; otherwise no less than half and no more than
-    twice the segment's duration.
+    The nearest whole number of steps is always legal, and never fewer than 2; otherwise no less than half and no more
+    than twice the segment's duration.
 
     Parameters
     ----------
