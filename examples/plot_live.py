@@ -10,12 +10,13 @@ import matplotlib.pyplot as plt
 from clips import draw_pieces, save_figure, walks
 
 import kinetograph as kg
+from kinetograph.methods.performance import read_control
 from kinetograph.pipeline import winding_path
 
 path = winding_path()
 model = kg.PerformanceControl(mirror=True).fit(walks())
 whole = model.synthesize(path)
-points = model.control_points(path)
+points = read_control(model.method, path).points
 
 # %%
 # ``step`` takes a frame of control points, and gives the pieces that have been decided since; ``finish`` gives the

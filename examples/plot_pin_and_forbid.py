@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 from clips import draw_pieces, save_figure, walks
 
 import kinetograph as kg
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance import Rule
 from kinetograph.pipeline import winding_path
 
 path = winding_path()

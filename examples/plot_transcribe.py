@@ -10,7 +10,6 @@ import matplotlib.pyplot as plt
 from clips import WALKS, clip, library, save_figure
 
 import kinetograph as kg
-from kinetograph.methods.performance.rules import transcribe
 from kinetograph.motion import repeat
 from kinetograph.pipeline import winding_path
 
@@ -34,7 +33,7 @@ for name in WALKS:
 
 path = winding_path()
 model = kg.PerformanceControl().fit(named)
-moves = transcribe(model, path)
+moves = model.transcribe(path)
 for move in moves:
     print(f"{move.start:5.2f} to {move.stop:5.2f} s: {move.move:8} (without it the cost is {move.margin:.0%} higher)")
 
