@@ -1,19 +1,23 @@
 # Two commands on a fresh machine with python3 (3.11 or newer), pip and make:
 #   make demo    a walk along a drawn path, from recordings that are fetched once
 #   make test    the whole suite
-# For those who work on it: make lint, make bench, make docs, make check-clients, make clean.
+# For those who work on it: make docs, make lint, make format, make bench, make pictures, make dist, make check-dist,
+# make check-clients, make clean.
 
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 BLENDER ?= .venv-blender
 STAMP  := $(VENV)/.installed
+DOCS   := $(VENV)/.installed-docs
+BUILD  := $(VENV)/.installed-build
+CHECK  := build/check-dist
 DEMO   ?= out
 
-.PHONY: demo test lint format bench docs check-clients clean help
+.PHONY: demo test lint format bench docs pictures dist check-dist check-clients clean help
 
 help:
-	@sed -n '1,4p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
+	@sed -n '1,5p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
 
 $(STAMP): pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "missing: $(PYTHON); install Python 3.11 or newer, or set PYTHON=..." >&2; exit 1; }
@@ -44,8 +48,39 @@ format: $(STAMP)
 bench: $(STAMP)
 	@$(BIN)/python -m benchmarks
 
-docs: $(STAMP)
-	@$(BIN)/python docs/build.py
+$(DOCS): $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@
+
+docs: $(DOCS)
+	@$(BIN)/kinetograph data fetch deepmimic-clips
+	@$(BIN)/python docs/_ext/docstrings.py
+	@$(BIN)/python -m sphinx -q -W -n -b html -d docs/_build/doctrees docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
+pictures: $(STAMP)
+	@$(BIN)/kinetograph data fetch deepmimic-clips
+	@$(BIN)/kinetograph data fetch character
+	@$(BIN)/python docs/pictures.py
+
+$(BUILD): $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check build
+	@touch $@
+
+dist: $(BUILD)
+	@rm -rf dist
+	@$(BIN)/python -m build --outdir dist
+
+# the wheel into a bare environment, and its demo; the suite from the unpacked sdist, without further recordings
+check-dist: dist
+	@rm -rf $(CHECK) && mkdir -p $(CHECK)
+	@$(PYTHON) -m venv $(CHECK)/bare
+	@$(CHECK)/bare/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl
+	@cd $(CHECK) && bare/bin/kinetograph data fetch deepmimic-clips && bare/bin/kinetograph demo -o demo
+	@tar -xzf dist/*.tar.gz -C $(CHECK) --one-top-level=sdist --strip-components=1
+	@$(PYTHON) -m venv $(CHECK)/suite
+	@cd $(CHECK)/sdist && ../suite/bin/python -m pip install --quiet --disable-pip-version-check '.[dev]'
+	@cd $(CHECK)/sdist && env -u KINETOGRAPH_DATA CI=true ../suite/bin/python -m pytest -x -q
 
 check-clients: $(STAMP)
 	@command -v npm >/dev/null || { echo "missing: npm, which installs the glTF validator and three.js" >&2; exit 1; }
@@ -56,4 +91,4 @@ check-clients: $(STAMP)
 	@$(BIN)/python tests/clients/check.py --blender $(BLENDER)/bin/python
 
 clean:
-	rm -rf $(VENV) $(DEMO) .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(DEMO) dist build docs/_build docs/api docs/gallery docs/cli.md .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -36,7 +36,10 @@ default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(np|npt|numpy|collections|typing|matplotlib|PIL|pathlib|types|enum|subprocess|sqlite3)\..*"),
-    ("py:.*", r"(Any|Self|Callable|Iterable|Iterator|Mapping|Sequence|Path|ModuleType|TracebackType|NDArray|ArrayLike)"),
+    (
+        "py:.*",
+        r"(Any|Self|Callable|Iterable|Iterator|Mapping|Sequence|Path|ModuleType|TracebackType|NDArray|ArrayLike)",
+    ),
 ]
 
 autodoc_typehints_format = "short"

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import sys
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 import kinetograph as kg
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Skin
 from kinetograph.cli.demo import sample_library
@@ -28,10 +27,10 @@ from kinetograph.samples.characters import human
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 300)
 FPS = 100 / 7  # a GIF counts in hundredths of a second
-SPEED = 0.98  # m/s; at this one the best walk of every lap is the same, so that the film can be repeated
+SPEED = 1.0  # m/s; at this one the best walk is the same in every lap, which is 220 frames long
 WIDTH, LIFT = 0.14, 0.001  # metres, of the path on the floor
 PATH, RIM = np.array([0.93, 0.66, 0.20]), 0.55
-COLOURS = 96
+COLOURS, VIVID = 96, 24  # a colour whose parts differ by more than this of 255 is no grey
 
 
 def main() -> None:
@@ -85,7 +84,7 @@ def ground_of(path: kg.Signal, lap: float) -> Figure:
     along = np.concatenate([along, along[:1]])
     across = np.stack([along[:, 2], 0 * along[:, 0], -along[:, 0]], axis=1)
     across *= 0.5 * WIDTH / np.linalg.norm(across, axis=1, keepdims=True)
-    points = np.concatenate([line - across, line + across]) + [0.0, LIFT, 0.0]
+    points = np.concatenate([line - across, line + across]) + np.array([0.0, LIFT, 0.0])
     n = len(line)
     i = np.arange(n - 1)
     triangles = np.concatenate([np.stack([i, i + 1, n + i], axis=1), np.stack([i + 1, n + i + 1, n + i], axis=1)])
@@ -111,18 +110,24 @@ def frames_of(motion: kg.Motion, character: Character, ribbon: Figure) -> list[F
 
 
 def write(pictures: list[FloatArray], path: Path) -> None:
-    """A GIF whose frames share their colours, half of them for what is coloured, and keep what does not change."""
+    """A GIF whose frames share their colours, and keep what does not change."""
     images = [Image.fromarray((np.clip(p, 0, 1) * 255 + 0.5).astype(np.uint8)) for p in pictures]
-    sample = np.concatenate([np.asarray(image).reshape(-1, 3) for image in images[:: max(len(images) // 6, 1)]])
-    vivid = np.ptp(sample.astype(np.int64), axis=1) > 24
+    palette = palette_of(np.concatenate([np.asarray(image).reshape(-1, 3) for image in images[:: len(images) // 6]]))
+    first, *others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    first.save(path, save_all=True, append_images=others, duration=round(1000 / FPS), loop=0, optimize=True)
+
+
+def palette_of(pixels: npt.NDArray[np.uint8]) -> Image.Image:
+    """The colours of pixels ``(N, 3)``, half of them for what is coloured: else the floor would take them all."""
+    vivid = np.ptp(pixels.astype(np.int64), axis=1) > VIVID
     colours: list[int] = []
-    for part in (sample[vivid], sample[~vivid]):
+    for part in (pixels[vivid], pixels[~vivid]):
         page = Image.fromarray(np.ascontiguousarray(part[None]))
-        colours += (page.quantize(COLOURS // 2, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or [])[: 3 * COLOURS // 2]
+        found = page.quantize(COLOURS // 2, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+        colours += found[: 3 * COLOURS // 2]
     palette = Image.new("P", (1, 1))
     palette.putpalette(colours)
-    quantized = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    quantized[0].save(path, save_all=True, append_images=quantized[1:], duration=round(1000 / FPS), loop=0, optimize=True)
+    return palette
 
 
 if __name__ == "__main__":

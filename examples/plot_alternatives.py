@@ -8,9 +8,9 @@ piece with those before it.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import draw_pieces, save_figure, walks
 
 import kinetograph as kg
+from clips import draw_pieces, save_figure, walks
 from kinetograph.pipeline import winding_path
 
 path = winding_path()

@@ -9,9 +9,9 @@ method to compare others with; between keys that are far apart it shows where cl
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import picture, rises, save_figure
 
 import kinetograph as kg
+from clips import picture, rises, save_figure
 from kinetograph.drawing.pictures import contact_sheet
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions, velocities

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import save_figure
 from scipy.interpolate import CubicSpline
 
 import kinetograph as kg
+from clips import save_figure
 from kinetograph.methods.performance import PointsByRole, Similarity
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import Landmark

@@ -8,9 +8,9 @@ the library, and yours to edit.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import library, picture, save_figure
 
 import kinetograph as kg
+from clips import library, picture, save_figure
 from kinetograph.kinematics import role_positions
 from kinetograph.library import export_annotations, import_annotations
 from kinetograph.motion import repeat

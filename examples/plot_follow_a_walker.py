@@ -8,9 +8,9 @@ Here one clip is left out of the library, repeated to a longer walk, and followe
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import picture, save_figure, walks
 
 import kinetograph as kg
+from clips import picture, save_figure, walks
 from kinetograph.drawing.pictures import strobe
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import place, repeat, resample

@@ -7,9 +7,9 @@ through every format that holds a motion, and comes back.
 """
 
 import numpy as np
-from clips import clip_file, picture
 
 import kinetograph as kg
+from clips import clip_file, picture
 from kinetograph.drawing.pictures import strobe
 from kinetograph.formats import ReadOptions, WriteOptions, read
 from kinetograph.kinematics import joint_positions

@@ -8,9 +8,9 @@ it is made anew.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import picture, rises, save_figure
 
 import kinetograph as kg
+from clips import picture, rises, save_figure
 from kinetograph.drawing.pictures import contact_sheet
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions

@@ -6,9 +6,8 @@ Two poses are the control: lying on the floor, and half a step into a run. Recor
 both poses are met exactly.
 """
 
-from clips import picture, rises
-
 import kinetograph as kg
+from clips import picture, rises
 from kinetograph.drawing.pictures import contact_sheet
 from kinetograph.keys import key_at
 

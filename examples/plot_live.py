@@ -7,9 +7,9 @@ knows of what comes; without one the result is that of the whole control at once
 """
 
 import matplotlib.pyplot as plt
-from clips import draw_pieces, save_figure, walks
 
 import kinetograph as kg
+from clips import draw_pieces, save_figure, walks
 from kinetograph.methods.performance import read_control
 from kinetograph.pipeline import winding_path
 

@@ -6,7 +6,6 @@ Numbers pass while knees bend backwards: look at what you make. There are three 
 """
 
 from clips import clip, picture
-
 from kinetograph.drawing.film import film, sheet
 from kinetograph.drawing.pictures import contact_sheet, strobe
 from kinetograph.motion import repeat

@@ -7,9 +7,9 @@ not; the rest is solved anew around it.
 """
 
 import matplotlib.pyplot as plt
-from clips import draw_pieces, save_figure, walks
 
 import kinetograph as kg
+from clips import draw_pieces, save_figure, walks
 from kinetograph.methods.performance import Rule
 from kinetograph.pipeline import winding_path
 

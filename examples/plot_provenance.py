@@ -8,9 +8,9 @@ where two are blended, and how far editing has moved it.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import rises, save_figure, walks
 
 import kinetograph as kg
+from clips import rises, save_figure, walks
 from kinetograph.keys import key_at
 from kinetograph.pipeline import winding_path
 

@@ -9,8 +9,8 @@ hips' height and path are scaled by the legs, and planted feet stay planted.
 from dataclasses import replace
 
 import numpy as np
-from clips import clip, picture
 
+from clips import clip, picture
 from kinetograph.drawing.pictures import strobe
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import place, repeat

@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import library, picture, save_figure
 
 import kinetograph as kg
+from clips import library, picture, save_figure
 from kinetograph import rotations as rot
 from kinetograph.drawing.pictures import contact_sheet
 from kinetograph.motion import repeat, resample

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
-from clips import clip, save_figure
 
+from clips import clip, save_figure
 from kinetograph import rotations as rot
 from kinetograph.motion import repeat
 from kinetograph.sensing import calibrate_on_motion, mounted, preset, simulate, specific_force

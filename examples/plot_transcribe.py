@@ -7,9 +7,9 @@ when, and a second one, without that move, says how sure this is.
 """
 
 import matplotlib.pyplot as plt
-from clips import WALKS, clip, library, save_figure
 
 import kinetograph as kg
+from clips import WALKS, clip, library, save_figure
 from kinetograph.motion import repeat
 from kinetograph.pipeline import winding_path
 

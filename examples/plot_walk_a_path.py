@@ -14,9 +14,9 @@ points, fit the method to the library, synthesize, write a file.
 # half circles, walked at 0.95 m/s.
 
 import numpy as np
-from clips import picture, walks
 
 import kinetograph as kg
+from clips import picture, walks
 from kinetograph.drawing.pictures import contact_sheet, strobe
 
 RADIUS, SPEED, FPS = 2.0, 0.95, 30.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math import pick_math_environment
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 
@@ -16,13 +15,8 @@ def _inline(self: Any, node: nodes.math) -> None:
 
 
 def _block(self: Any, node: nodes.math_block) -> None:
-    self.body.append(f'<div class="math">{_environment(node.astext())}</div>')
+    self.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
     raise nodes.SkipNode
-
-
-def _environment(text: str) -> str:
-    wrapped = text if "\\begin" in text else f"\\begin{{{pick_math_environment(text)}}}{text}\\end{{{pick_math_environment(text)}}}"
-    return str(tex2mathml(wrapped, as_block=True))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

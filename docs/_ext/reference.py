@@ -13,14 +13,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import commands
-import doors
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.inspect import stringify_signature
 from sphinx.util.nodes import make_refnode
+
+import commands
+import doors
 
 GROUPS = (
     ("Methods", ("methods", "pipeline", "evaluation", "learn")),
