@@ -29,6 +29,7 @@ extensions = [
     "mathml",
 ]
 exclude_patterns = ["_build", "_ext", "gallery/*.ipynb", "gallery/sg_execution_times.rst", "sg_execution_times.rst"]
+smartquotes = False  # options of commands begin with two hyphens
 suppress_warnings = ["config.cache"]  # the gallery's functions cannot be pickled: its pages are read anew
 
 # Names between backticks in docstrings are links, and every one has to lead somewhere; types of other projects do not.
@@ -43,6 +44,7 @@ nitpick_ignore_regex = [
 ]
 
 autodoc_typehints_format = "short"
+autodoc_type_aliases = {name: name for name in ("FloatArray", "IntArray", "BoolArray", "ComplexArray", "SingleArray")}
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 python_maximum_signature_line_length = 88
@@ -78,6 +80,9 @@ sphinx_gallery_conf = {
 html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = "Kinetograph"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_sidebars = {"install": [], "tutorial": []}
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {

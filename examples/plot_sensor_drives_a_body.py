@@ -7,6 +7,8 @@ whose virtual sensors would have read the same. Here one to eight sensors of the
 that the library does not have.
 """
 
+# sphinx_gallery_thumbnail_number = -1
+
 from dataclasses import replace
 
 import matplotlib.pyplot as plt

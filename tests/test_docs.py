@@ -116,7 +116,7 @@ def test_the_tutorial_runs(there: Path, clips_folder: Path, monkeypatch: pytest.
         if language == "python":
             exec(compile(block, "tutorial.md", "exec"), {})
             continue
-        for line in block.replace("$CLIPS", str(clips_folder)).splitlines():
+        for line in block.replace("$CLIPS", str(clips_folder)).replace("\\\n", "").splitlines():
             command = shlex.split(line.removeprefix("$ "))
             if command[0] == "kinetograph":
                 monkeypatch.setattr(sys, "argv", command)

@@ -102,7 +102,7 @@ def _page(module: str, names: list[doors.Public]) -> str:
         group = [public for public in names if public.kind in kinds]
         if group:
             lines += [*_title(heading, "-"), *(line for public in group for line in _entry(public))]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_examples([public.path for public in code])])
 
 
 def _summary(paths: list[str]) -> list[str]:
@@ -111,20 +111,27 @@ def _summary(paths: list[str]) -> list[str]:
     return [".. autosummary::", "   :nosignatures:", "", *(f"   ~{path}" for path in paths), ""]
 
 
+def _examples(paths: list[str]) -> list[str]:
+    """The gallery's examples that use one of some names, below a heading; nothing where there are none."""
+    if not paths:
+        return []
+    return [f".. minigallery:: {' '.join(paths)}", "   :add-heading: Examples", "   :heading-level: -", ""]
+
+
 def _entry(public: doors.Public) -> list[str]:
     if public.kind == "data":
         return _data(public)
     lines = [f".. auto{public.kind}:: {public.path}"]
     if public.kind != "function":
         lines.append("   :members:")
-    return [*lines, "", f".. minigallery:: {public.path}", ""]
+    return [*lines, ""]
 
 
 def _data(public: doors.Public) -> list[str]:
     """A constant or the name of a type, with the docstring that stands below it where it is defined."""
     analyzer = ModuleAnalyzer.for_module(public.home)
     analyzer.analyze()
-    lines = [f".. py:data:: {public.path}"]
+    lines = [f".. py:data:: {public.name}"]
     if annotation := analyzer.annotations.get(("", public.name)):
         lines.append(f"   :type: {annotation}")
     if public.home != public.module:
@@ -150,16 +157,21 @@ class _Elided:
 def tidy_signature(
     app: Sphinx, what: str, name: str, value: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str, str | None] | None:
-    """The signature of a dataclass without its private fields, and with ``...`` for what a factory makes."""
-    if not (inspect.isclass(value) and dataclasses.is_dataclass(value) and signature):
+    """The signature as it is written in the code, its types unevaluated; for a dataclass without private fields.
+
+    What a factory makes by default is shown as ``...``.
+    """
+    if not signature or not (inspect.isroutine(value) or dataclasses.is_dataclass(value)):
         return None
     made = inspect.signature(value)
     shown = []
     for parameter in made.parameters.values():
-        if not parameter.name.startswith("_"):
+        if not parameter.name.startswith("_") and parameter.name not in ("self", "cls"):
             factory = type(parameter.default).__name__ == "_HAS_DEFAULT_FACTORY_CLASS"
             shown.append(parameter.replace(default=_Elided()) if factory else parameter)
-    return stringify_signature(made.replace(parameters=shown), unqualified_typehints=True), None
+    text = stringify_signature(made.replace(parameters=shown), show_return_annotation=False, unqualified_typehints=True)
+    result = None if inspect.isclass(value) else made.return_annotation
+    return text, result if isinstance(result, str) else None
 
 
 # Links
