@@ -17,7 +17,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.pycode import ModuleAnalyzer
-from sphinx.util.inspect import stringify_signature
+from sphinx.util.inspect import TypeAliasForwardRef, stringify_signature
 from sphinx.util.nodes import make_refnode
 
 import commands
@@ -248,6 +248,7 @@ def _forget(app: Sphinx, env: BuildEnvironment) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register with Sphinx."""
+    TypeAliasForwardRef.__repr__ = lambda alias: alias.name  # type: ignore[method-assign]  # as it is written
     app.connect("builder-inited", write_pages, priority=100)
     app.connect("env-updated", _forget)
     app.connect("autodoc-process-signature", tidy_signature)
