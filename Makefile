@@ -79,7 +79,7 @@ check-dist: dist
 	@cd $(CHECK) && bare/bin/kinetograph data fetch deepmimic-clips && bare/bin/kinetograph demo -o demo
 	@tar -xzf dist/*.tar.gz -C $(CHECK) --one-top-level=sdist --strip-components=1
 	@$(PYTHON) -m venv $(CHECK)/suite
-	@cd $(CHECK)/sdist && ../suite/bin/python -m pip install --quiet --disable-pip-version-check '.[dev]'
+	@cd $(CHECK)/sdist && ../suite/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@cd $(CHECK)/sdist && env -u KINETOGRAPH_DATA CI=true ../suite/bin/python -m pytest -x -q
 
 check-clients: $(STAMP)
