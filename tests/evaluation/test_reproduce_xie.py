@@ -7,13 +7,12 @@ import pytest
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.reproduce import xie2009
-from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce
+from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce, run
 from kinetograph.evaluation.reproduce.xie2009.strokes import Strokes, cut_strokes, find_strokes, wide_layout
 from kinetograph.library import Library
-from kinetograph.methods.sensor.model import LocalSettings
+from kinetograph.methods.sensor import LocalModelSettings
 from kinetograph.motion import Motion
-from kinetograph.sensing.layout import PRESETS
+from kinetograph.sensing import PRESETS
 from kinetograph.take import Take
 from walkers import walk
 
@@ -22,7 +21,7 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
     library = Library.create(tmp_path / "lib")
     for name, speed in (("a", 0.8), ("b", 1.0), ("c", 1.2)):
         library.add(Take(name, {"motion": walk(2.0, speed=speed)}))
-    small = LocalSettings(runs=1, clusters=4, frames=150, centres=40)
+    small = LocalModelSettings(runs=1, clusters=4, frames=150, centres=40)
     rows = reproduce(tmp_path / "out", library, takes=("b",), local=small)
     assert [row.method for row in rows] == list(METHODS)
     page = (tmp_path / "out" / "index.html").read_text()
@@ -78,8 +77,8 @@ def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.
     for name, speed in (("a", 0.8), ("b", 1.0)):
         library.add(Take(name, {"motion": walk(1.5, speed=speed)}))
     motions = {(f"serve_{i}", "motion"): walk(1.5, speed=0.9 + 0.2 * i) for i in (1, 2)}
-    monkeypatch.setattr(xie2009, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
-    small = LocalSettings(runs=1, clusters=2, frames=100, centres=30)
+    monkeypatch.setattr(run, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
+    small = LocalModelSettings(runs=1, clusters=2, frames=100, centres=30)
     rows = reproduce(tmp_path / "out", library, takes=("b",), serves=tmp_path, local=small)
     assert [row.take for row in rows[:: len(METHODS)]] == ["b", "serve_1", "serve_2"]
     page = (tmp_path / "out" / "index.html").read_text()

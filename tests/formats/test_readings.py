@@ -9,7 +9,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
-from kinetograph.formats.sensor_recordings import motion_of_points, read_xsens, together
+from kinetograph.formats.sensor_recordings import merge_sensors, motion_of_points, read_xsens
 from kinetograph.kinematics import joint_positions
 from kinetograph.sensing import Device, preset, simulate
 from walkers import walk
@@ -164,10 +164,10 @@ def test_an_xsens_orientation_has_y_up(tmp_path: Path):
     one = read_xsens(written(tmp_path, text, "x.txt"), "pelvis")
     assert one.orientation is not None
     assert np.allclose(rot.rotate(one.orientation, one.force), [0, 9.81, 0], atol=1e-9)
-    both = together({"pelvis": one, "other": one})
+    both = merge_sensors({"pelvis": one, "other": one})
     assert both.orientation is not None
     assert len(both.orientation) == 4
-    assert together({"pelvis": one, "other": replace(one, orientation=None)}).orientation is None
+    assert merge_sensors({"pelvis": one, "other": replace(one, orientation=None)}).orientation is None
 
 
 def test_points_become_a_motion_whose_joints_are_where_they_were():

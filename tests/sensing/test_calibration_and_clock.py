@@ -22,7 +22,7 @@ from kinetograph.sensing import (
     preset,
     simulate,
 )
-from kinetograph.sensing.calibration import wahba
+from kinetograph.sensing.rotation_fit import wahba
 from walkers import walk
 
 

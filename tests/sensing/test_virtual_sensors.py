@@ -10,10 +10,23 @@ from hypothesis import strategies as st
 from kinetograph import rotations as rot
 from kinetograph.errors import DataError, RequestError
 from kinetograph.motion import Motion
-from kinetograph.sensing import PRESETS, Device, Layout, Readings, Sensor, preset, simulate, specific_force
+from kinetograph.sensing import (
+    PRESETS,
+    Device,
+    Layout,
+    Readings,
+    Sensor,
+    attach,
+    channels,
+    check_units,
+    keep_sensors,
+    preset,
+    renumbered,
+    select_sensors,
+    simulate,
+    specific_force,
+)
 from kinetograph.sensing.device import measure
-from kinetograph.sensing.layout import attach, keep
-from kinetograph.sensing.readings import channels, check_units, only
 from kinetograph.skeleton import Skeleton
 from walkers import walk
 
@@ -76,18 +89,18 @@ def test_tilt_is_up_in_the_sensors_frame_whatever_the_heading():
     tipped = rod(0.0)
     turn = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
     still = replace(tipped, rotations=np.broadcast_to(turn, tipped.rotations.shape).copy())
-    told = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
+    values = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
     up = np.array([np.sin(0.5), np.cos(0.5), 0.0])
-    np.testing.assert_allclose(told[:, 3:], np.broadcast_to(up, (len(told), 3)), atol=1e-9)
-    np.testing.assert_allclose(told[:, :3], 9.81 * told[:, 3:], atol=1e-6)
+    np.testing.assert_allclose(values[:, 3:], np.broadcast_to(up, (len(values), 3)), atol=1e-9)
+    np.testing.assert_allclose(values[:, :3], 9.81 * values[:, 3:], atol=1e-6)
 
 
 def test_a_noisy_gyroscope_and_compass_are_as_noisy_as_the_device_says():
     layout = on_rod((0.5, 0, 0), turn_noise=0.1, tilt_noise=0.05)
-    told = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
-    assert told.angular is not None
-    assert (told.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
-    assert channels(told, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
+    readings = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
+    assert readings.angular is not None
+    assert (readings.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
+    assert channels(readings, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
 
 
 @given(st.floats(-200, 200), st.integers(4, 16))
@@ -134,7 +147,7 @@ def test_unknown_names_are_told_with_what_there_is():
     with pytest.raises(RequestError, match=r"no layout 'wiii'; expected a .toml file or one of ideal, wii"):
         preset("wiii")
     with pytest.raises(RequestError, match=r"unknown sensor 'left_forarm'.*did you mean left_forearm"):
-        keep(preset("wii"), ("left_forarm",))
+        keep_sensors(preset("wii"), ("left_forarm",))
     with pytest.raises(RequestError, match="sensor 'tail': the skeleton has no joint or role 'tail_tip'; it has hips"):
         attach(Layout("cat", (Sensor("tail", "tail_tip"),)), walk(0.5).skeleton)
     with pytest.raises(RequestError, match="'left_hand' does not hang on 'right_elbow'"):
@@ -167,21 +180,30 @@ def test_bad_rows_are_refused_with_sensor_and_time():
 
 
 def test_turns_and_orientations_that_cannot_be_are_refused():
-    told = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
-    check_units(told)
-    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees a second. divide by 57.3"):
-        check_units(replace(told, angular=np.degrees(told.angular)))
-    assert told.orientation is not None
-    zeros = told.orientation.copy()
+    readings = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
+    check_units(readings)
+    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees per second. divide by 57.3"):
+        check_units(replace(readings, angular=np.degrees(readings.angular)))
+    assert readings.orientation is not None
+    zeros = readings.orientation.copy()
     zeros[5] = 0.0
     with pytest.raises(DataError, match=r"orientation must be a quaternion, not zero; leave such rows out"):
-        replace(told, orientation=zeros)
+        replace(readings, orientation=zeros)
 
 
 def test_sensors_may_interleave_in_any_order():
     readings = rows([0.0, 0.1, 0.05], [[0, 1, 0], [0, 2, 0], [0, 3, 0]], ("a", "b"), [0, 0, 1])
     assert readings.times.tolist() == [0.0, 0.05, 0.1]
-    assert only(readings, ("b",)).force.tolist() == [[0, 3, 0]]
+    assert select_sensors(readings, ("b",)).force.tolist() == [[0, 3, 0]]
+
+
+def test_sensors_are_renumbered_among_more():
+    readings = renumbered(rows([0.0, 0.1], [[0, 1, 0], [0, 2, 0]], ("b",)), ("a", "b"))
+    assert (readings.names, readings.sensors.tolist()) == (("a", "b"), [1, 1])
+    with pytest.raises(RequestError, match="unknown sensor 'b'; expected some of a, c"):
+        renumbered(readings, ("a", "c"))
+    with pytest.raises(DataError, match="force must be finite"):  # what is made of it is checked again
+        replace(readings, force=np.full((2, 3), np.nan))
 
 
 @pytest.mark.parametrize(
