@@ -39,7 +39,7 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
 
 
 def swings(at: tuple[float, ...], seconds: float) -> Motion:
-    """A body that stands, and turns its left arm about at some times."""
+    """A body that stands, and swings its left arm round at some times."""
     still = walk(seconds, fps=50.0)
     rotations = np.zeros_like(still.rotations)
     rotations[..., 0] = 1.0
@@ -51,8 +51,8 @@ def swings(at: tuple[float, ...], seconds: float) -> Motion:
 
 
 def test_strokes_are_cut_about_the_fastest_hand_and_whole() -> None:
-    found = cut_strokes(swings((1.0, 4.0, 8.0), 12.0))
-    assert [len(stroke) for stroke in found] == [150, 150]  # the first begins before the recording
+    cut = cut_strokes(swings((1.0, 4.0, 8.0), 12.0))
+    assert [len(stroke) for stroke in cut] == [150, 150]  # the first begins before the recording
     assert cut_strokes(swings((), 6.0)) == []
 
 
@@ -67,9 +67,9 @@ def test_the_wide_device_differs_in_its_range_alone() -> None:
 def test_what_is_no_stroke_is_named(tmp_path: Path) -> None:
     assert "expected C3D files of markers, found none" in find_strokes(tmp_path / "nowhere").notes[0]
     (tmp_path / "bad.c3d").write_bytes(b"no C3D file")
-    found = find_strokes(tmp_path)
-    assert not found.takes
-    assert found.notes[0].startswith("bad.c3d is left out: ")
+    strokes = find_strokes(tmp_path)
+    assert not strokes.takes
+    assert strokes.notes[0].startswith("bad.c3d is left out: ")
 
 
 def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,8 +89,8 @@ def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_real_serves(data_folder: Path) -> None:
-    found = find_strokes(data_folder / "c3d")
-    strokes = found.takes["kinematics_tennis_serve"]
-    assert len(strokes) == 5
-    assert len({stroke.skeleton for stroke in strokes.values()}) == 1
-    assert sum("is left out: no Plug-in-Gait body" in note for note in found.notes) == 4
+    strokes = find_strokes(data_folder / "c3d")
+    serves = strokes.takes["kinematics_tennis_serve"]
+    assert len(serves) == 5
+    assert len({serve.skeleton for serve in serves.values()}) == 1
+    assert sum("is left out: no Plug-in-Gait body" in note for note in strokes.notes) == 4

@@ -27,15 +27,15 @@ def library(tmp_path: Path) -> Library:
     return made
 
 
-def test_a_known_turn_is_a_known_error_and_headings_do_not_count():
+def test_a_known_rotation_is_a_known_error_and_headings_do_not_count():
     truth = walk(1.0)
-    turned = truth.rotations.copy()
-    turned[:, 3] = rot.multiply(turned[:, 3], rot.about("z", np.radians(10.0)))
-    turned[:, 0] = rot.multiply(rot.about("y", 1.0), turned[:, 0])
-    errors = pose_errors(turned, truth.rotations)
+    other = truth.rotations.copy()
+    other[:, 3] = rot.multiply(other[:, 3], rot.about("z", np.radians(10.0)))
+    other[:, 0] = rot.multiply(rot.about("y", 1.0), other[:, 0])
+    errors = pose_errors(other, truth.rotations)
     np.testing.assert_allclose(errors[:, 3], 10.0, atol=1e-6)
     np.testing.assert_allclose(np.delete(errors, 3, axis=1), 0.0, atol=1e-5)
-    row, joints = score("x", "all", turned, truth)
+    row, joints = score("x", "all", other, truth)
     assert row.angle == pytest.approx(10.0 / len(truth.skeleton))
     assert joints[3] == pytest.approx(10.0)
     assert row.jitter == pytest.approx(1.0, abs=0.2)

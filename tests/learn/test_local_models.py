@@ -137,8 +137,8 @@ def test_classes_are_distinguished_by_scipys_densities(seed, whole):
         np.log(share) + multivariate_normal(p.mean[valid], p.covariance[np.ix_(valid, valid)]).logpdf(value[valid])
         for p, share in zip(parts, shares, strict=True)
     ]
-    found = classes_of(parts, shares).log_densities(value, valid)
-    np.testing.assert_allclose(found - found[0], np.array(expected) - expected[0], atol=1e-8)
+    densities = classes_of(parts, shares).log_densities(value, valid)
+    np.testing.assert_allclose(densities - densities[0], np.array(expected) - expected[0], atol=1e-8)
 
 
 @given(st.integers(0, 1000), st.integers(1, 9), st.integers(0, 2))
@@ -177,8 +177,8 @@ def test_levenberg_marquardt_finds_the_bottom_of_rosenbrocks_valley():
         r = np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
         return r, np.array([[-20 * x[0], 10.0], [-1.0, 0.0]])
 
-    found = levenberg_marquardt(residuals, np.array([-1.2, 1.0]), most=200, tolerance=1e-12)
-    np.testing.assert_allclose(found.value, [1.0, 1.0], atol=1e-4)
+    solution = levenberg_marquardt(residuals, np.array([-1.2, 1.0]), most=200, tolerance=1e-12)
+    np.testing.assert_allclose(solution.value, [1.0, 1.0], atol=1e-4)
 
 
 @given(st.integers(0, 500), st.floats(0.5, 0.99), st.floats(0.0, 0.5), st.floats(0.1, 3.0))
@@ -204,8 +204,8 @@ def test_a_replayed_stretch_is_found_and_traced_back():
     state = init_paths(search)
     for i in range(120, 160):
         state = step_paths(search, state, examples[i] + rng.normal(scale=0.05, size=3), np.full(3, 1 / 3))
-    found, shares = best_paths(search, state, 5, 0.2)
-    assert found[np.argmax(shares)] == 159 - 4
+    passed, shares = best_paths(search, state, 5, 0.2)
+    assert passed[np.argmax(shares)] == 159 - 4
     assert shares.sum() == pytest.approx(1.0)
 
 

@@ -34,7 +34,7 @@ ROD = Skeleton(("rod",), np.array([-1]), np.zeros((1, 3)))
 
 
 def rod(rate: float, axis: str = "y", fps: float = 120.0, seconds: float = 2.0) -> Motion:
-    """A rod about the origin that turns at ``rate`` rad/s."""
+    """A rod about the origin that rotates at ``rate`` rad/s."""
     times = np.arange(round(fps * seconds) + 1) / fps
     return Motion(ROD, np.zeros((len(times), 3)), rot.about(axis, rate * times)[:, None], fps)
 
@@ -59,7 +59,7 @@ def test_a_sensor_on_a_rotating_rod_has_the_centripetal_acceleration(rate):
     np.testing.assert_allclose(force, np.broadcast_to([-(rate**2) * 0.7, 9.81, 0], force.shape), rtol=0.002, atol=0.02)
 
 
-def test_an_upright_turning_rod_feels_gravity_and_turn_in_its_own_frame():
+def test_an_upright_rotating_rod_reads_gravity_and_rotation_in_its_own_frame():
     rate = 3.0
     motion = rod(rate, axis="z")
     angle = rate * np.arange(len(motion)) / motion.fps
@@ -87,8 +87,8 @@ def test_a_gyroscope_reads_the_rate_of_the_rod():
 
 def test_tilt_is_up_in_the_sensors_frame_whatever_the_heading():
     tipped = rod(0.0)
-    turn = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
-    still = replace(tipped, rotations=np.broadcast_to(turn, tipped.rotations.shape).copy())
+    rotation = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
+    still = replace(tipped, rotations=np.broadcast_to(rotation, tipped.rotations.shape).copy())
     values = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
     up = np.array([np.sin(0.5), np.cos(0.5), 0.0])
     np.testing.assert_allclose(values[:, 3:], np.broadcast_to(up, (len(values), 3)), atol=1e-9)
@@ -134,8 +134,8 @@ def test_packets_are_lost_clocks_are_ahead_and_times_increase():
 def test_every_preset_fits_a_body_with_roles(name):
     layout = preset(name)
     wanted = [s for s in layout.sensors if s.place in walk(0.5).skeleton.roles]
-    joints, offsets, turns = attach(replace(layout, sensors=tuple(wanted)), walk(0.5).skeleton)
-    assert len(joints) == len(offsets) == len(turns) == len(wanted)
+    joints, offsets, rotations = attach(replace(layout, sensors=tuple(wanted)), walk(0.5).skeleton)
+    assert len(joints) == len(offsets) == len(rotations) == len(wanted)
 
 
 def test_the_thesis_has_eight_sensors():
@@ -143,7 +143,7 @@ def test_the_thesis_has_eight_sensors():
     assert set(preset("wii").names) == limbs
 
 
-def test_unknown_names_are_told_with_what_there_is():
+def test_unknown_names_are_refused_with_what_there_is():
     with pytest.raises(RequestError, match=r"no layout 'wiii'; expected a .toml file or one of ideal, wii"):
         preset("wiii")
     with pytest.raises(RequestError, match=r"unknown sensor 'left_forarm'.*did you mean left_forearm"):
@@ -179,7 +179,7 @@ def test_bad_rows_are_refused_with_sensor_and_time():
         rows([0.1], [up], sensors=[1])
 
 
-def test_turns_and_orientations_that_cannot_be_are_refused():
+def test_angular_velocities_and_orientations_that_cannot_be_are_refused():
     readings = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
     check_units(readings)
     with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees per second. divide by 57.3"):

@@ -165,7 +165,7 @@ def read_layout(which: str | Path) -> Layout:
     Raises
     ------
     FormatError
-        For a file that says something else.
+        For a file that is not a layout.
     RequestError
         For an unknown preset.
 

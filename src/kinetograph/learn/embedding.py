@@ -46,7 +46,7 @@ class Lle:
         return _carry(data, self.examples, self.embedded, self.neighbours, self.regularisation)
 
     def decode(self, coordinates: FloatArray) -> FloatArray:
-        """Data ``(N, D)`` at coordinates ``(N, b)``, in the same way."""
+        """Data ``(N, D)`` at coordinates ``(N, b)``, by the weights that reconstruct these."""
         return _carry(coordinates, self.embedded, self.examples, self.neighbours, self.regularisation)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 
 SPIKE = 25.0
-"""m/s^2 that a row may differ from the line through its neighbours, besides what they differ from it themselves."""
+"""m/s^2 by which a row may differ from the line through its neighbours, in addition to how they differ from it."""
 
 
 @numba.njit(cache=True, nogil=True)

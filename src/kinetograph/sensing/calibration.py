@@ -214,7 +214,7 @@ def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: Float
     pairs : sequence of Pairs
         One per sensor.
     apart : ndarray, shape (S,), optional
-        Radians by which two halves of the frames disagree, where the reference was itself found by way of the
+        Radians by which two halves of the frames disagree, where the reference itself depends on the
         calibration; beyond ``APART`` a sensor is not accepted.
 
     Returns

@@ -1,4 +1,4 @@
-"""Sensor control as readings arrive; whole recordings go the same way."""
+"""Sensor control as readings arrive; the same code serves whole recordings."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class Objective:
 
 @dataclass(frozen=True, eq=False)
 class FrameTerms:
-    """What the readings of one frame say by themselves.
+    """The terms of one frame's readings alone.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From the poses of a run to a synthesis, and what a person should know about it."""
+"""The synthesis of a run, and warnings about it."""
 
 from __future__ import annotations
 

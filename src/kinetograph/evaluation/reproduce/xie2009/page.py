@@ -21,7 +21,7 @@ TABLE_7_1 = (
 """The thesis: action, frames, RMS and seconds, by PCA and interpolation."""
 TABLE_7_2 = (("tennis forehand", 256, 0.062), ("tennis backhand", 206, 0.057))
 """The thesis: action, frames and RMS, by LLE and interpolation."""
-FIGURE_7_5 = """The thesis, tennis backhand: on average 0.078 degrees a joint by PCA and 0.057 by LLE."""
+FIGURE_7_5 = """The thesis, tennis backhand: on average 0.078 degrees per joint by PCA and 0.057 by LLE."""
 SECTION_7_3 = """The thesis: interpolation has a serious jitter problem and takes 5.87 s for about 300 frames of a
 basketball shot; optimisation is smooth in most cases and takes around 5 minutes for them. It gives neither accuracy nor
 jitter of optimisation in numbers."""
