@@ -24,9 +24,9 @@ from kinetograph.evaluation.metrics import accelerations
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.library import Library
-from kinetograph.methods.keyframe.examples import Example, adopt, collect_examples, headings
+from kinetograph.methods.keyframe.examples import Example, adopt, collect_examples
 from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
-from kinetograph.motion import Motion, cut, place
+from kinetograph.motion import Motion, cut, headings, place
 from kinetograph.post.footskate import contact_mask
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation

@@ -16,10 +16,10 @@ from kinetograph.evaluation.keyframe import key_miss
 from kinetograph.formats.keys_json import read_keys
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions
-from kinetograph.methods.keyframe.examples import adopt, headings, mean_heading
+from kinetograph.methods.keyframe.examples import adopt, mean_heading
 from kinetograph.methods.keyframe.markov import plan, pose_vectors
 from kinetograph.methods.keyframe.model import KeyframeModel, PaperSettings, SearchSettings
-from kinetograph.motion import Motion, cut, place
+from kinetograph.motion import Motion, cut, headings, place
 from kinetograph.post.assemble import PostSettings
 from kinetograph.post.crossfade import crossfade
 from kinetograph.post.meet import Waypoint, bend, meet_poses

@@ -12,8 +12,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
-from kinetograph.methods.keyframe.examples import headings
-from kinetograph.motion import Motion, concatenate, cut, place
+from kinetograph.motion import Motion, concatenate, cut, headings, place
 from kinetograph.post.contacts import merge
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation

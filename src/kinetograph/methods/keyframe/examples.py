@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion, repeat, resample
@@ -98,11 +97,6 @@ def leg_length(skeleton: Skeleton) -> float:
         length += float(np.linalg.norm(skeleton.offsets[joint]))
         joint = int(skeleton.parents[joint])
     return max(length, 1e-6)
-
-
-def headings(motion: Motion) -> FloatArray:
-    """The root's turn about the vertical, shape ``(F,)`` radians, not unwrapped."""
-    return rot.heading(motion.rotations[:, 0])
 
 
 def mean_heading(angles: FloatArray) -> float:

@@ -16,8 +16,8 @@ from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground, role_positions, velocities
 from kinetograph.learn._graph_kernels import row_distances
-from kinetograph.methods.keyframe.examples import Example, headings, leg_length
-from kinetograph.motion import Motion
+from kinetograph.methods.keyframe.examples import Example, leg_length
+from kinetograph.motion import Motion, headings
 from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES
 from kinetograph.skeleton import Skeleton

@@ -14,8 +14,8 @@ from kinetograph.learn.hmm import outputs_by_bayes, viterbi
 from kinetograph.learn.kmeans import Quantiser, kmeans
 from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
 from kinetograph.learn.reduction import Pca, fit_pca
-from kinetograph.methods.keyframe.examples import Example, adopt, headings, mean_heading
-from kinetograph.motion import Motion, resample
+from kinetograph.methods.keyframe.examples import Example, adopt, mean_heading
+from kinetograph.motion import Motion, headings, resample
 
 
 @dataclass(frozen=True)

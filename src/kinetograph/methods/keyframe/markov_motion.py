@@ -13,9 +13,8 @@ from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
 from kinetograph.learn.kmeans import squared_distances
-from kinetograph.methods.keyframe.examples import headings
 from kinetograph.methods.keyframe.markov import PaperModel, Plan
-from kinetograph.motion import Motion, cut, place
+from kinetograph.motion import Motion, cut, headings, place
 from kinetograph.post.contacts import carry
 from kinetograph.post.crossfade import crossfade, smooth_weights
 from kinetograph.synthesis import Piece, Synthesis

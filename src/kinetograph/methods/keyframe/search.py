@@ -12,8 +12,9 @@ from kinetograph.keys import Key
 from kinetograph.learn.goals import Goal, SearchOptions, Walk, least_leg, least_steps
 from kinetograph.learn.timed_search import search
 from kinetograph.learn.transitions import Graph, discourage, find_transitions, lasts
-from kinetograph.methods.keyframe.examples import Example, headings
+from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.features import PoseFeatures, fastest_step, key_distances, pose_features
+from kinetograph.motion import headings
 
 UNLIKE = 20.0
 """What a transition costs more in an alternative to a walk that has one like it: a quarter of a metre's gap."""
