@@ -14,7 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.formats import load
 from kinetograph.kinematics import forward, role_positions
 from kinetograph.motion import Motion, cut
-from kinetograph.post.retarget import retarget
+from kinetograph.post import retarget
 
 FRAMES = 1500
 STILL = 0.05  # metres a second

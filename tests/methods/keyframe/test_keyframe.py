@@ -21,7 +21,7 @@ from kinetograph.methods.keyframe.markov import plan, pose_vectors
 from kinetograph.methods.keyframe.model import KeyframeModel, PaperSettings, SearchSettings
 from kinetograph.motion import Motion, cut, headings, place
 from kinetograph.post.assemble import PostSettings
-from kinetograph.post.crossfade import crossfade
+from kinetograph.post.crossfading import crossfade
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take

@@ -16,7 +16,7 @@ from kinetograph.learn.kmeans import squared_distances
 from kinetograph.methods.keyframe.markov import PaperModel, Plan
 from kinetograph.motion import Motion, cut, headings, place
 from kinetograph.post.contacts import carry
-from kinetograph.post.crossfade import crossfade, smooth_weights
+from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.synthesis import Piece, Synthesis
 
 _JUMP = 1e3  # weighs a seam against a distance in PCA space: fewer seams come first

@@ -9,7 +9,7 @@ from kinetograph.keys import Key
 from kinetograph.learn.goals import Walk
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.search import SearchModel, pinned
-from kinetograph.post.assemble import Part, PostSettings, assemble, edits
+from kinetograph.post.assemble import Part, PostSettings, edits, join_parts
 from kinetograph.post.contacts import carry
 from kinetograph.post.footskate import clean_feet
 from kinetograph.post.meet import Waypoint, bend, meet_poses
@@ -28,8 +28,8 @@ def realize_walk(
     pieces, examples = place_pieces(model, keys, walk)
     parts = [_part(piece, model.examples[number]) for piece, number in zip(pieces, examples, strict=True)]
     frames = round(walk.clocks[-1]) + 1
-    motion = assemble(parts, fps, frames, post)
-    contacts = carry((part.piece, part.marks) for part in parts)
+    motion = join_parts(parts, fps, frames, post)
+    contacts = carry((part.piece, part.annotations) for part in parts)
     points = waypoints(model, keys, walk)
     motion = meet_poses(bend(motion, points), points, model.settings.decay)
     if post.footskate:

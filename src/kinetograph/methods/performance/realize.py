@@ -16,7 +16,7 @@ from kinetograph.learn.segmental import SegmentalPath, padded_width
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.segments import Segment
 from kinetograph.motion import Motion, sample
-from kinetograph.post.assemble import Part, assemble, constrain, edits
+from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.sampling import interpolate
@@ -53,14 +53,14 @@ def realize(
         parts.append(Part(piece, _scaled(source.motion, piece.scale), source.marks))
     out_fps = model.sources[0].motion.fps
     frames = int(np.floor(duration * out_fps + 1e-6)) + 1
-    marks = _until(duration, carry((part.piece, part.marks) for part in parts))
+    marks = _until(duration, carry((part.piece, part.annotations) for part in parts))
     holds: tuple[Hold, ...] = ()
     if partner is not None and method.post.handholds:
         taken = [(p, model.sources[s.source]) for p, s in zip(pieces, segments, strict=True)]
         if told:
             marks = (*(n for n in marks if n.kind != "handhold"), *(replace(n, track="motion") for n in told))
         holds = carried_holds(taken, marks, partner, frames, out_fps, model.sources if told else ())
-    joined = assemble(parts, out_fps, frames, method.post)
+    joined = join_parts(parts, out_fps, frames, method.post)
     motion = constrain(joined, marks, holds, method.post, model.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(model.instances.states)}
     statistics["optimal"] = int(path.proved)
