@@ -244,3 +244,20 @@ def test_twist_is_what_is_left_beside_the_swing(angle: float, direction: float, 
     q = rot.multiply(rot.exp(swing * level), rot.about("y", angle))
     assert rot.twist(q, "y") == pytest.approx(angle, abs=1e-9)
     assert rot.twist(-q, "y") == pytest.approx(angle, abs=1e-9)
+
+
+@given(_SEEDS)
+def test_without_heading_what_is_left_faces_ahead(seed: int) -> None:
+    q = _random(seed, 5)
+    level = rot.without_heading(q)
+    np.testing.assert_allclose(rot.heading(level), 0.0, atol=1e-9)
+    _same(rot.multiply(rot.about("y", rot.heading(q)), level), q)
+    # whatever the heading was, the same is left
+    _same(rot.without_heading(rot.multiply(rot.about("y", 1.3), q)), level)
+
+
+@given(_SEEDS, _ANGLES)
+def test_a_rotation_about_the_vertical_adds_to_the_heading(seed: int, angle: float) -> None:
+    q = _random(seed)
+    ahead = float(rot.heading(rot.multiply(rot.about("y", angle), q)) - rot.heading(q))
+    assert np.exp(1j * ahead) == pytest.approx(np.exp(1j * angle), abs=1e-9)
