@@ -104,11 +104,11 @@ def test_points_on_the_ground_lie_below_where_they_were(seed: int) -> None:
 def test_velocities_are_central_differences() -> None:
     times = np.arange(6) / 10
     positions = np.stack([3 * times, times**2, np.ones(6)], axis=1)
-    found = velocities(positions, 10.0)
-    np.testing.assert_allclose(found[:, 0], 3.0)
-    np.testing.assert_allclose(found[1:-1, 1], 2 * times[1:-1])
-    np.testing.assert_allclose(found[[0, -1], 1], [0.1, 0.9])
-    np.testing.assert_allclose(found[:, 2], 0.0)
+    rates = velocities(positions, 10.0)
+    np.testing.assert_allclose(rates[:, 0], 3.0)
+    np.testing.assert_allclose(rates[1:-1, 1], 2 * times[1:-1])
+    np.testing.assert_allclose(rates[[0, -1], 1], [0.1, 0.9])
+    np.testing.assert_allclose(rates[:, 2], 0.0)
     np.testing.assert_array_equal(velocities(positions[:1], 10.0), np.zeros((1, 3)))
 
 

@@ -58,14 +58,14 @@ def _imported(tree: ast.AST) -> list[tuple[str, str]]:
 
     The name is empty where a whole module is imported.
     """
-    found = []
+    imports = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found += [(alias.name, "") for alias in node.names]
+            imports += [(alias.name, "") for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"line {node.lineno}: imports are absolute"
-            found += [(node.module or "", alias.name) for alias in node.names]
-    return [(module, name) for module, name in found if module.split(".")[0] == "kinetograph"]
+            imports += [(node.module or "", alias.name) for alias in node.names]
+    return [(module, name) for module, name in imports if module.split(".")[0] == "kinetograph"]
 
 
 def _tops(tree: ast.AST) -> set[str]:
@@ -220,12 +220,12 @@ def _long_functions(tree: ast.AST) -> dict[str, int]:
 
 
 def _large_classes(tree: ast.AST) -> dict[str, int]:
-    found = {}
+    counts = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef):
             members = [n.name for n in node.body if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-            found[node.name] = len([name for name in members if not name.startswith("__")])
-    return {name: count for name, count in found.items() if count > _MANY}
+            counts[node.name] = len([name for name in members if not name.startswith("__")])
+    return {name: count for name, count in counts.items() if count > _MANY}
 
 
 def test_sizes_are_measured_without_docstrings_and_special_methods() -> None:

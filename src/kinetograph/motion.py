@@ -316,8 +316,8 @@ def repeat(motion: Motion, times: int) -> Motion:
     Parameters
     ----------
     motion : Motion
-        One cycle. Its last frame is taken to be the pose of its first one, a cycle later; what is missing is spread
-        over the cycle, see `close_loop`.
+        One cycle. Its last frame is taken to be the pose of its first one, a cycle later; the gap between the two is
+        spread over the cycle, see `close_loop`.
     times : int
         How often it is played.
 

@@ -172,7 +172,15 @@ class Skeleton:
             raise RequestError(f"no joint plays the role {role!r}; {hint}; name it with --role") from None
 
     def index(self, name: str) -> int:
-        """Index of the joint called ``name``.
+        """Index of a joint.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        int
 
         Raises
         ------

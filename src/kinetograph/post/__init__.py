@@ -11,7 +11,6 @@ from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import clean_feet, contact_mask
-from kinetograph.post.inverse_kinematics import reach
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
@@ -48,7 +47,6 @@ __all__ = [
     "meet_poses",
     "merge",
     "parse_table",
-    "reach",
     "retarget",
     "seen_ranges",
     "smooth_weights",

@@ -27,7 +27,7 @@ class PostSettings:
     Parameters
     ----------
     blend : {"inertialised", "linear", "none"}
-        How consecutive pieces are made to meet, see `kinetograph.post.blend`; ``"linear"`` is the thesis' blend.
+        How consecutive pieces are made to meet, see ``kinetograph.post.blend``; ``"linear"`` is the thesis' blend.
     blend_duration : float
         Seconds before and after a seam over which it is corrected.
     footskate : bool

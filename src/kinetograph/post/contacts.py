@@ -40,7 +40,17 @@ def carry(pieces: Iterable[tuple[Piece, tuple[Annotation, ...]]], track: str = "
 
 
 def contacts_of(annotations: Iterable[Annotation], kind: str = "contact") -> tuple[Annotation, ...]:
-    """The annotations of one kind, by default the contacts."""
+    """The annotations of one kind, by default the contacts.
+
+    Parameters
+    ----------
+    annotations : iterable of Annotation
+    kind : str
+
+    Returns
+    -------
+    tuple of Annotation
+    """
     return tuple(note for note in annotations if note.kind == kind)
 
 

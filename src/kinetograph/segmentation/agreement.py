@@ -20,7 +20,7 @@ class CutAgreement:
 
     Parameters
     ----------
-    found, expected : int
+    detected, expected : int
         Numbers of detected and of expected cuts.
     matched : int
         Number of pairs of one of each, at most ``tolerance`` apart.
@@ -30,7 +30,7 @@ class CutAgreement:
         Seconds.
     """
 
-    found: int
+    detected: int
     expected: int
     matched: int
     offset: float
@@ -39,7 +39,7 @@ class CutAgreement:
     @property
     def precision(self) -> float:
         """Share of the detected cuts that were expected."""
-        return self.matched / self.found if self.found else 0.0
+        return self.matched / self.detected if self.detected else 0.0
 
     @property
     def recall(self) -> float:
@@ -49,10 +49,10 @@ class CutAgreement:
     @property
     def f1(self) -> float:
         """Harmonic mean of precision and recall."""
-        return 2 * self.matched / max(self.found + self.expected, 1)
+        return 2 * self.matched / max(self.detected + self.expected, 1)
 
 
-def compare_cuts(found: Sequence[float], expected: Sequence[float], tolerance: float = 0.1) -> CutAgreement:
+def compare_cuts(detected: Sequence[float], expected: Sequence[float], tolerance: float = 0.1) -> CutAgreement:
     """Detected cuts compared with those that a person made.
 
     Cuts are paired one to one, as many as can be within the tolerance and as closely as they can be. Cuts detected
@@ -60,7 +60,7 @@ def compare_cuts(found: Sequence[float], expected: Sequence[float], tolerance: f
 
     Parameters
     ----------
-    found, expected : sequence of float
+    detected, expected : sequence of float
         Seconds.
     tolerance : float
         Seconds between the two cuts of a pair.
@@ -82,7 +82,7 @@ def compare_cuts(found: Sequence[float], expected: Sequence[float], tolerance: f
     if len(expected) == 0 or not tolerance > 0:
         raise RequestError(f"expected a cut or more and a tolerance above 0, found {len(expected)} and {tolerance}")
     truth = np.sort(np.asarray(expected, dtype=np.float64))
-    times = np.sort(np.asarray(found, dtype=np.float64))
+    times = np.sort(np.asarray(detected, dtype=np.float64))
     times = times[(times >= truth[0] - tolerance) & (times <= truth[-1] + tolerance)]
     apart = np.abs(times[:, None] - truth)
     near = apart <= tolerance + 1e-9
@@ -93,12 +93,12 @@ def compare_cuts(found: Sequence[float], expected: Sequence[float], tolerance: f
     return CutAgreement(len(times), len(truth), len(pairs), offset, tolerance)
 
 
-def compare_labels(found: Iterable[Annotation], expected: Iterable[Annotation]) -> float:
+def compare_labels(detected: Iterable[Annotation], expected: Iterable[Annotation]) -> float:
     """Detected labels compared with those that a person gave.
 
     Parameters
     ----------
-    found, expected : iterable of Annotation
+    detected, expected : iterable of Annotation
         Of one kind, on one track.
 
     Returns
@@ -107,14 +107,14 @@ def compare_labels(found: Iterable[Annotation], expected: Iterable[Annotation]) 
         Share of the time labelled by the person over which exactly the same labels were detected; not a number where
         there is no such time.
     """
-    found, expected = tuple(found), tuple(expected)
-    times = sorted({t for note in (*found, *expected) for t in (note.start, note.stop)})
+    detected, expected = tuple(detected), tuple(expected)
+    times = sorted({t for note in (*detected, *expected) for t in (note.start, note.stop)})
     labelled = agreed = 0.0
     for start, stop in itertools.pairwise(times):
         middle = 0.5 * (start + stop)
         truth = _labels_at(expected, middle)
         labelled += (stop - start) * bool(truth)
-        agreed += (stop - start) * bool(truth and truth == _labels_at(found, middle))
+        agreed += (stop - start) * bool(truth and truth == _labels_at(detected, middle))
     return agreed / labelled if labelled else float("nan")
 
 
