@@ -12,7 +12,7 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, ReadOptions, read
 from kinetograph.keys import Key
 from kinetograph.library import Library
-from kinetograph.methods.keyframe.model import KeyframeControl
+from kinetograph.methods.keyframe import KeyframeControl
 from kinetograph.methods.performance.ground_path import smooth_path
 from kinetograph.methods.performance.grow import (
     GROWN,
