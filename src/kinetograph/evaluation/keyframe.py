@@ -96,8 +96,8 @@ def seam_jump(result: Synthesis, recorded: Mapping[str, float]) -> float:
     ----------
     result : Synthesis
     recorded : mapping of str to float
-        `recorded_jumps` of the library. A seam is compared with the livelier of the two takes that meet there, for the
-        steps of a run are jumps to one who lies on the floor.
+        `recorded_jumps` of the library. A seam is compared with that of the two takes that has the larger jumps: the
+        steps of a run are jumps compared with lying on the floor.
     """
     jumps = speed_jumps(result.motion)
     worst = 0.0

@@ -51,12 +51,8 @@ def viterbi(
     >>> states.tolist(), round(float(np.exp(score)), 5)
     ([1, 0, 0], 0.01344)
     """
+    _check(transitions, outputs, observed)
     states = len(transitions)
-    if transitions.shape != (states, states) or len(outputs) != states or len(observed) == 0:
-        raise DataError(
-            f"expected transitions (M, M), outputs (M, K) and one observation or more, "
-            f"found {transitions.shape}, {outputs.shape} and {len(observed)}"
-        )
     start = np.full(states, 1.0 / states) if initial is None else np.asarray(initial, dtype=np.float64)
     with np.errstate(divide="ignore"):
         score, back = _forward(np.log(transitions), np.log(outputs)[:, observed].T, np.log(start))
@@ -67,6 +63,15 @@ def viterbi(
     for before in back[:0:-1]:
         path.append(int(before[path[-1]]))
     return np.array(path[::-1], dtype=np.int64), float(score[final])
+
+
+def _check(transitions: FloatArray, outputs: FloatArray, observed: IntArray) -> None:
+    states = len(transitions)
+    if transitions.shape != (states, states) or len(outputs) != states or len(observed) == 0:
+        raise DataError(
+            f"expected transitions (M, M), outputs (M, K) and one observation or more, "
+            f"found {transitions.shape}, {outputs.shape} and {len(observed)}"
+        )
 
 
 def _forward(transitions: FloatArray, emitted: FloatArray, initial: FloatArray) -> tuple[FloatArray, IntArray]:

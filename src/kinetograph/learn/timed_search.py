@@ -95,7 +95,7 @@ class _Frontier:
 
 
 def _start(problem: TimedProblem) -> _Frontier:
-    """Routes from every frame of the first goal, turned to its heading and moved to its place."""
+    """Routes from every frame of the first goal, rotated to its heading and moved to its place."""
     goal, frontier = problem.start, _Frontier()
     rotation = np.ones(len(goal.frames), dtype=np.complex128)
     if goal.heading is not None:

@@ -99,8 +99,8 @@ def find_transitions(
     Notes
     -----
     The nearest neighbours come from a KD-tree over the principal components; their distances are then taken in full. A
-    match serves both ways, so that a frame that is nobody's neighbour can still be reached from its own. In a large
-    library not every frame is matched, but every n-th.
+    match is used in both directions, so that a frame that is among no other's neighbours can still be reached from its
+    own. In a large library not every frame is matched, but every n-th.
     """
     frames = np.arange(len(last))
     leaving = frames[1:][last[1:] == last[:-1]]

@@ -46,7 +46,7 @@ def realize_route(
     decay : float
         Seconds over which the edit that meets a key fades.
     warnings : tuple of str
-        What the result is to say.
+        Those of the result.
     """
     pieces = place_pieces(index, keys[0], route)
     owners = [index.locate(segment.frame)[0] for segment in route.segments]
@@ -74,7 +74,7 @@ def realize_route(
 
 
 def edit_statistics(edited: FloatArray, pieces: int, examples: int) -> dict[str, float]:
-    """Figures of a result of so many pieces, of so many examples; edited ``(F,)``: metres, see `Synthesis`."""
+    """Figures of a result of so many pieces, of so many examples; edited ``(F,)``: metres, see `kinetograph.synthesis.Synthesis`."""
     return {
         "frames": len(edited),
         "pieces": pieces,

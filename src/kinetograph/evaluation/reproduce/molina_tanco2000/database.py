@@ -1,4 +1,4 @@
-"""The recordings that take the place of the paper's, and keys in them."""
+"""The recordings that are used instead of the paper's, and keys in them."""
 
 from __future__ import annotations
 
