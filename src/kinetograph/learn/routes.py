@@ -91,7 +91,7 @@ class OpenRoutes:
         return OpenRoutes(*(value[index] for value in vars(self).values()))
 
     def with_values(self, **changes: object) -> OpenRoutes:
-        """The routes with other columns. Faster than ``dataclasses.replace``, which a search would call at every step."""
+        """The routes with other columns; faster than ``dataclasses.replace``, and called at every step of a search."""
         return OpenRoutes(**{**vars(self), **changes})
 
 

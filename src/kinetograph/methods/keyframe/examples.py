@@ -16,7 +16,6 @@ from kinetograph.methods.recordings import (
     collect,
     looped,
     mirrored_annotations,
-    require_same_joints,
     same_joints,
 )
 from kinetograph.mirroring import mirror
@@ -84,7 +83,6 @@ def collect_examples(
         joints.
     """
     recordings = collect(library, exclude=exclude, track=track, progress=progress)
-    require_same_joints(recordings)
     skeleton = recordings[0].motion.skeleton
     examples: list[Example] = []
     for recording in recordings:

@@ -74,7 +74,15 @@ def realize_route(
 
 
 def edit_statistics(edited: FloatArray, pieces: int, examples: int) -> dict[str, float]:
-    """Figures of a result of so many pieces, of so many examples; edited ``(F,)``: metres, see `kinetograph.synthesis.Synthesis`."""
+    """Figures of a result.
+
+    Parameters
+    ----------
+    edited : ndarray, shape (F,)
+        Metres, see `kinetograph.synthesis.Synthesis`.
+    pieces, examples : int
+        How many there are.
+    """
     return {
         "frames": len(edited),
         "pieces": pieces,
