@@ -25,7 +25,7 @@ class Key:
     position : tuple of float, (x, z), optional
         Where the root joint is to be above the ground, in metres; free unless given.
     heading : float, optional
-        Heading of the root in radians, see `kinetograph.motion.headings`; free unless given.
+        Heading of the root in radians, see `kinetograph.rotations.heading`; free unless given.
     roles : tuple of str, optional
         The parts of the body that count; the whole pose unless given.
     label : str, optional

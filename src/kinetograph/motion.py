@@ -246,17 +246,19 @@ def concatenate(motions: list[Motion]) -> Motion:
     )
 
 
-def headings(motion: Motion) -> FloatArray:
-    """Heading of the root at every frame, shape ``(F,)``, in radians from -pi to pi.
-
-    See `kinetograph.rotations.heading` for quaternions, and `unwrapped_headings` for angles without jumps.
-    """
-    return rot.heading(motion.rotations[:, 0])
-
-
 def unwrapped_headings(motion: Motion) -> FloatArray:
-    """Heading of the root at every frame, shape ``(F,)``, in radians without jumps of 2 pi between frames."""
-    return np.unwrap(headings(motion))
+    """Heading of the root at every frame, without jumps of 2 pi from frame to frame.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Radians; the first lies between -pi and pi, as `kinetograph.rotations.heading` gives it.
+    """
+    return np.unwrap(rot.heading(motion.rotations[:, 0]))
 
 
 def close_loop(motion: Motion) -> Motion:
