@@ -16,7 +16,7 @@ from kinetograph.methods.sensor.result import SensorSynthesis, warnings_of
 from kinetograph.methods.sensor.root import RootIntegrator
 from kinetograph.methods.sensor.smoothing import Smoother
 from kinetograph.motion import Motion
-from kinetograph.post.footskate import clean_feet
+from kinetograph.post import clean_feet
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import LiveUniform, Readings, Resampling, renumbered

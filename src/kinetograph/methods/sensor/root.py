@@ -15,9 +15,9 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.sensor._root_kernels import landmarks_of_pose
-from kinetograph.motion import Motion
-from kinetograph.post.footskate import contact_mask
-from kinetograph.segmentation.footplants import CONTACT_ROLES, detect_contacts
+from kinetograph.motion import Motion, unwrapped_headings
+from kinetograph.post import contact_mask
+from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
 
 FIXED = 4
@@ -88,7 +88,7 @@ def root_features(motion: Motion, model: RootModel) -> FloatArray:
     ndarray, shape (F, 4 + L)
         Velocity x and z in m/s, yaw rate in rad/s, height in metres; then 1 for each point in contact, else 0.
     """
-    heading = np.unwrap(rot.heading(motion.rotations[:, 0]))
+    heading = unwrapped_headings(motion)
     velocity = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
     yaw_rate = velocities(heading, motion.fps)
     height = motion.translation[:, 1] - ground_level(motion)
