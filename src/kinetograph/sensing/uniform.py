@@ -153,7 +153,7 @@ class _Buffer:
 class LiveUniform:
     """The same as `uniform` for rows that arrive one after another.
 
-    `add` takes rows, then `ready` gives the values that no later row can change.
+    ``add`` takes rows, then ``ready`` gives the values that no later row can change.
 
     Parameters
     ----------

@@ -132,7 +132,7 @@ class FrameEstimates:
 
 
 class LiveSensor:
-    """A run of a model over a stream of readings: `step`, `step`, ..., `finish`.
+    """A run of a model over a stream of readings: ``step``, ``step``, ..., ``finish``.
 
     Parameters
     ----------
