@@ -14,7 +14,7 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, assemble, constrain, edits
+from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.synthesis import Piece, Synthesis
@@ -36,7 +36,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
-    joined = assemble(recorded.parts, fps, frames, fitted.settings.post)
+    joined = join_parts(recorded.parts, fps, frames, fitted.settings.post)
     motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.joint_ranges)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
