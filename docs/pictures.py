@@ -21,7 +21,7 @@ from kinetograph.drawing.stage import Camera, Figure, draw, posed
 from kinetograph.formats import body_of
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import cut, resample
-from kinetograph.post.retarget import retarget
+from kinetograph.post import retarget
 from kinetograph.samples.characters import human
 
 IMAGES = Path(__file__).parent / "images"

@@ -15,6 +15,7 @@ from clips import picture, rises, save_figure
 from kinetograph.drawing.pictures import contact_sheet
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions, velocities
+from kinetograph.methods.keyframe import ClusterChain
 
 library = rises()
 lying, running = (library.take(f"humanoid3d_{name}").motion() for name in ("getup_facedown", "run"))
@@ -24,7 +25,7 @@ keys = (key_at(lying, 0.0), key_at(running, 0.4))
 # The same two keys, by the paper's method and by the search
 # ----------------------------------------------------------
 
-chain = kg.KeyframeControl(mode="paper").fit(library, rng=np.random.default_rng(0)).synthesize(keys)
+chain = kg.KeyframeControl(solver=ClusterChain()).fit(library, rng=np.random.default_rng(0)).synthesize(keys)
 search = kg.KeyframeControl().fit(library).synthesize(keys)
 contact_sheet(chain.motion, picture("cluster_chain.png"), title="by the paper's cluster chain", frames=12)
 

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 import kinetograph as kg
 from clips import save_figure
 from kinetograph.methods.performance import PointsByRole, Similarity
-from kinetograph.post.assemble import PostSettings
+from kinetograph.post import PostSettings
 from kinetograph.skeleton import Landmark
 
 RATE = 40.0  # samples per unit of length: what is a second of a motion is a unit of a curve here

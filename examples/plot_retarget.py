@@ -14,7 +14,7 @@ from clips import clip, picture
 from kinetograph.drawing.pictures import strobe
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import place, repeat
-from kinetograph.post.retarget import retarget
+from kinetograph.post import retarget
 from kinetograph.segmentation import detect_contacts
 from kinetograph.skeleton import Skeleton
 

@@ -5,7 +5,7 @@ A public name is what `doors.py` says, and the public methods and properties of 
 - GL08, SS01, SS03, SS06: there is a docstring, and it begins with a summary of one line that ends with a full stop;
 - GL06, GL07: sections have numpydoc's names, in numpydoc's order;
 - PR01, PR02, PR03, PR10: the parameters are those of the signature, in its order. A docstring of one line, and one
-  whose function has a single parameter, may do without a list of them; a dataclass may not.
+  whose function has one or two parameters, may do without a list of them. A dataclass lists the fields that it adds.
 """
 
 from __future__ import annotations
@@ -60,15 +60,21 @@ def failures_of(path: str, value: Any) -> list[str]:
 
 
 def _excused(code: str, message: str, value: Any, text: str) -> bool:
-    """Whether a failure is within the house's rules: private fields, and short docstrings without a list."""
+    """Whether a failure is within the house's rules: private or inherited fields, short docstrings without a list."""
     if code != "PR01":
         return False
-    missing = set(re.findall(r"'([^']+)'", message))
-    if all(name.startswith("_") for name in missing):
-        return True
-    if "----------" in text or dataclasses.is_dataclass(value):
-        return False
-    return len(text.strip().splitlines()) == 1 or len(missing) == 1
+    missing = {name for name in re.findall(r"'([^']+)'", message) if not name.startswith("_")}
+    if dataclasses.is_dataclass(value):
+        return missing <= _inherited(value)
+    if "----------" in text:
+        return not missing
+    return len(text.strip().splitlines()) == 1 or len(missing) <= 2
+
+
+def _inherited(cls: Any) -> set[str]:
+    """The fields of the dataclasses that a class is derived from."""
+    bases = [base for base in cls.__mro__[1:] if dataclasses.is_dataclass(base)]
+    return {field.name for base in bases for field in dataclasses.fields(base)}
 
 
 if __name__ == "__main__":
