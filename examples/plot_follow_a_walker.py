@@ -35,7 +35,7 @@ strobe(
 # How close
 # ---------
 #
-# The hands and feet of the walker are no part of the control. The hips alone tell much of the gait: its phase, its
+# The hands and feet of the walker are no part of the control. The hips alone give much of the gait: its phase, its
 # speed and its turns.
 
 reference = resample(walker, result.motion.fps)

@@ -43,7 +43,7 @@ save_figure(figure, "provenance.png")
 # Edited frames
 # -------------
 #
-# Keyframe control also tells how far each frame is from the recording it came from: poses that are met, feet that are
+# Keyframe control also says how far each frame is from the recording it came from: poses that are met, feet that are
 # held.
 
 library = rises()

@@ -2,7 +2,7 @@
 A wrist sensor drives a body
 ============================
 
-An accelerometer tells of one limb. What the rest of the body does comes from recordings: the path through the library
+An accelerometer measures one limb. What the rest of the body does comes from recordings: the path through the library
 whose virtual sensors would have read the same. Here one to eight sensors of the preset ``wii`` are simulated on a walk
 that the library does not have.
 """
@@ -46,7 +46,7 @@ save_figure(figure, "sensor_readings.png")
 # -----------------------------
 #
 # A model is fitted to a layout: fewer sensors, another model. Errors are angles between the joints' rotations and the
-# true ones, the heading left out, since an accelerometer cannot tell it.
+# true ones, the heading left out, since an accelerometer does not measure it.
 
 
 def error(made: kg.Motion) -> float:

@@ -43,7 +43,7 @@ strobe(result.motion, picture("walk_a_path.png"), path_signal=path)
 # What it is made of
 # ------------------
 #
-# Every piece tells which seconds of which recording it is, and how much they were stretched.
+# Every piece says which seconds of which recording it is, and how much they were stretched.
 
 for piece in result.pieces[:6]:
     source = f"{piece.take} {piece.source_start:.2f} to {piece.source_stop:.2f} s"
