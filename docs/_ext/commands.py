@@ -47,22 +47,21 @@ def section(name: str, command: Any) -> str:
     lines = [f"## {name}", "", *text_of(command)]
     groups: dict[str, list[Any]] = {}
     for parameter in options_of(command):
-        groups.setdefault(getattr(parameter, "rich_help_panel", None) or "", []).append(parameter)
+        groups.setdefault(getattr(parameter, "rich_help_panel", None) or "Options", []).append(parameter)
     for heading, parameters in groups.items():
         lines += ["", f"| {heading} | |", "|---|---|", *(f"| `{label(p)}` | {description(p)} |" for p in parameters)]
     return "\n".join([*lines, ""])
 
 
 def text_of(command: Any) -> list[str]:
-    """The paragraphs of a command's help, its examples set apart."""
+    """The paragraphs of a command's help, and its examples after them."""
     lines: list[str] = []
+    shown: list[str] = []
     for block in (command.help or "").strip().split("\n\n"):
-        text = " ".join(block.split())
-        before, *examples = text.split("Example: ")
+        before, *examples = " ".join(block.split()).split("Example: ")
         lines += [before.strip(), ""] if before.strip() else []
-        if examples:
-            lines += ["```console", *(f"$ {example.strip()}" for example in examples), "```", ""]
-    return lines
+        shown += [f"$ {example.strip()}" for example in examples]
+    return [*lines, "```console", *shown, "```", ""] if shown else lines
 
 
 def examples_of(command: Any) -> list[str]:
