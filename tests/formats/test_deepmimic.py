@@ -88,7 +88,7 @@ def test_uneven_rows_are_resampled_to_their_usual_rate(tmp_path: Path) -> None:
     motion = loaded.take.motion()
     assert motion.fps == 10
     np.testing.assert_allclose(motion.translation[:, 0], [0, 1, 2, 3, 4, 5], atol=1e-9)
-    assert "resampled to 10 frames a second" in loaded.notes[0]
+    assert "resampled to 10 frames per second" in loaded.notes[0]
 
 
 def test_quaternions_come_out_unit_long_and_without_flips(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def _broken(column: int, value: object) -> list[list[Any]]:
         (_broken(3, True), r"expected a finite number in frame 1, column 3, found true"),
         (_broken(0, 0.0), r"expected positive seconds to the next frame in frame 1, found 0"),
         (_broken(4, 0.0), r"expected a unit quaternion in frame 1, joint root, found length 0"),
-        ([_row(0.0)], r"expected positive seconds a frame, found 0 in frame 0; give the rate with --fps"),
+        ([_row(0.0)], r"expected positive seconds per frame, found 0 in frame 0; give the rate with --fps"),
         ([], r"expected at least one frame, found none"),
         (None, r'expected a DeepMimic object with a list "Frames", found the keys Loop, Frames'),
     ],

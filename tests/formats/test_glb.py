@@ -15,9 +15,11 @@ import pytest
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.formats import capsules, load, save
+from kinetograph.formats import body_capsules, load, rest_positions, save
+from kinetograph.formats.capsules import LEFT, RIGHT
 from kinetograph.formats.gltf import writer as glb
 from kinetograph.formats.options import WriteOptions
+from kinetograph.formats.surface import body_surface
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
@@ -181,8 +183,8 @@ def test_the_skin_moves_each_capsule_with_its_joint(case: str) -> None:
         bind = file.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
         move = world[skin["joints"]] @ bind
         skinned = np.einsum("vij,vj->vi", move[joints[:, 0]], np.c_[points, np.ones(len(points))])[:, :3]
-        body = capsules.surface(motion.skeleton)
-        local = body.points - capsules.rest_positions(motion.skeleton)[body.joints]
+        body = body_surface(motion.skeleton)
+        local = body.points - rest_positions(motion.skeleton)[body.joints]
         positions, turns = forward(cut(motion, 0, 1))
         expected = positions[0, body.joints] + rot.rotate(turns[0, body.joints], local)
         assert np.abs(skinned - expected).max() < 1e-5
@@ -205,7 +207,7 @@ def test_keys_start_at_zero_and_rise_and_quaternions_are_unit_and_continuous(cas
 
 @pytest.mark.parametrize("skeleton", [humanoid(), chain(1), chain(4)], ids=["humanoid", "lone joint", "chain"])
 def test_the_body_is_closed_and_faces_outward(skeleton: Skeleton) -> None:
-    body = capsules.surface(skeleton)
+    body = body_surface(skeleton)
     assert np.abs(np.linalg.norm(body.normals, axis=1) - 1).max() < 1e-9
     a, b, c = (body.points[body.triangles[:, i]] for i in range(3))
     faces = np.cross(b - a, c - a)
@@ -219,11 +221,11 @@ def test_the_body_is_closed_and_faces_outward(skeleton: Skeleton) -> None:
 
 def test_the_body_of_a_person_has_sides_and_human_proportions() -> None:
     skeleton = humanoid()
-    found = {(bone.part, bone.side): bone for bone in capsules.bones(skeleton)}
+    found = {(bone.part, bone.side): bone for bone in body_capsules(skeleton)}
     assert {part for part, _ in found} >= {"torso", "pelvis", "thigh", "shin", "foot", "upper arm", "forearm", "hand"}
-    assert {side for part, side in found if part == "thigh"} == {capsules.LEFT, capsules.RIGHT}
+    assert {side for part, side in found if part == "thigh"} == {LEFT, RIGHT}
     assert found["torso", 0].radii[0] > found["thigh", 1].radii[0] > found["hand", 1].radii[0]
-    body = capsules.surface(skeleton)
+    body = body_surface(skeleton)
     extent = np.ptp(body.points, axis=0)
     assert 1.5 < extent[1] < 1.9
     assert np.all(body.points[body.joints == skeleton.names.index("left_hand")][:, 0] > 0)

@@ -1,4 +1,4 @@
-"""C3D and NumPy archives: independent readers, textbook bytes, archives made to do harm."""
+"""C3D and NumPy archives: independent readers, textbook bytes, malicious archives."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_an_array_of_a_billion_frames_is_refused_before_there_is_room_for_it(tmp
 
 
 def test_zip_bombs_and_objects_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="is it made to do harm"):
+    with pytest.raises(FormatError, match="is the file malicious"):
         load(archive(tmp_path, "poses.npy", bytes(200_000_000)))
     buffer = io.BytesIO()
     np.save(buffer, np.array([{}], dtype=object), allow_pickle=True)
