@@ -10,8 +10,7 @@ from PIL import Image
 
 from kinetograph import rotations as rot
 from kinetograph.character import Skin
-from kinetograph.drawing import _kernels
-from kinetograph.drawing.film import film, sheet
+from kinetograph.drawing import _kernels, character_film, character_sheet
 from kinetograph.drawing.stage import Camera, draw, posed
 from kinetograph.errors import RequestError
 from kinetograph.formats.deepmimic import skeleton
@@ -72,17 +71,17 @@ def test_a_ball_of_known_size_covers_what_it_should() -> None:
 
 
 def test_a_sheet_and_a_film(tmp_path: Path) -> None:
-    sheet(stand(), tmp_path / "a.png", frames=3)
+    character_sheet(stand(), tmp_path / "a.png", frames=3)
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (720, 300)
         assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 200
-    film(stand(), tmp_path / "a.gif", seconds=0.2)
+    character_film(stand(), tmp_path / "a.gif", seconds=0.2)
     with Image.open(tmp_path / "a.gif") as moving:
-        assert moving.n_frames == 5  # type: ignore[attr-defined]
+        assert moving.n_frames == 5
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match=r"is a \.gif file"):
-        film(stand(), tmp_path / "a.mp4")
+        character_film(stand(), tmp_path / "a.mp4")
     with pytest.raises(RequestError, match=r"is a \.png file"):
-        sheet(stand(), tmp_path / "a.jpg")
+        character_sheet(stand(), tmp_path / "a.jpg")

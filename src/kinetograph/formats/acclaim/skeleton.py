@@ -149,9 +149,8 @@ def _bones(path: Path, lines: list[Line]) -> dict[str, AsfBone]:
     for block in _blocks(path, lines):
         fields = {words[0].lower(): (number, words[1:]) for number, words in block}
         line = block[0][0] if block else None
-        missing = next(
-            (key for key in ("name", "direction", "length", "axis") if not fields.get(key, (0, []))[1]), None
-        )
+        needed = ("name", "direction", "length", "axis")
+        missing = next((key for key in needed if not fields.get(key, (0, []))[1]), None)
         if missing:
             raise FormatError(path, f"expected a {missing} of this bone, found none", line=line)
         name = fields["name"][1][0]

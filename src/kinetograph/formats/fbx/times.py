@@ -43,4 +43,4 @@ def rate_of_keys(keys: list[FloatArray], mode: int, custom: float) -> tuple[floa
     near = [rate for rate in (stated, *TIME_MODES.values()) if abs(rate / measured - 1) < 5e-4]
     fps = near[0] if near else measured
     same = bool(near) and near[0] == stated
-    return fps, [] if same else [f"keys are {fps:g} a second, though the file says {stated:g} frames per second"]
+    return fps, [] if same else [f"keys are {fps:g} per second, though the file says {stated:g} frames per second"]
