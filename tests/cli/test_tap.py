@@ -199,7 +199,7 @@ def test_times_are_read_from_what_editors_export(tmp_path: Path) -> None:
         ("0.5\nhalf\n", r"beats\.csv:2: expected seconds, 0 or more, in the first column, found 'half'"),
         ("0.5\nnan\n", r"beats\.csv:2: .* found 'nan'"),
         ("-1\n", r"beats\.csv:1: .* found '-1'"),
-        ("seconds\n", "expected seconds, one a line, found none"),
+        ("seconds\n", "expected seconds, one per line, found none"),
     ],
 )
 def test_times_that_are_none(tmp_path: Path, text: str, says: str) -> None:

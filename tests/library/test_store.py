@@ -638,5 +638,4 @@ def test_a_folder_may_have_any_name(tmp_path: Path) -> None:
 def test_a_copy_of_the_folder_is_the_library(library: Library, tmp_path: Path) -> None:
     library.add(walk_take("walk"))
     shutil.copytree(library.path, tmp_path / "copy")
-    with Library.open(tmp_path / "copy") as copy:
-        assert_same_track(copy.take("walk").motion(), walk())
+    assert_same_track(Library.open(tmp_path / "copy").take("walk").motion(), walk())
