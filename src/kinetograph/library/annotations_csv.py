@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from kinetograph.errors import DataError, FormatError
+from kinetograph.formats import atomic_path
 from kinetograph.library.info import TrackInfo
 from kinetograph.library.store import Library, annotations_of, contents
 from kinetograph.take import Annotation
@@ -38,8 +38,10 @@ def export_annotations(library: Library, path: str | Path, *, kind: str | None =
 
     Raises
     ------
+    RequestError
+        The file cannot be made.
     FormatError
-        The file cannot be written.
+        The file cannot be written, as the disk is full.
 
     Notes
     -----
@@ -49,7 +51,8 @@ def export_annotations(library: Library, path: str | Path, *, kind: str | None =
     kept = [(take, note) for take, note in notes if kind in (None, note.kind)]
     rows = [(take, n.track, n.kind, n.label, repr(n.start), repr(n.stop)) for take, n in kept]
     try:
-        _write_whole(Path(path), rows)
+        with atomic_path(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([HEADER, *rows])
     except OSError as error:
         raise FormatError(path, f"could not be written: {error.strerror}") from error
     return len(rows)
@@ -144,18 +147,6 @@ def read_times(path: str | Path) -> tuple[float, ...]:
     if not times:
         raise FormatError(path, "expected seconds, one per line, found none")
     return tuple(times)
-
-
-def _write_whole(path: Path, rows: Iterable[tuple[str, ...]]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(HEADER)
-            writer.writerows(rows)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Iterator[Row]:

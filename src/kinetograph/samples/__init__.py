@@ -7,7 +7,8 @@ the package, with pip's own configuration, so that its mirrors, proxies and cred
 from __future__ import annotations
 
 from kinetograph.samples.characters import CHARACTER, human
-from kinetograph.samples.fetching import DATA_VARIABLE, catalogue, fetch, where
+from kinetograph.samples.downloading import DATA_VARIABLE
+from kinetograph.samples.fetching import catalogue, fetch, where
 from kinetograph.samples.registry import Sample
 
 __all__ = ["CHARACTER", "DATA_VARIABLE", "Sample", "catalogue", "fetch", "human", "where"]
