@@ -50,7 +50,7 @@ class MarkerFit:
     notes: tuple[str, ...]
 
     def residuals(self) -> list[dict[str, str | float]]:
-        """Mean, 95 % and maximum of the misses in mm and the share of frames seen: one row per marker, and one for all."""
+        """Mean, 95 % and maximum of the misses in mm, and the share of frames seen, per marker and for all together."""
         rows = [_row(name, self.misses[:, i]) for i, name in enumerate(self.places)]
         return [*rows, _row("all", self.misses.reshape(-1))]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from kinetograph.samples.characters import CHARACTER, human
 from kinetograph.samples.downloading import DATA_VARIABLE
-from kinetograph.samples.fetching import catalogue, fetch, where
+from kinetograph.samples.fetching import catalogue, data_folders, fetch, where
 from kinetograph.samples.registry import Sample
 
-__all__ = ["CHARACTER", "DATA_VARIABLE", "Sample", "catalogue", "fetch", "human", "where"]
+__all__ = ["CHARACTER", "DATA_VARIABLE", "Sample", "catalogue", "data_folders", "fetch", "human", "where"]

