@@ -27,7 +27,7 @@ import kinetograph as kg
 from kinetograph.formats import WriteOptions, read, save
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion, cut
-from kinetograph.post.retarget import retarget
+from kinetograph.post import retarget
 from kinetograph.samples import data_folders, fetch, human
 from kinetograph.take import Take
 

@@ -118,8 +118,7 @@ def dressed(take: Take, skeleton: Skeleton | None, table: Path | None, scale: fl
         if table is not None or scale is not None:
             raise RequestError("--joint-table and --scale go with --retarget or --character")
         return take
-    from kinetograph.post.joint_table import joint_table, parse_table
-    from kinetograph.post.retarget import retarget
+    from kinetograph.post import joint_table, parse_table, retarget
 
     given = parse_table(table.read_text(encoding="utf-8"), table) if table and table.exists() else None
     tracks: dict[str, Track] = {}

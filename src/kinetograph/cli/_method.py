@@ -10,7 +10,7 @@ import typer
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance.model import PerformanceControl
+    from kinetograph.methods.performance import Alignment, PerformanceControl
 
 TargetTrack = Annotated[
     str | None, typer.Option("--target", "--track", help="The library's track to make, where takes have several.")
@@ -48,8 +48,7 @@ def configured(given: Given, partners: bool, channels: tuple[str, ...] = ()) -> 
 
     channels: the names of a control's channels, where it has no points.
     """
-    from kinetograph.methods.performance.control_points import Channels, PointsByRole
-    from kinetograph.methods.performance.model import PerformanceControl, partner_control
+    from kinetograph.methods.performance import Channels, Fixed, PerformanceControl, PointsByRole, partner_control
 
     method = partner_control() if partners else PerformanceControl()
     for name in ("continuity", "stretch", "rate", "span"):
@@ -59,14 +58,14 @@ def configured(given: Given, partners: bool, channels: tuple[str, ...] = ()) -> 
         method = replace(method, targets=weights_by_role(given.target_points, "--target-point"))
     if partners and channels and given.velocity is None:
         followed = weights_by_role(given.control_points or list(channels), "--control-point")
-        return replace(method, control=Channels(followed), alignment="none")
-    if isinstance(method.control, PointsByRole):
-        reading = method.control
+        return replace(method, control_points=Channels(followed), alignment=Fixed())
+    if isinstance(method.control_points, PointsByRole):
+        points = method.control_points
         if given.velocity is not None:
-            reading = replace(reading, velocity=given.velocity)
+            points = replace(points, velocity=given.velocity)
         if given.control_points:
-            reading = replace(reading, roles=weights_by_role(given.control_points, "--control-point"))
-        return replace(method, control=reading)
+            points = replace(points, roles=weights_by_role(given.control_points, "--control-point"))
+        return replace(method, control_points=points)
     if given.velocity is not None or given.control_points:
         raise RequestError("--velocity and --control-point are for partners; name their track with --target")
     return method
@@ -82,3 +81,19 @@ def weights_by_role(given: list[str], option: str) -> dict[str, float]:
         except ValueError:
             raise RequestError(f"{option} takes role=weight, as in left_toe=1; found {item!r}") from None
     return weights
+
+
+def aligned(name: str) -> Alignment:
+    """The group of transforms of a name. Raises RequestError, naming them all."""
+    from kinetograph.methods.performance import Fixed, Ground, Rigid, Similarity
+
+    groups: dict[str, type[Ground | Similarity | Rigid | Fixed]] = {
+        "ground": Ground,
+        "similarity": Similarity,
+        "rigid": Rigid,
+        "fixed": Fixed,
+        "none": Fixed,
+    }
+    if name not in groups:
+        raise RequestError(f"alignment must be ground, similarity, rigid, fixed or none, found {name!r}")
+    return groups[name]()

@@ -102,7 +102,7 @@ def keyframe(
 
     from kinetograph.errors import RequestError
     from kinetograph.evaluation.keyframe import inbetween_held_out
-    from kinetograph.methods.keyframe.model import KeyframeControl
+    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.pipeline import open_library
 
     takes = open_library(library)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kinetograph.formats import ReadOptions
     from kinetograph.keys import Key
     from kinetograph.library import Library
+    from kinetograph.methods.keyframe import Solver
     from kinetograph.synthesis import Synthesis
 
 
@@ -62,7 +63,7 @@ def inbetween(
     """
     from kinetograph.cli.perform import write_motion, write_report
     from kinetograph.formats import ReadOptions
-    from kinetograph.methods.keyframe.model import KeyframeControl, PaperSettings, SearchSettings
+    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.pipeline import inbetween as run
     from kinetograph.pipeline import open_library
     from kinetograph.post.assemble import PostSettings
@@ -73,11 +74,9 @@ def inbetween(
     takes = open_library(library)
     wanted = _keys(keys, first, last, seconds, takes, ReadOptions(units, up))
     method = KeyframeControl(
-        mode=mode,
+        solver=_solver(mode, meet, clusters),
         rate=rate,
         mirror=mirrored,
-        search=SearchSettings(meet=meet),
-        paper=PaperSettings(clusters=clusters),
         post=PostSettings(footskate=footskate),
     )
     made = run(wanted, takes, method, count=alternatives, exclude=tuple(exclude or ()), track=track, seed=seed)
@@ -91,6 +90,17 @@ def inbetween(
     written = [str(numbered(path, number)) for number in range(1, len(made) + 1) for path in named]
     others = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     result({"wrote": written, **_summary(made[0]), **others}, as_json)
+
+
+def _solver(mode: str, meet: float, clusters: int) -> Solver:
+    from kinetograph.errors import RequestError
+    from kinetograph.methods.keyframe import ClusterChain, TimedSearch
+
+    if mode == "search":
+        return TimedSearch(meet=meet)
+    if mode == "paper":
+        return ClusterChain(clusters=clusters)
+    raise RequestError(f"mode must be one of search, paper, found {mode!r}")
 
 
 def _keys(

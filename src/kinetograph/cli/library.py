@@ -110,7 +110,7 @@ def add(
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
     """
     from kinetograph.formats import ReadOptions
-    from kinetograph.methods.performance.model import only_track
+    from kinetograph.methods.performance import only_track
     from kinetograph.pipeline import open_library, read_take
     from kinetograph.take import Annotation, Take
 

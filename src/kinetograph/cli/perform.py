@@ -19,6 +19,7 @@ from kinetograph.cli._method import (
     TargetPoint,
     TargetTrack,
     Velocity,
+    aligned,
     configured,
 )
 from kinetograph.cli._shell import (
@@ -98,7 +99,7 @@ def perform(
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import ReadOptions, read
-    from kinetograph.methods.performance.model import only_track
+    from kinetograph.methods.performance import only_track
     from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
     from kinetograph.post.assemble import PostSettings
     from kinetograph.post.constraints import HoldSettings
@@ -119,7 +120,7 @@ def perform(
     method = configured(given, has_partners(takes, target), channels)
     method = replace(
         method,
-        alignment=alignment or method.alignment,
+        alignment=aligned(alignment) if alignment else method.alignment,
         beam=beam,
         cluster=cluster,
         mirror=mirrored,
@@ -260,15 +261,14 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
 
 def require_moves(model: PerformanceModel) -> None:
     """Raise RequestError, before any work is done, where a model's recordings name no moves to transcribe by."""
-    if not any(mark.kind == "move" for source in model.sources for mark in source.marks):
-        raise RequestError("the library names no moves; annotate some of kind 'move' (library annotate --from CSV)")
+    from kinetograph.methods.performance import require_moves as require
+
+    require(model.fitted)
 
 
 def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
     """The moves of a control as CSV: move, start and stop in seconds, margin."""
-    from kinetograph.methods.performance.rules import transcribe
-
-    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
+    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control)]
     return "\n".join(["move,start,stop,margin", *rows]) + "\n"
 
 

@@ -172,7 +172,7 @@ def calibrate(
 def _performed(path: Path, like: Motion, units: str | None, up: str | None) -> Motion:
     """A recording of the movement on the library's skeleton, in whose frames layouts are."""
     from kinetograph.formats import ReadOptions, read
-    from kinetograph.post.retarget import retarget
+    from kinetograph.post import retarget
     from kinetograph.skeleton import same_shape
 
     loaded = read(path, ReadOptions(units, up))
