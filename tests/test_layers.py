@@ -201,8 +201,6 @@ _MANY = 10
 _LONG_ON_PURPOSE = {
     "kinetograph.learn._group_kernels.scan_groups": "one pass over the groups, which calls would slow down",
     "kinetograph.learn._smoothing_kernels.smooth_columns": "forward and backward pass share their rows of memory",
-    "kinetograph.markers._kernels._equations": "the terms of the normal equations, one after another, in one loop",
-    "kinetograph.markers._kernels._descend": "the steps of one descent, which share its arrays",
 }
 """Compiled functions that are longer, and why."""
 

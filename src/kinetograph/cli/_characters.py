@@ -62,11 +62,11 @@ def body(wear: str | None, onto: Path | None) -> Body:
 
 
 def _human() -> Body:
-    from kinetograph.samples import fetching as samples
-    from kinetograph.samples.characters import SAMPLE, human
+    from kinetograph import samples
+    from kinetograph.samples import CHARACTER, human
 
-    if samples.where(SAMPLE) is None:
-        note(f"fetching the sample {SAMPLE}")
+    if samples.where(CHARACTER) is None:
+        note(f"fetching the sample {CHARACTER}")
     with progress_bar("fetching the character") as progress:
         character = human(progress=progress)
     return Body(character, character.skeleton)

@@ -201,7 +201,7 @@ def view(
 
     Example: kinetograph view walk.bvh -o walk.gif --character human
     """
-    from kinetograph.drawing import pictures
+    from kinetograph import drawing
     from kinetograph.formats import ReadOptions, load
     from kinetograph.motion import Motion
     from kinetograph.pipeline import read_take
@@ -223,21 +223,21 @@ def view(
     take = Take(take.name, take.tracks, marks)
     wanted = load(path).signal() if path else None
     if strobe:
-        pictures.strobe(take, output, path_signal=wanted, title=file.name)
+        drawing.strobe(take, output, path_signal=wanted, title=file.name)
     else:
-        pictures.contact_sheet(take, output, path_signal=wanted, title=file.name, frames=frames)
+        drawing.contact_sheet(take, output, path_signal=wanted, title=file.name, frames=frames)
     result({"wrote": str(output)}, as_json=False)
 
 
 def _view_character(take: Take, output: Path, character: str | None, frames: int, seconds: float) -> None:
-    from kinetograph.drawing.film import film, sheet
+    from kinetograph.drawing import character_film, character_sheet
     from kinetograph.formats.atomic import atomic_path
 
     worn = body(character, None)
     take = dressed(take, worn.skeleton, None, None)
     with progress_bar("drawing") as progress, atomic_path(output) as draft:
         if output.suffix.lower() == ".gif":
-            film(take, draft, worn.character, seconds=seconds, progress=progress)
+            character_film(take, draft, worn.character, seconds=seconds, progress=progress)
         else:
-            sheet(take, draft, worn.character, frames=frames, progress=progress)
+            character_sheet(take, draft, worn.character, frames=frames, progress=progress)
     result({"wrote": str(output)}, as_json=False)

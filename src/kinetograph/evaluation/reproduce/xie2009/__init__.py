@@ -158,7 +158,7 @@ def _draw(fold: Fold, results: dict[str, FloatArray], folder: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.drawing import contact_sheet
 
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
