@@ -98,7 +98,7 @@ def write_all(folder: Path) -> dict[str, Entry]:
     for data in data_folders():
         fbx = data / "fbx" / "135_01.fbx"  # a file of another program
         if fbx.is_file():
-            # its keys begin after 84 frames; Blender fills the time before them in its own way
+            # its keys begin after 84 frames; Blender fills the time before them differently
             reference[str(fbx)] = entry_of(read(fbx).take, first=90)
     return reference
 
@@ -165,9 +165,9 @@ def browser(reference: dict[str, Entry], folder: Path, chromium: str) -> bool:
     ran = node("see_with_three.mjs", *map(str, paths), chromium)
     if ran is None or ran.returncode:
         return ran is not None
-    found = json.loads((folder / "browser.json").read_text())
-    failed = compare("browser", shown, found)
-    for name, seen in found.items():
+    drawn = json.loads((folder / "browser.json").read_text())
+    failed = compare("browser", shown, drawn)
+    for name, seen in drawn.items():
         # a figure covers a twentieth of its picture or so, and never all of it
         good = all(0.02 < share < 0.5 for share in seen["drawn"])
         failed |= not good
@@ -199,25 +199,25 @@ def blender(reference: dict[str, Entry], folder: Path, python: str) -> bool:
     return compare("Blender", reference, json.loads((folder / "blender.json").read_text()))
 
 
-def compare(client: str, reference: dict[str, Entry], found: dict[str, Entry]) -> bool:
+def compare(client: str, reference: dict[str, Entry], theirs: dict[str, Entry]) -> bool:
     """Print one row per file; whether any is off."""
     failed = False
     for name, entry in reference.items():
-        seen = found[name]["positions"]
+        seen = theirs[name]["positions"]
         worst, missing = 0.0, 0
         for key, places in entry["positions"].items():
             match = [seen[label] for label in candidates(key, entry["tracks"]) if label in seen]
             missing += not match
             worst = max(worst, float(np.abs(np.array(places) - np.array(match[0])).max())) if match else worst
-        late = abs(found[name]["duration"] - entry["duration"])
-        rate = abs(found[name].get("fps", entry["fps"]) / entry["fps"] - 1)
+        late = abs(theirs[name]["duration"] - entry["duration"])
+        rate = abs(theirs[name].get("fps", entry["fps"]) / entry["fps"] - 1)
         # one program has whole frames per second only: its rate is off by 1 in 1000 where ours is 119.88
         good = worst < WITHIN and not missing and late < 1.01 / entry["fps"] and rate < 1.1e-3
         failed |= not good
         count = len(entry["positions"])
         print(
             f"{client:9} {Path(name).name:12} {'ok  ' if good else 'FAIL'} {count - missing}/{count} joints, "
-            f"worst {1000 * worst:.4f} mm, {found[name].get('fps', entry['fps']):.2f} fps, "
+            f"worst {1000 * worst:.4f} mm, {theirs[name].get('fps', entry['fps']):.2f} fps, "
             f"duration off by {1000 * late:.2f} ms"
         )
     return failed

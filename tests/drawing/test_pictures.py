@@ -39,11 +39,11 @@ def walk(seconds: float = 3.0, fps: float = 30.0, skeleton: Skeleton | None = No
     """A stiff walk along +z at 1.2 m/s."""
     skeleton = skeleton or person()
     t = np.arange(round(seconds * fps) + 1) / fps
-    turns = rot.identity(len(t), len(skeleton))
+    rotations = rot.identity(len(t), len(skeleton))
     if len(skeleton) > 6:
-        turns[:, 3], turns[:, 6] = (rot.about("x", s * 0.5 * np.sin(2 * np.pi * t)) for s in (1, -1))
+        rotations[:, 3], rotations[:, 6] = (rot.about("x", s * 0.5 * np.sin(2 * np.pi * t)) for s in (1, -1))
     path = np.stack([0 * t, 0.86 + 0 * t, 1.2 * t], axis=-1)
-    return Motion(skeleton, path, turns, fps)
+    return Motion(skeleton, path, rotations, fps)
 
 
 def lone(frames: int) -> Motion:
@@ -54,9 +54,9 @@ def lone(frames: int) -> Motion:
 
 def lying() -> Motion:
     motion = walk(0.5)
-    turns = motion.rotations.copy()
-    turns[:, 0] = rot.multiply(rot.about("z", np.pi / 2), turns[:, 0])
-    return Motion(motion.skeleton, motion.translation * (1, 0.1, 0), turns, motion.fps)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rot.multiply(rot.about("z", np.pi / 2), rotations[:, 0])
+    return Motion(motion.skeleton, motion.translation * (1, 0.1, 0), rotations, motion.fps)
 
 
 def bare() -> Skeleton:

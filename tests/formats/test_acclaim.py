@@ -30,7 +30,7 @@ def matrix(axis: str, degrees: float) -> np.ndarray:
 
 
 def test_a_chain_by_hand(tmp_path: Path) -> None:
-    # the specification: L = C M C^-1, M of "rx ry rz" is Rz Ry Rx, and C of "axis 0 0 20 XYZ" turns about z
+    # the specification: L = C M C^-1, M of "rx ry rz" is Rz Ry Rx, and C of "axis 0 0 20 XYZ" is a rotation about z
     loaded = read(files(tmp_path))
     motion = loaded.take.motion()
     root = matrix("z", 30) @ matrix("y", 20) @ matrix("x", 10)

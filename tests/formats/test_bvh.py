@@ -68,7 +68,7 @@ def test_positions_of_a_turned_arm_by_hand(tmp_path: Path) -> None:
     motion = parsed(tmp_path, TINY)
     assert motion.skeleton.names == ("Hips", "Arm")
     assert motion.fps == 30.0
-    # frame 1: the root turns 90 degrees about z, so the arm points up; its own turn about y swings the tip to -z
+    # frame 1: the root rotates by 90 degrees about z, so the arm points up; its own about y moves the tip to -z
     np.testing.assert_allclose(joint_positions(motion)[1], [[1, 2, 3], [1, 3, 3]], atol=1e-12)
     np.testing.assert_allclose(end_positions(motion)[:, 0], [[1.5, 1, 0], [1, 3, 2.5]], atol=1e-12)
 
@@ -379,7 +379,7 @@ def test_a_missing_file_and_a_folder_are_format_errors(tmp_path: Path) -> None:
 def test_lenient_takes_the_whole_rows_that_are_there(tmp_path: Path, text: str, frames: int, note: str) -> None:
     loaded = parse(tmp_path, text, ReadOptions("metre", "y", lenient=True))
     assert len(loaded.take.motion()) == frames
-    assert any(note in found for found in loaded.notes)
+    assert any(note in line for line in loaded.notes)
 
 
 def test_deep_nesting_neither_recurses_nor_is_slow(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Units and upward axes: conversions by hand, and guesses on made and on recorded motions."""
+"""Units and upward axes: conversions with known answers, and guesses on synthetic and on recorded motions."""
 
 from __future__ import annotations
 

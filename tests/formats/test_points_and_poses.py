@@ -82,8 +82,8 @@ def test_amass_poses(tmp_path: Path) -> None:
     given = np.load(tmp_path / "a.npz")
     assert (len(motion), motion.fps, len(motion.skeleton)) == (5, 60.0, 22)
     assert len(motion.skeleton.roles) == 21
-    turn = rot.multiply(rot.about("x", -np.pi / 2), rot.exp(given["poses"][2, :3]))  # Z up becomes Y up
-    assert float(rot.angle_between(motion.rotations[2, 0], turn)) < 1e-9
+    rotation = rot.multiply(rot.about("x", -np.pi / 2), rot.exp(given["poses"][2, :3]))  # Z up becomes Y up
+    assert float(rot.angle_between(motion.rotations[2, 0], rotation)) < 1e-9
     assert float(rot.angle_between(motion.rotations[2, 4], rot.exp(given["poses"][2, 12:15]))) < 1e-9
     np.testing.assert_allclose(motion.translation[2], given["trans"][2][[0, 2, 1]] * [1, 1, -1], atol=1e-12)
     assert any("joint offsets not given" in note for note in loaded.notes)

@@ -141,10 +141,10 @@ def _palette(cast: list[list[Figure]]) -> Image.Image:
 
 
 def _quantized(pixels: npt.NDArray[np.uint8]) -> list[int]:
-    """At most 128 colours, three numbers each, that stand for pixels ``(N, 3)``."""
+    """At most 128 colours, three numbers each, that represent pixels ``(N, 3)``."""
     page = Image.fromarray(np.ascontiguousarray(pixels[None]))
-    found = page.quantize(128, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
-    return found[: 3 * 128]
+    palette = page.quantize(128, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+    return palette[: 3 * 128]
 
 
 def _motions(what: Take | Motion) -> list[Motion]:

@@ -18,7 +18,7 @@ LIGHT: FloatArray = np.array([-0.35, 1.0, 0.45]) / np.linalg.norm([-0.35, 1.0, 0
 
 _SKY, _FLOOR, _LINE = np.array([0.80, 0.82, 0.85]), np.array([0.60, 0.61, 0.62]), np.array([0.50, 0.51, 0.53])
 _TILE = 0.5  # metres
-_FINE = 2  # samples a pixel, each way
+_FINE = 2  # samples per pixel, in each direction
 _NEAR = 0.05
 
 

@@ -72,7 +72,19 @@ def _visible(line: FloatArray, least: float) -> FloatArray:
 
 
 def draw_lines(axes: Axes, lines: Sequence[FloatArray], colour: str, width: float, zorder: float = 1) -> None:
-    """Draw lines, each ``(N, 2)`` or ``(N, 3)`` in picture coordinates, of one colour and width in points."""
+    """Draw lines of one colour and width.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    lines : sequence of ndarray, shape (N, 2) or (N, 3)
+        Picture coordinates, metres.
+    colour : str
+    width : float
+        Points.
+    zorder : float
+        Lines of a higher one are drawn above.
+    """
     from matplotlib.collections import LineCollection
 
     flat = [line[:, :2] for line in lines]

@@ -121,7 +121,12 @@ def load(
 
     Examples
     --------
-    >>> motion = load("salsa.bvh", units="inch").motion()  # doctest: +SKIP
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "path.csv"
+    ...     _ = path.write_text("t,x,z\\n0,0,0\\n0.5,0.6,0\\n1,1.2,0\\n")
+    ...     load(path).signal().fps
+    2.0
     """
     return read(path, ReadOptions(units, up, fps, lenient)).take
 
@@ -204,7 +209,12 @@ def save(
 
     Examples
     --------
-    >>> save(motion, "walk.bvh", options=WriteOptions(order="xyz", units="centimetre"))  # doctest: +SKIP
+    >>> from tempfile import TemporaryDirectory
+    >>> speed = Signal([[1.0], [1.2]], ("speed",), "m/s", 30.0)
+    >>> with TemporaryDirectory() as folder:
+    ...     save(speed, Path(folder) / "speed.csv")
+    ...     (Path(folder) / "speed.csv").read_text().splitlines()[:2]
+    ['# units: m/s', 't,speed']
     """
     path = Path(path)
     module = _module(path, WRITERS, "write")

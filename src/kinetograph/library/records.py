@@ -68,7 +68,24 @@ def track_arrays(track: Track) -> list[tuple[str, Array]]:
 
 
 def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spans: Iterable[Span]) -> int:
-    """Add a track and its spans to a take; its row."""
+    """Add a track to a take.
+
+    Parameters
+    ----------
+    db : sqlite3.Connection
+    take : int
+        The take's row.
+    name : str
+        The track's.
+    track : Motion or Signal
+    spans : iterable of Span
+        Where its arrays lie.
+
+    Returns
+    -------
+    int
+        The track's row.
+    """
     if isinstance(track, Motion):
         return insert_motion(db, take, name, (track.skeleton, track.fps, len(track)), spans)
     kind = "points" if track.spatial else "channels"

@@ -120,9 +120,22 @@ def replace_annotations(
 def check_annotations(
     take: str, tracks: Mapping[str, int], notes: tuple[Annotation, ...], kind: str | None, track: str | None
 ) -> None:
-    """Check annotations of a take against its tracks, and against one kind and one track.
+    """Check annotations of a take.
 
-    Raises RequestError for unknown tracks, and for another kind or track than the given one.
+    Parameters
+    ----------
+    take : str
+        Its name.
+    tracks : mapping of str to int
+        Its tracks.
+    notes : tuple of Annotation
+    kind, track : str or None
+        The only kind, and the only track, that is allowed.
+
+    Raises
+    ------
+    RequestError
+        A track is unknown, or an annotation has another kind or track.
     """
     for name in [note.track for note in notes] + ([track] if track else []):
         if name not in tracks:

@@ -226,7 +226,7 @@ def _moved(
         angle = np.sqrt(x * x + y * y + z * z)
         size = 0.5 if angle < 1e-9 else np.sin(0.5 * angle) / angle
         spin[0], spin[1], spin[2], spin[3] = np.cos(0.5 * angle), size * x, size * y, size * z
-        if parents[j] >= 0:  # from the world to the parent's frame, in which the joint turns
+        if parents[j] >= 0:  # from the world to the parent's frame, in which the joint rotates
             q = world[parents[j]]
             conjugate(q, inverse)
             multiply(inverse, spin, before)

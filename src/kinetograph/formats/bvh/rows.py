@@ -74,7 +74,20 @@ def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOpt
 
 
 def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> tuple[int, float, int, int]:
-    """The number of frames, their rate, and the byte and line where the rows begin; arguments as for `parse_motion`."""
+    """Read the lines between MOTION and the rows; arguments as for `parse_motion`.
+
+    Returns
+    -------
+    frames : int
+    fps : float
+    position, line : int
+        The byte where the rows begin, and its line.
+
+    Raises
+    ------
+    FormatError
+        With the line.
+    """
     frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
     frames = _frame_count(path, frames_at)
     time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")

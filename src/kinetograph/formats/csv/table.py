@@ -132,7 +132,28 @@ def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
 
 
 def parse_number(path: Path, line: int, column: str, cell: str, separator: str) -> float:
-    """The number in a cell; NaN for an empty one. Raises FormatError, with the line."""
+    """The number in a cell.
+
+    Parameters
+    ----------
+    path : Path
+    line : int
+        For errors.
+    column, cell : str
+        The column's name and the cell's text.
+    separator : str
+        Between cells; where it is not a comma, numbers may have decimal commas.
+
+    Returns
+    -------
+    float
+        NaN for an empty cell.
+
+    Raises
+    ------
+    FormatError
+        The cell is not a finite number.
+    """
     if not cell:
         return math.nan
     try:
