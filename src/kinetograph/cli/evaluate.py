@@ -135,22 +135,21 @@ def sensor(
     """
     from dataclasses import asdict
 
-    from kinetograph.evaluation.sensor import evaluate, grouped
-    from kinetograph.evaluation.sensor import sweep as run_sweep
+    from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped
+    from kinetograph.evaluation.sensor_sweep import sweep as run_sweep
     from kinetograph.formats.readings import read_layout
-    from kinetograph.methods.sensor.model import SYNTHESES, LocalSettings, SensorControl
+    from kinetograph.methods.sensor import SYNTHESES, SensorControl, smoothing_named, synthesis_named
     from kinetograph.pipeline import open_library
 
     takes = open_library(library)
-    wanted = tuple(synthesis or SYNTHESES)
+    syntheses = {name: synthesis_named(name, reduction) for name in synthesis or SYNTHESES}
     method = SensorControl(
         layout=read_layout(layout),
         kinds=tuple(use or ("force",)),
-        synthesis=wanted[0],
-        smoothing=smoothing,
-        local=LocalSettings(reduction=reduction),
+        synthesis=next(iter(syntheses.values())),
+        smoothing=smoothing_named(smoothing),
     )
-    held = tuple(only or ())
+    held = HeldOut(tuple(only or ()), track, grouped(takes.names(), tuple(group or ())))
     with progress_bar("evaluating") as progress:
         if recordings:
             from kinetograph.evaluation.real_sensors import evaluate_recordings
@@ -158,15 +157,9 @@ def sensor(
             table([asdict(row) for row in evaluate_recordings(recordings, takes, progress)], as_json)
             return
         if sweep:
-            table(
-                [asdict(row) for row in run_sweep(takes, method, sweep, track=track, only=held, progress=progress)],
-                as_json,
-            )
+            table([asdict(row) for row in run_sweep(takes, method, sweep, held=held, progress=progress)], as_json)
             return
-        groups = grouped(takes.names(), tuple(group or ()))
-        rows, by_joint = evaluate(
-            takes, method, syntheses=wanted, groups=groups, track=track, only=held, progress=progress
-        )
+        rows, by_joint = evaluate(takes, method, syntheses=syntheses, held=held, progress=progress)
     if joints:
         first = next(name for name in takes.names())
         names = takes.take(first).motion(track).skeleton.names

@@ -68,9 +68,9 @@ def sense(
 
     from kinetograph.cli.perform import summarize, write_motion, write_report
     from kinetograph.formats.readings import read_layout, read_readings
-    from kinetograph.methods.sensor.model import LocalSettings, SensorControl
+    from kinetograph.methods.sensor import SensorControl, smoothing_named, synthesis_named
     from kinetograph.pipeline import open_library
-    from kinetograph.sensing.readings import kinds_of
+    from kinetograph.sensing import kinds_of
 
     written = [*output, *(p for p in (picture, report) if p)]
     refuse_unknown_formats(output)
@@ -81,10 +81,9 @@ def sense(
     method = SensorControl(
         layout=read_layout(layout),
         kinds=tuple(use) if use else kinds_of(rows),
-        synthesis=synthesis,
-        smoothing=smoothing,
+        synthesis=synthesis_named(synthesis, reduction),
+        smoothing=smoothing_named(smoothing),
         rate=rate,
-        local=LocalSettings(reduction=reduction),
     )
     model = method.fit(open_library(library), exclude=tuple(exclude or ()), track=track)
     with progress_bar("sensing") as progress:
@@ -126,7 +125,7 @@ def calibrate(
     """
     from kinetograph.errors import RequestError
     from kinetograph.formats.readings import read_layout, read_readings, write_layout
-    from kinetograph.methods.sensor.examples import collect_motions
+    from kinetograph.methods.sensor import example_motions
     from kinetograph.pipeline import open_library
     from kinetograph.sensing import calibrate_on_library, calibrate_on_motion, mounted
 
@@ -139,7 +138,7 @@ def calibrate(
     for text in notes:
         note(f"{readings}: {text}")
     worn = read_layout(layout)
-    motions = list(collect_motions(open_library(library), (), track).values())
+    motions = list(example_motions(open_library(library), track=track).values())
     told: dict[str, Any] = {"wrote": str(output)}
     if motion:
         found, clock = calibrate_on_motion(rows, worn, _performed(motion, motions[0], units, up))
@@ -239,7 +238,7 @@ def simulate(
 
     from kinetograph.formats import ReadOptions, read
     from kinetograph.formats.readings import read_layout, write_readings
-    from kinetograph.sensing.virtual import simulate as run
+    from kinetograph.sensing import simulate as run
 
     refuse_existing([output], force)
     loaded = read(motion, ReadOptions(units, up))

@@ -19,12 +19,26 @@ from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 if TYPE_CHECKING:
     from kinetograph.formats.keys_json import find_pose, read_keys
     from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
+    from kinetograph.formats.sensor_recordings import (
+        merge_sensors,
+        read_kinect,
+        read_qmt,
+        read_utd,
+        read_vicon_rotations,
+        read_xsens,
+    )
 
 _LATER = {
     "find_pose": "keys_json",
+    "merge_sensors": "sensor_recordings",
     "read_keys": "keys_json",
+    "read_kinect": "sensor_recordings",
     "read_layout": "readings",
+    "read_qmt": "sensor_recordings",
     "read_readings": "readings",
+    "read_utd": "sensor_recordings",
+    "read_vicon_rotations": "sensor_recordings",
+    "read_xsens": "sensor_recordings",
     "write_layout": "readings",
     "write_readings": "readings",
 }
@@ -41,11 +55,17 @@ __all__ = [
     "body_of",
     "find_pose",
     "load",
+    "merge_sensors",
     "read",
     "read_character",
     "read_keys",
+    "read_kinect",
     "read_layout",
+    "read_qmt",
     "read_readings",
+    "read_utd",
+    "read_vicon_rotations",
+    "read_xsens",
     "rest_positions",
     "save",
     "stature",
