@@ -19,7 +19,13 @@ Wait = Callable[[int, float], bool]
 
 @contextmanager
 def single_keys(file: int) -> Iterator[None]:
-    """Have a terminal give every key at once and unseen; as it was afterwards. Raises RequestError for another file."""
+    """Have a terminal send every key at once and show none; afterwards it is as before.
+
+    Raises
+    ------
+    RequestError
+        For a file that is no terminal.
+    """
     if not os.isatty(file):
         raise RequestError("tapping needs a terminal to press keys in; give the times in a file instead (--from CSV)")
     try:
@@ -54,8 +60,27 @@ def taps(
 ) -> list[float]:
     """Seconds from now at which keys are pressed, for ``duration`` seconds or until Enter or q.
 
-    Backspace takes the last one back; keys that send several characters at once (arrows) are none. draw is called
-    ``rate`` times a second with the time and the number of taps. Raises RequestError where the terminal goes away.
+    Backspace removes the last one; keys that send several characters at once (arrows) are ignored.
+
+    Parameters
+    ----------
+    file : int
+        The terminal's descriptor.
+    duration : float
+        Seconds.
+    draw : callable
+        Called with the time and the number of taps.
+    rate : float
+        Calls of ``draw`` per second.
+    clock : callable
+        The time in seconds.
+    wait : callable
+        Waits for a key of a file for some seconds; whether there is one.
+
+    Raises
+    ------
+    RequestError
+        Where the terminal goes away.
     """
     began, times = clock(), list[float]()
     while (now := clock() - began) < duration:
