@@ -70,7 +70,7 @@ def add(app: typer.Typer, command: Callable[..., None], *, name: str | None = No
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
-    """The same command with every group replaced by its options, as typer reads it.
+    """The same command with every group replaced by its options, as typer reads it; its help has one line per paragraph.
 
     Raises
     ------
@@ -91,6 +91,7 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     parameters = list(_parameters(command, hints))
     vars(flat)["__signature__"] = inspect.Signature(parameters)
     flat.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    flat.__doc__ = "\n\n".join(" ".join(block.split()) for block in (command.__doc__ or "").split("\n\n"))
     return flat
 
 

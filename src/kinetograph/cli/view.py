@@ -59,7 +59,7 @@ def view(
 
     Example: kinetograph view out/walk.bvh -o out/sheet.png
 
-    Example: kinetograph view out/walk.bvh -o out/person.gif --character human --seconds 2
+    Example: kinetograph view out/walk.bvh -o out/person.gif --character human --seconds 1
     """
     from kinetograph.pipeline import read_take
 
