@@ -38,15 +38,17 @@ def register(app: typer.Typer) -> None:
 # ---- performance control ----
 
 
-def performance(
-    library: LibraryOption,
-    partner: Partner,
-    search: Search,
-    target: TargetTrack = None,
-    mirrored: Mirror = False,
-    baselines: Annotated[bool, typer.Option(help="Simpler methods in the same table.")] = True,
-    as_json: AsJson = False,
-) -> None:
+@options()
+class Compared:
+    """The recordings, and what is compared on them."""
+
+    library: LibraryOption
+    target: TargetTrack = None
+    mirror: Mirror = False
+    baselines: Annotated[bool, typer.Option(help="Compare with simpler methods.")] = True
+
+
+def performance(compared: Compared, partner: Partner, search: Search, as_json: AsJson = False) -> None:
     """Leave one take out: its hips, or the partner of the target, are the control, the other takes the library.
 
     Takes with moves annotated (kind 'move') give error rates of segments and patterns as well.
@@ -57,11 +59,11 @@ def performance(
     """
     from kinetograph.pipeline import has_partners, open_library
 
-    takes = open_library(library)
-    partners = has_partners(takes, target)
-    method = performance_control(search, partner, mirror=mirrored, partners=partners)
+    library, target = open_library(compared.library), compared.target
+    partners = has_partners(library, target)
+    method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
-        rows = _performance_rows(method, takes, target, partners, baselines)
+        rows = _performance_rows(method, library, target, partners, compared.baselines)
     if all(row["segment_errors"] != row["segment_errors"] for row in rows):
         note("no moves are annotated: segment and pattern errors are left out (library annotate, kind 'move')")
     table([_measured(row, as_json) for row in rows], as_json)
@@ -146,7 +148,7 @@ class HeldOut:
 
 
 @options("Estimation")
-class Compared(Estimation):
+class Estimations(Estimation):
     """How poses are estimated, in one or several ways."""
 
     synthesis: Annotated[
@@ -156,7 +158,7 @@ class Compared(Estimation):
 
 
 def sensor(
-    held_out: HeldOut, sensors: Sensors, estimation: Compared, instead: Instead, as_json: AsJson = False
+    held_out: HeldOut, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False
 ) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 

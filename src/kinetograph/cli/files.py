@@ -86,14 +86,6 @@ def _list_joints(track: Track) -> None:
 
 
 @options()
-class Ending:
-    """How the command ends."""
-
-    force: Force = False
-    as_json: AsJson = False
-
-
-@options("Changes")
 class Changes:
     """What is changed of a motion."""
 
@@ -106,12 +98,14 @@ class Changes:
 
 @options("Writing files")
 class Writing:
-    """How numbers are written."""
+    """How numbers are written, and how the command ends."""
 
     to_units: Annotated[str, typer.Option(help="Units to write where the format leaves a choice.")] = "metre"
     to_up: Annotated[str, typer.Option(help="Upward axis to write where the format leaves a choice.")] = "y"
     order: Annotated[str, typer.Option(help="Euler order to write, outermost first.")] = "zxy"
     values: Annotated[str, typer.Option(help="What a CSV of a motion holds: positions or angles.")] = "positions"
+    force: Force = False
+    as_json: AsJson = False
 
 
 @options("Reading files")
@@ -126,7 +120,6 @@ class SourceReading(Reading):
 def convert(
     source: Annotated[Path, typer.Argument(help="The file to read.")],
     target: Annotated[Path, typer.Argument(help="The file to write; its suffix chooses the format.")],
-    ending: Ending,
     changes: Changes,
     another: AnotherBody,
     writing: Writing,
@@ -140,22 +133,22 @@ def convert(
     """
     from kinetograph.formats import WriteOptions, save
 
-    refuse_existing([target], ending.force)
+    refuse_existing([target], writing.force)
     take = read_file(source, reading)
     worn = body(another.character, another.onto)
     bodily = changes.fit_markers or wants_motion(target) or worn.skeleton is not None or writing.values == "angles"
     take, fits = fitted(take, source) if bodily else (take, {})
-    if not ending.as_json:
+    if not writing.as_json:
         list_residuals(fits)
     if another.handholds is not None and worn.skeleton is None:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
     take = dressed(take, worn.skeleton, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
-    save(take, target, force=ending.force, options=choices)
+    save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))
     figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
-    result(figures | (residuals(fits) if ending.as_json else {}), ending.as_json)
+    result(figures | (residuals(fits) if writing.as_json else {}), writing.as_json)
 
 
 def _edited(take: Take, changes: Changes) -> Take:

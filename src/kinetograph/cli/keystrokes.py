@@ -82,22 +82,26 @@ def taps(
     RequestError
         Where the terminal goes away.
     """
-    began, times = clock(), list[float]()
-    while (now := clock() - began) < duration:
+    began, times, ended = clock(), list[float](), False
+    while not ended and (now := clock() - began) < duration:
         draw(now, len(times))
-        if not wait(file, min(1.0 / rate, duration - now)):
-            continue
-        at, keys = clock() - began, _read(file)
-        if keys[0] == _ESCAPE:
-            continue
-        for key in keys:
-            if key in _END:
-                return times
-            if key in _BACK:
-                times = times[:-1]
-            elif not times or at - times[-1] >= BOUNCE:
-                times.append(at)
+        if wait(file, min(1.0 / rate, duration - now)):
+            times, ended = _pressed(times, clock() - began, _read(file))
     return times
+
+
+def _pressed(times: list[float], now: float, keys: bytes) -> tuple[list[float], bool]:
+    """The taps after some keys, and whether these end the tapping."""
+    if keys[0] == _ESCAPE:
+        return times, False
+    for key in keys:
+        if key in _END:
+            return times, True
+        if key in _BACK:
+            times = times[:-1]
+        elif not times or now - times[-1] >= BOUNCE:
+            times = [*times, now]
+    return times, False
 
 
 def _read(file: int) -> bytes:

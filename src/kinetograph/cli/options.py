@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, cast, dataclass_transform, get_args, get_type_hints
 
 import typer
-from typer.models import ParameterInfo
+from typer.models import OptionInfo
 
 _Group = TypeVar("_Group", bound=type)
 _PANELS: dict[type, str | None] = {}
@@ -70,7 +70,7 @@ def add(app: typer.Typer, command: Callable[..., None], *, name: str | None = No
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
-    """The same command with every group replaced by its options, as typer reads it; its help has one line per paragraph.
+    """The same command with every group replaced by its options, as typer reads it; in its help, a paragraph is a line.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _in_panel(annotation: Any, panel: str | None) -> Any:
     kind, *details = get_args(annotation)
     shown = [copy.copy(detail) for detail in details]
     for detail in shown:
-        if isinstance(detail, ParameterInfo) and detail.rich_help_panel is None:
+        if isinstance(detail, OptionInfo) and detail.rich_help_panel is None:
             detail.rich_help_panel = panel
     return Annotated[kind, *shown]
 

@@ -41,9 +41,10 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Recordings:
-    """What the motion is made of."""
+class Inputs:
+    """The control, and the recordings that the motion is made of."""
 
+    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")]
     library: LibraryOption
     target: TargetTrack = None
     mirror: Mirror = False
@@ -117,8 +118,7 @@ class RuledSearch(Search):
 
 
 def perform(
-    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")],
-    recordings: Recordings,
+    inputs: Inputs,
     answers: Answers,
     following: Following,
     search: RuledSearch,
@@ -137,12 +137,12 @@ def perform(
     from kinetograph.pipeline import open_library
 
     answers.refuse()
-    wanted = only_track(read_file(control, reading))
-    library = open_library(recordings.library)
-    method = finished(_configuration(wanted, library, recordings, following, search), following.alignment, finish)
+    wanted = only_track(read_file(inputs.control, reading))
+    library = open_library(inputs.library)
+    method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     with compilation_announced():
         rules = search.rules
-        model = method.fit(library, exclude=tuple(recordings.exclude or ()), track=recordings.target)
+        model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
         if answers.transcript:
             require_moves(model)
         made = _synthesised(model, wanted, answers, following.smoothing, rules)
@@ -152,21 +152,21 @@ def perform(
         summary["beam_gap"] = model.beam_gap(wanted)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):
-        write_synthesis(synthesis, answers, wanted, control.name, number)
+        write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
     if answers.transcript:
         write_text(moves, answers.transcript, answers.force)
     _show(made, summary, answers)
 
 
 def _configuration(
-    control: Signal | Motion, library: Library, recordings: Recordings, following: Following, search: Search
+    control: Signal | Motion, library: Library, inputs: Inputs, following: Following, search: Search
 ) -> PerformanceControl:
     from kinetograph.pipeline import has_partners
     from kinetograph.signal import Signal
 
-    partners = has_partners(library, recordings.target)
+    partners = has_partners(library, inputs.target)
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
-    return performance_control(search, following, mirror=recordings.mirror, partners=partners, channels=channels)
+    return performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
 
 
 def _synthesised(
