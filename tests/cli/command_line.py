@@ -13,9 +13,9 @@ from kinetograph.errors import KinetographError
 
 
 def run(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """A command in a process of its own."""
+    """A command in a process of its own, without a terminal."""
     command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, cwd=cwd)
 
 
 def invoke(*arguments: object) -> Result:
