@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.pipeline import read_take
 from kinetograph.samples import fetching as samples
 

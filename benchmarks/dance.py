@@ -10,7 +10,14 @@ from pathlib import Path
 from benchmarks._recordings import data_folder
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    at_rate,
+    interpret,
+    partner_control,
+    points_of,
+)
 from kinetograph.motion import Motion, concatenate, cut, resample
 from kinetograph.pipeline import read_take
 from kinetograph.take import Take
@@ -52,18 +59,19 @@ def _clustered(method: PerformanceControl, library: Library) -> PerformanceModel
     for _ in range(8):
         middle = 0.5 * (low + high)
         model = replace(method, cluster=middle).fit(library, exclude=CONTROL[:3], track="follower")
-        low, high = (middle, high) if len(model.instances.segments) > SEGMENTS else (low, middle)
+        low, high = (middle, high) if len(model.fitted.instances.segments) > SEGMENTS else (low, middle)
     return model
 
 
 def _time(model: PerformanceModel, leader: Motion) -> None:
-    x = model.at_search_rate(model.control_points(leader), leader.fps)
+    x = at_rate(points_of(model.method, leader), leader.fps, model.method.rate)
     taken = []
     for _ in range(5):
         began = time.thread_time()
-        model.interpret(x)
+        interpret(model.fitted, x)
         taken.append(time.thread_time() - began)
-    size = f"{len(model.instances.segments)} segments, {len(model.instances.states)} states, {(len(x) - 1) / 7.5:.0f} s"
+    counted = model.fitted.instances
+    size = f"{len(counted.segments)} segments, {len(counted.states)} states, {(len(x) - 1) / 7.5:.0f} s"
     print(f"dance, exact search, {size}: {1000 * min(taken):.0f} ms of processor time")
 
 

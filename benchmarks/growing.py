@@ -14,7 +14,7 @@ from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import _dances
 from kinetograph.arrays import FloatArray
 from kinetograph.library import Library
-from kinetograph.methods.performance.grow import cuts_of, grow_rest, grow_takes, growing_control
+from kinetograph.methods.performance import cuts_of, grow_rest, grow_takes, growing_control
 from kinetograph.pipeline import segment_library
 from kinetograph.segmentation import compare_cuts, even_cuts
 from kinetograph.take import Annotation, Take

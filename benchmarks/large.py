@@ -21,7 +21,16 @@ from kinetograph import rotations as rot
 from kinetograph.formats import ReadOptions, load
 from kinetograph.learn import segmental
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    arrivals,
+    at_rate,
+    interpret,
+    left_early,
+    partner_control,
+    points_of,
+)
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, cut, sample
 from kinetograph.pipeline import read_take
@@ -56,20 +65,21 @@ def report(
 ) -> None:
     model, fitted = timed(lambda: grown(method, takes, track, scratch / name))
     control = cut(control, 0, min(round(SECONDS * control.fps) + 1, len(control)))
-    x = model.at_search_rate(model.control_points(control), control.fps)
-    print(f"{name}: {len(model.instances.segments)} segments, {len(model.instances.states)} states, {len(x) - 1} steps")
+    counted = model.fitted.instances
+    x = at_rate(points_of(model.method, control), control.fps, model.method.rate)
+    print(f"{name}: {len(counted.segments)} segments, {len(counted.states)} states, {len(x) - 1} steps")
     print(f"   made and cut in {fitted[0]:.0f} s; memory so far {resident():.1f} GB")
-    model.interpret(x[:40])  # compiles
-    path, taken = timed(lambda: model.interpret(x))
+    interpret(model.fitted, x[:40])  # compiles
+    path, taken = timed(lambda: interpret(model.fitted, x))
     print(f"   interpreted in {taken[0]:.1f} s, {taken[1]:.1f} s of processor time; proved optimal: {path.proved}")
-    print(f"   {100 * path.pairs / len(model.instances.states) ** 2 / (len(x) - 1):.2f} % of the pairs evaluated")
+    print(f"   {100 * path.pairs / len(counted.states) ** 2 / (len(x) - 1):.2f} % of the pairs evaluated")
     print(f"   memory at most {resident():.1f} GB")
     share = ruled_out_by_costs(model, x, path.score)
     print(f"   bounds on D alone, with the optimum known, would rule out {100 * share:.0f} % of the states")
     few = x[:60]
-    _, ours = timed(lambda: model.interpret(few))
+    _, ours = timed(lambda: interpret(model.fitted, few))
     segmental.GROUPED, grouped = 1 << 62, segmental.GROUPED
-    _, plain = timed(lambda: model.interpret(few))
+    _, plain = timed(lambda: interpret(model.fitted, few))
     segmental.GROUPED = grouped
     print(f"   without groups, {len(few) - 1} steps: {plain[1] / ours[1]:.1f} x the processor time")
 
@@ -121,13 +131,13 @@ def in_another_posture(motion: Motion, rng: np.random.Generator) -> Motion:
 
 def ruled_out_by_costs(model: PerformanceModel, x: np.ndarray, optimum: float) -> float:
     """The share of placed states whose best sequence by D alone, forward and backward, costs more than the optimum."""
-    durations, steps = model.search.durations, len(x) - 1
-    costs = [a.costs.astype(np.float32) for a in model.arrivals(x)]
+    durations, steps = model.fitted.search.durations, len(x) - 1
+    costs = [a.costs.astype(np.float32) for a in arrivals(model.fitted, x)]
     before, after = np.zeros(steps + 1), np.full(steps + 1, np.inf)
     for t, d in enumerate(costs, start=1):
         before[t] = np.min(before[np.maximum(t - durations, 0)] + d)
     after[steps] = 0.0
-    for used, early in model.left_early(x).items():
+    for used, early in left_early(model.fitted, x).items():
         after[steps - used] = np.min(np.where(durations > used, early.costs, np.inf))
     for t in range(steps, 0, -1):
         start = t - durations

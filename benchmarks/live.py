@@ -12,8 +12,7 @@ from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import dances
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.library import Library
-from kinetograph.methods.performance.live import short_pieces
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.synthesis import Synthesis
 
@@ -55,7 +54,7 @@ def _table(
         for lag, found in rows.items():
             result, taken = _play(model, leader, lag)
             joints = joint_error(resample(result.motion, 30.0), follower)
-            p99, states = float(np.quantile(taken, 0.99)), float(len(model.instances.states))
+            p99, states = float(np.quantile(taken, 0.99)), float(len(model.fitted.instances.states))
             found.append((result.cost / best - 1, result.cost / own - 1, joints, p99, states))
     for lag, found in rows.items():
         over, mine, joints, p99, states = np.mean(found, axis=0)

@@ -16,8 +16,8 @@ import numpy as np
 from benchmarks._recordings import walker
 from kinetograph.learn import segmental
 from kinetograph.learn.segmental import Arrivals, SegmentalSearch
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, arrivals, interpret
 from kinetograph.methods.performance import segments as cutting
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
 from kinetograph.sampling import interpolate
 
 STRETCHES = (-2, -1, 0, 1, 2)
@@ -61,24 +61,24 @@ def plain_search(search: SegmentalSearch, arrivals: list[Arrivals]) -> float:
 def model_of_size(segments: int) -> PerformanceModel:
     """A model of exactly that many segments, each at five stretches."""
     model = walker()
-    found = model.instances.segments
+    found = model.fitted.instances.segments
     chosen = tuple(found[i % len(found)] for i in range(segments))
     original = cutting.legal_steps
     cutting.legal_steps = lambda duration, rate, stretch: [max(round(duration * rate), 4) + i for i in STRETCHES]
     try:
-        instances = cutting.build_instances(model.sources, chosen, model.method.rate, model.method.stretch)
+        instances = cutting.build_instances(model.fitted.sources, chosen, model.method.rate, model.method.stretch)
     finally:
         cutting.legal_steps = original
-    return replace(model, instances=instances)
+    return PerformanceModel(replace(model.fitted, instances=instances))
 
 
 def control_of(model: PerformanceModel, seconds: float) -> np.ndarray:
     """The hips of the longest recording, over and over, wandering a little so that no segment fits exactly."""
-    source = max(model.sources, key=lambda s: len(s.motion))
+    source = max(model.fitted.sources, key=lambda s: len(s.motion))
     steps = int(seconds * model.method.rate)
     index = np.arange(steps + 1) / model.method.rate * source.motion.fps
     folded = np.abs((index + len(source.motion)) % (2 * len(source.motion) - 2) - len(source.motion) + 1)
-    points = interpolate(source.control, folded)
+    points = interpolate(source.control_points, folded)
     return points + 0.05 * np.sin(np.arange(steps + 1) / 7.0)[:, None, None]
 
 
@@ -95,14 +95,14 @@ def median(job: Callable[[], object], repeats: int = 5) -> float:
 def size_row(label: str, segments: int, seconds: float) -> None:
     model = model_of_size(segments)
     x = control_of(model, seconds)
-    arrivals = list(model.arrivals(x))
-    search = model.search
-    ours = median(lambda: segmental.solve(search, arrivals), 7)
-    whole = median(lambda: model.interpret(x), 5)
-    plain = median(lambda: plain_search(search, arrivals), 1)
-    beam = median(lambda: segmental.solve(replace(search, beam=0.05), arrivals), 3)
-    exact_score, beam_score = (segmental.solve(replace(search, beam=b), arrivals).score for b in (None, 0.05))
-    share = segmental.solve(search, arrivals).pairs / (len(search.durations) ** 2 * len(arrivals))
+    steps = list(arrivals(model.fitted, x))
+    search = model.fitted.search
+    ours = median(lambda: segmental.solve(search, steps), 7)
+    whole = median(lambda: interpret(model.fitted, x), 5)
+    plain = median(lambda: plain_search(search, steps), 1)
+    beam = median(lambda: segmental.solve(replace(search, beam=0.05), steps), 3)
+    exact_score, beam_score = (segmental.solve(replace(search, beam=b), steps).score for b in (None, 0.05))
+    share = segmental.solve(search, steps).pairs / (len(search.durations) ** 2 * len(arrivals))
     print(f"{label}: {segments} segments x 5 stretches = {len(search.durations)} states, {len(arrivals)} steps")
     print(f"   exact search             {1000 * ours:8.1f} ms   ({100 * share:.0f} % of the pairs evaluated)")
     print(f"   with D and placements    {1000 * whole:8.1f} ms")
@@ -115,12 +115,12 @@ def size_row(label: str, segments: int, seconds: float) -> None:
 def growth() -> None:
     model = PerformanceControl().fit(walker.library)
     lengths = [30, 60, 120, 300, 600, 1800]
-    times = [median(lambda s=s: model.interpret(control_of(model, s)), 1 if s > 600 else 2) for s in lengths]
+    times = [median(lambda s=s: interpret(model.fitted, control_of(model, s)), 1 if s > 600 else 2) for s in lengths]
     slope, intercept = np.polyfit(lengths, times, 1)
     fitted = slope * np.array(lengths) + intercept
     r2 = 1 - np.sum((np.array(times) - fitted) ** 2) / np.sum((np.array(times) - np.mean(times)) ** 2)
     power = np.polyfit(np.log(lengths), np.log(times), 1)[0]
-    print(f"cost against control length ({len(model.instances.states)} states):")
+    print(f"cost against control length ({len(model.fitted.instances.states)} states):")
     for length, taken in zip(lengths, times, strict=True):
         print(f"   {length:5d} s of control   {taken:7.3f} s   {1000 * taken / length:.2f} ms a second")
     print(

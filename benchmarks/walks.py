@@ -16,7 +16,7 @@ from kinetograph.evaluation.protocol import leave_one_take_out
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import PostSettings
 from kinetograph.take import Take

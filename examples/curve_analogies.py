@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import kinetograph as kg
-from kinetograph.methods.performance.control_points import PointsByRole
+from kinetograph.methods.performance import PointsByRole, Similarity
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import Landmark
 from kinetograph.take import Annotation
@@ -24,9 +24,8 @@ CURL = 0.5  # length of line from curl to curl
 
 PEN = kg.Skeleton(("pen",), np.array([-1]), np.zeros((1, 3)), roles={"hips": Landmark(0)})
 METHOD = kg.PerformanceControl(
-    alignment="similarity",
-    scales=(0.7, 1.4),
-    control=PointsByRole({"line": 1.0}),
+    alignment=Similarity(0.7, 1.4),
+    control_points=PointsByRole({"line": 1.0}),
     targets={"hips": 1.0},
     continuity=1.0,
     stretch=0.2,

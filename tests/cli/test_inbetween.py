@@ -58,10 +58,8 @@ def test_held_out_takes_are_named_or_refused(clips: Path):
     assert "no take is called *subject5; there are humanoid3d_getup_facedown" in str(refused)
 
 
-def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(molina_tanco2000, "SEEDS", 2)
-    monkeypatch.setattr(molina_tanco2000, "RUNS", 6)
-    found = molina_tanco2000.reproduce(tmp_path / "paper")
+def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path):
+    found = molina_tanco2000.reproduce(tmp_path / "paper", seeds=2, runs=6)
     numbers = json.loads((tmp_path / "paper" / "numbers.json").read_text())["section 4"]
     assert numbers["examples_used"][0] == "getup_facedown"
     assert numbers["examples_used"][-1] == "run"

@@ -79,7 +79,7 @@ def subjects() -> dict[str, tuple[Take, WriteOptions]]:
         WriteOptions(),
     )
     try:
-        from kinetograph.post.retarget import retarget
+        from kinetograph.post import retarget
         from kinetograph.samples.characters import human
     except ImportError:
         return found

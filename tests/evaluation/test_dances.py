@@ -10,8 +10,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.formats import ReadOptions
-from kinetograph.methods.performance.live import short_pieces
-from kinetograph.methods.performance.model import partner_control
+from kinetograph.methods.performance import partner_control, points_of, short_pieces
 from kinetograph.motion import cut, resample
 from kinetograph.pipeline import read_take, segment_library
 from kinetograph.take import Take
@@ -46,7 +45,7 @@ def test_simple_dances_are_followed_closely(dances: kg.Library) -> None:
 def test_clustering_leaves_fewer_segments(dances: kg.Library) -> None:
     full = partner_control().fit(dances, track="follower")
     fewer = replace(partner_control(), cluster=0.1).fit(dances, track="follower")
-    assert len(fewer.instances.segments) < 0.8 * len(full.instances.segments)
+    assert len(fewer.fitted.instances.segments) < 0.8 * len(full.fitted.instances.segments)
 
 
 def test_half_a_second_late_is_as_good_as_all_at_once(dances: kg.Library) -> None:
@@ -54,6 +53,6 @@ def test_half_a_second_late_is_as_good_as_all_at_once(dances: kg.Library) -> Non
     offline = partner_control().fit(dances, exclude=("Easy_02",), track="follower").synthesize(leader)
     model = short_pieces(partner_control()).fit(dances, exclude=("Easy_02",), track="follower")
     live = model.start(leader.fps, 0.5)
-    for points in model.control_points(leader):
+    for points in points_of(model.method, leader):
         live.step(points)
     assert live.path().score < 1.05 * offline.cost

@@ -11,7 +11,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.evaluation.labels import LabelErrors, label_errors, main_move, take_errors
 from kinetograph.evaluation.protocol import leave_one_take_out
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl
 from kinetograph.take import Annotation, Take
 from walkers import walk
 

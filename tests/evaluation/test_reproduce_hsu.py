@@ -25,8 +25,7 @@ from kinetograph.evaluation.reproduce.hsu2004.labels import as_played, held_out_
 from kinetograph.evaluation.reproduce.hsu2004.phase import CalmPath, in_step_by_length, methods, sway_by_phase
 from kinetograph.evaluation.reproduce.page import Section, page, paragraph, shown, table
 from kinetograph.evaluation.reproduce.timing import processor_seconds
-from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import GroundPath, PerformanceControl, PointsByRole, at_rate, points_of
 from kinetograph.motion import Motion, place
 from kinetograph.pipeline import segment_library
 from kinetograph.samples import fetching as samples
@@ -256,7 +255,7 @@ def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> Non
     motion = walks.take("a").motion()
     model = PerformanceControl().fit(walks, exclude=("a",))
     result = model.synthesize(motion)
-    dense = hsu_search.sampled(model.control_points(motion), motion.fps, 30.0)
+    dense = at_rate(points_of(model.method, motion), motion.fps, 30.0)
     again = hsu_search.placed_again(model, result, dense, 30.0)
     assert [p.cost for p in again] == pytest.approx([p.cost for p in result.pieces])
     assert [p.seam for p in again] == pytest.approx([p.seam for p in result.pieces])
@@ -268,10 +267,10 @@ def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> Non
 def test_clustering_to_a_number_comes_near_it(walks: kg.Library) -> None:
     full = PerformanceControl().fit(walks)
     some = hsu_search.clustered(PerformanceControl(), walks, 12)
-    assert len(full.instances.segments) > 25
-    assert abs(len(some.instances.segments) - 12) <= 3
-    assert len(hsu_search.clustered(PerformanceControl(), walks, 10**6).instances.segments) == len(
-        full.instances.segments
+    assert len(full.fitted.instances.segments) > 25
+    assert abs(len(some.fitted.instances.segments) - 12) <= 3
+    assert len(hsu_search.clustered(PerformanceControl(), walks, 10**6).fitted.instances.segments) == len(
+        full.fitted.instances.segments
     )
 
 
@@ -334,7 +333,7 @@ def test_dances_are_printed_as_the_protocol_gives_them(tmp_path: Path, monkeypat
         leader = _wander(shift, 6.0)
         cuts = tuple(Annotation("follower", "cut", "", t, t) for t in np.arange(13) / 2)
         library.add(Take(name, {"leader": leader, "follower": place(leader, 0.0, (1.0, 0.0, 0.3))}, cuts))
-    method = PerformanceControl(control=PointsByRole(_ENDS), span=2)
+    method = PerformanceControl(control_points=PointsByRole(_ENDS), span=2)
     monkeypatch.setattr(hsu_dances, "partner_control", lambda: method)
     monkeypatch.setattr(hsu_dances, "drawn", lambda draw, caption: paragraph(caption))
     section = hsu_dances.dance_section(library, lambda text: None)

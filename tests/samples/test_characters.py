@@ -10,7 +10,7 @@ import pytest
 from kinetograph.character import Character
 from kinetograph.errors import DataError, FetchError
 from kinetograph.formats import WriteOptions, load, read_character, save
-from kinetograph.post.retarget import retarget
+from kinetograph.post import retarget
 from kinetograph.samples import fetching as samples
 from kinetograph.samples.characters import human
 from kinetograph.skeleton import ROLES

@@ -115,7 +115,7 @@ def _calibration(
 
 def _performed(path: Path, like: Motion, reading: Reading) -> Motion:
     """A recording of the movement on the library's skeleton, in whose frames layouts are."""
-    from kinetograph.post.retarget import retarget
+    from kinetograph.post import retarget
     from kinetograph.skeleton import same_shape
 
     motion = read_file(path, reading).motion()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kinetograph.character import Character
-    from kinetograph.post.joint_table import JointTable
+    from kinetograph.post import JointTable
     from kinetograph.skeleton import Skeleton
     from kinetograph.take import Annotation, Take, Track
 
@@ -165,7 +165,7 @@ def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, sca
             raise RequestError("--joint-table and --scale go with --retarget or --character")
         return take
     from kinetograph.motion import Motion
-    from kinetograph.post.joint_table import joint_table, parse_table
+    from kinetograph.post import joint_table, parse_table
     from kinetograph.take import Take
 
     known = parse_table(path.read_text(encoding="utf-8"), path) if path and path.exists() else None
@@ -183,7 +183,7 @@ def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, sca
 
 
 def _retargeted(take: Take, name: str, skeleton: Skeleton, pairs: JointTable, scale: float | None) -> Track:
-    from kinetograph.post.retarget import retarget
+    from kinetograph.post import retarget
 
     holds = (*take.annotated(name, "handhold"), *take.annotated(name, "contact"))
     done = retarget(take.motion(name), skeleton, table=pairs, scale=scale, handholds=holds)

@@ -12,8 +12,8 @@ from kinetograph.cli.options import Footskate, options
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.keyframe import KeyframeControl
-    from kinetograph.methods.performance import PerformanceControl
+    from kinetograph.methods.keyframe import KeyframeControl, Solver
+    from kinetograph.methods.performance import Alignment, PerformanceControl
     from kinetograph.methods.sensor import SensorControl
 
 # ---- performance control ----
@@ -103,18 +103,18 @@ def performance_control(
 
 def _following(method: PerformanceControl, partner: Partner, channels: Sequence[str]) -> PerformanceControl:
     """The configuration with the control points of a partner, or with channels."""
-    from kinetograph.methods.performance.control_points import Channels, PointsByRole
+    from kinetograph.methods.performance import Channels, Fixed, PointsByRole
 
     if channels and partner.velocity is None:
         weights = weights_by_role(partner.control_point or channels, "--control-point")
-        return replace(method, control=Channels(weights), alignment="none")
-    points = method.control
+        return replace(method, control_points=Channels(weights), alignment=Fixed())
+    points = method.control_points
     if isinstance(points, PointsByRole):
         if partner.velocity is not None:
             points = replace(points, velocity=partner.velocity)
         if partner.control_point:
             points = replace(points, roles=weights_by_role(partner.control_point, "--control-point"))
-        return replace(method, control=points)
+        return replace(method, control_points=points)
     if partner.velocity is not None or partner.control_point:
         raise RequestError("--velocity and --control-point are for partners; name their track with --target")
     return method
@@ -122,9 +122,7 @@ def _following(method: PerformanceControl, partner: Partner, channels: Sequence[
 
 def finished(method: PerformanceControl, alignment: str | None, finish: Finish) -> PerformanceControl:
     """The configuration with an alignment, if one is named, and with what happens after the search."""
-    from kinetograph.post.assemble import PostSettings
-    from kinetograph.post.constraints import HoldSettings
-    from kinetograph.post.limits import JointLimits
+    from kinetograph.post import HoldSettings, JointLimits, PostSettings
 
     post = PostSettings(
         blend=finish.blend,
@@ -132,7 +130,29 @@ def finished(method: PerformanceControl, alignment: str | None, finish: Finish) 
         handholds=HoldSettings() if finish.handholds else None,
         limits=JointLimits() if finish.limits else None,
     )
-    return replace(method, alignment=alignment or method.alignment, post=post)
+    return replace(method, alignment=aligned(alignment) if alignment else method.alignment, post=post)
+
+
+def aligned(name: str) -> Alignment:
+    """The group of transforms of a name.
+
+    Raises
+    ------
+    RequestError
+        For another name; the message has them all.
+    """
+    from kinetograph.methods.performance import Fixed, Ground, Rigid, Similarity
+
+    groups: dict[str, type[Ground | Similarity | Rigid | Fixed]] = {
+        "ground": Ground,
+        "similarity": Similarity,
+        "rigid": Rigid,
+        "fixed": Fixed,
+        "none": Fixed,
+    }
+    if name not in groups:
+        raise RequestError(f"alignment must be ground, similarity, rigid, fixed or none, found {name!r}")
+    return groups[name]()
 
 
 def weights_by_role(items: Sequence[str], option: str) -> dict[str, float]:
@@ -176,17 +196,21 @@ class InbetweenSearch:
 
 def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool) -> KeyframeControl:
     """The configuration that goes from pose to pose."""
-    from kinetograph.methods.keyframe import KeyframeControl, PaperSettings, SearchSettings
-    from kinetograph.post.assemble import PostSettings
+    from kinetograph.methods.keyframe import KeyframeControl
+    from kinetograph.post import PostSettings
 
-    return KeyframeControl(
-        mode=search.mode,
-        rate=search.rate,
-        mirror=mirror,
-        search=SearchSettings(meet=search.meet),
-        paper=PaperSettings(clusters=search.clusters),
-        post=PostSettings(footskate=footskate),
-    )
+    post = PostSettings(footskate=footskate)
+    return KeyframeControl(solver=_solver(search), rate=search.rate, mirror=mirror, post=post)
+
+
+def _solver(search: InbetweenSearch) -> Solver:
+    from kinetograph.methods.keyframe import ClusterChain, TimedSearch
+
+    if search.mode == "search":
+        return TimedSearch(meet=search.meet)
+    if search.mode == "paper":
+        return ClusterChain(clusters=search.clusters)
+    raise RequestError(f"mode must be one of search, paper, found {search.mode!r}")
 
 
 def gap_filling_control(rate: float, mirror: bool) -> KeyframeControl:
@@ -197,6 +221,9 @@ def gap_filling_control(rate: float, mirror: bool) -> KeyframeControl:
 
 
 # ---- sensor control ----
+
+SYNTHESES = ("continuity", "interpolation", "optimisation")
+"""What `sensor_control` makes poses by."""
 
 LayoutName = Annotated[str, typer.Option(help="Which sensor is worn where: a .toml file, or wii, phone, imu, ideal.")]
 
@@ -231,7 +258,7 @@ def sensor_control(
     estimation : Estimation
         How poses are estimated.
     synthesis : str
-        ``"continuity"``, ``"interpolation"`` or ``"optimisation"``.
+        One of `SYNTHESES`.
     kinds : sequence of str
         The kinds of columns to use where none are named.
     rate : float

@@ -10,6 +10,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import (
+    SYNTHESES,
     Estimation,
     Partner,
     Search,
@@ -166,7 +167,6 @@ def sensor(
 
     Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
     """
-    from kinetograph.methods.sensor.model import SYNTHESES
     from kinetograph.pipeline import open_library
 
     library = open_library(held_out.library)

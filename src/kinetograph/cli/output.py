@@ -163,7 +163,7 @@ def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, t
     """A contact sheet of a synthesis and its control, with its contacts and seams."""
     from kinetograph.drawing.pictures import contact_sheet
     from kinetograph.motion import Motion
-    from kinetograph.post.contacts import contacts_of
+    from kinetograph.post import contacts_of
     from kinetograph.signal import Signal
 
     contact_sheet(

@@ -27,8 +27,7 @@ from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
-    from kinetograph.methods.performance.rules import Rule
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.motion import Motion
     from kinetograph.pipeline import Smoothing
     from kinetograph.signal import Signal
@@ -133,7 +132,7 @@ def perform(
 
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
-    from kinetograph.methods.performance import only_track
+    from kinetograph.methods.performance import only_track, require_moves
     from kinetograph.pipeline import open_library
 
     answers.refuse()
@@ -144,7 +143,7 @@ def perform(
         rules = search.rules
         model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
         if answers.transcript:
-            require_moves(model)
+            require_moves(model.fitted)
         made = _synthesised(model, wanted, answers, following.smoothing, rules)
     moves = transcribed(model, wanted) if answers.transcript else ""
     summary = summarize(made[0])
@@ -208,17 +207,9 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
     ]
 
 
-def require_moves(model: PerformanceModel) -> None:
-    """Raise RequestError where a model's recordings name no moves, which a transcript needs."""
-    if not any(mark.kind == "move" for source in model.sources for mark in source.marks):
-        raise RequestError("the library names no moves; annotate some of kind 'move' (library annotate --from CSV)")
-
-
 def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
     """The moves of a control as CSV: move, start and stop in seconds, margin."""
-    from kinetograph.methods.performance.rules import transcribe
-
-    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in transcribe(model, control)]
+    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control)]
     return "\n".join(["move,start,stop,margin", *rows]) + "\n"
 
 
@@ -230,7 +221,7 @@ def rule(text: str, forbid: bool) -> Rule:
     RequestError
         For text of another form.
     """
-    from kinetograph.methods.performance.rules import Rule
+    from kinetograph.methods.performance import Rule
 
     take, _, span = text.rpartition("@")
     start, _, stop = span.partition("-")

@@ -13,7 +13,7 @@ from kinetograph.cli.output import progress_bar, table
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.methods.performance.grow import Growth
+    from kinetograph.methods.performance import Growth
 
 
 @options()

@@ -21,7 +21,7 @@ from kinetograph.evaluation.metrics import (
 )
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.progress import Progress
@@ -96,7 +96,7 @@ def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
 
 def _dancers(method: PerformanceControl, take: Take, target: str) -> tuple[Motion, Motion]:
     follower = take.motion(target)
-    recorded = method.control.recorded(take, target)
+    recorded = method.control_points.recorded(take, target)
     if not isinstance(recorded, Motion):
         raise RequestError(
             f"take {take.name!r}: expected a character to control {target!r}, found a signal of "

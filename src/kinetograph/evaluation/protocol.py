@@ -22,8 +22,7 @@ from kinetograph.evaluation.metrics import (
 )
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance.control_points import GroundPath
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
 from kinetograph.progress import Progress
@@ -121,13 +120,13 @@ def mean_rows(rows: list[WalkRow]) -> list[WalkRow]:
 def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesis, seconds: float) -> WalkRow:
     """The figures of one held-out take; ``seconds`` is how long its synthesis took."""
     seams = np.array([piece.start for piece in result.pieces[1:]])
-    inside = [accelerations(source.motion) for source in model.sources if not source.mirrored]
+    inside = [accelerations(source.motion) for source in model.fitted.sources if not source.mirrored]
     frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
     joint_limit = float(np.quantile(np.concatenate([a.ravel() for a in inside]), 0.99))
     ours, real = _largest_near(result.motion, seams), _largest_near(truth, seams)
     return replace(
         _row(name, "segments", joint_positions(resample(result.motion, truth.fps)), truth),
-        control_cm=100 * control_error(result.motion, model.control_points(truth), truth.fps),
+        control_cm=100 * control_error(result.motion, points_of(model.method, truth), truth.fps),
         pieces=len(result.pieces),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(truth, detect_contacts(truth)),
@@ -153,18 +152,18 @@ def _synthesized(label: str, method: PerformanceControl, library: Library, take:
 
 def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, track: str | None) -> list[WalkRow]:
     """The baselines that see a path: they need its left and right point."""
-    if not isinstance(method.control, GroundPath):
+    if not isinstance(method.control_points, GroundPath):
         return []
     others = [library.take(name) for name in library.names() if name != take.name]
     examples = [_example(method, other, track) for other in others]
     truth = held_out_motion(take, track)
-    guide = guide_of_path(method.control.points(truth), truth.fps)
+    guide = guide_of_path(method.control_points.points(truth), truth.fps)
     return [_row(take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
 
 
 def _example(method: PerformanceControl, take: Take, track: str | None) -> Example:
     motion = resample(held_out_motion(take, track), RATE)
-    return guide_of_path(method.control.points(motion), RATE), joint_positions(motion)
+    return guide_of_path(method.control_points.points(motion), RATE), joint_positions(motion)
 
 
 def _row(name: str, method: str, joints: FloatArray, truth: Motion) -> WalkRow:

@@ -1,12 +1,13 @@
 """Optimal alignment of examples with windows of a control, in closed form (Hsu 2004, section 4.1).
 
 D is the weighted squared distance that is left after the best transform M of a group has been applied to the example
-(4.1, 4.2). Four groups: *ground* (a turn about the vertical and a shift on the ground), *similarity* (also a scale, of
-what lies on the ground: heights stay), *rigid* (any rotation and shift) and *fixed* or *none* (for controls that are
-not spatial). Each scores all windows against all examples with one matrix product.
+(4.1, 4.2). Each group is a class: `Ground` (a rotation about the vertical and a shift on the ground), `Similarity`
+(also a scale of what lies on the ground: heights stay), `Rigid` (any rotation and shift), `Fixed` (no transform) and
+`Continued` (no transform; each piece goes on from where the one before ends). Each scores all windows against all
+examples with one matrix product.
 
 A scale of 0 would fit any example to a control that stands still, for nothing: scales are bounded. Within the bounds
-the optimum has a closed form too: D is quadratic in the scale, whatever the turn.
+the optimum has a closed form too: D is quadratic in the scale, whatever the rotation.
 
 Shapes: windows ``(B, S, P, 3)`` and examples ``(N, S, P, 3)`` in metres, S samples of P points; weights ``(S, P)``,
 which carry the time step, so that D is in m^2 s. Costs come out as ``(B, N)``.
@@ -19,160 +20,211 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetograph import rotations as rot
-from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
+from kinetograph.arrays import ComplexArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import _kernels
-
-GROUPS = ("ground", "similarity", "rigid", "fixed", "none")
-SCALES = (0.5, 2.0)
-"""Least and greatest scale of the similarity group where none are given."""
+from kinetograph.learn.ground_examples import GroundExamples
+from kinetograph.learn.placement import GroundPlacement, Placement, RigidPlacement
 
 
-class Placement(Protocol):
-    """The transforms M, one for each of ``(B, N)`` pairs of a window and an example."""
+class PreparedExamples(Protocol):
+    """Examples that are aligned with one window after another."""
 
-    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
-        """Mixtures of points ``(N, P, 3)`` placed for one window and laid out flat: ``(N, width)``.
+    def align(self, window: FloatArray) -> tuple[FloatArray, Placement]:
+        """D ``(1, N)`` and the optimal transforms for a window ``(S, P, 3)``."""
 
-        A basis ``(P, P)`` mixes the points: ``mixed`` is its product with them, and ``sums`` ``(P,)``, the sums of its
-        rows, say how much of a shift each mixture takes.
+
+class Alignment(Protocol):
+    """A group of transforms."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether examples are moved in space; if not, what is compared need not lie in space."""
+
+    @property
+    def continues(self) -> bool:
+        """Whether each piece goes on from where the one before ends, wherever its example was recorded."""
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """D and the optimal transforms of every example for every window.
+
+        Parameters
+        ----------
+        windows : ndarray, shape (B, S, P, 3)
+            Samples of the control, metres.
+        examples : ndarray, shape (N, S, P, 3)
+        weights : ndarray, shape (S, P)
+            Weights of the samples, seconds.
+
+        Returns
+        -------
+        costs : ndarray, shape (B, N)
+            D in m^2 s.
+        placement : Placement
         """
 
-    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
-        """Rotation, a quaternion ``(4,)``, and shift ``(3,)`` of one pair."""
-
-    def scale(self, window: int, example: int) -> float:
-        """By what one pair's example is scaled on the ground, before it is turned and shifted."""
-
-    def join(self, others: list[Placement]) -> Placement:
-        """This placement and others of the same windows, side by side along the examples."""
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """Examples ``(N, S, P, 3)`` with weights ``(S, P)``, made ready for one window after another."""
 
 
 @dataclass(frozen=True, eq=False)
-class GroundPlacement:
-    """Turns and shifts ``(B, N)`` in the complex ground plane z + i x: a point p goes to turn p + shift.
+class _AsTheyAre:
+    """Examples with nothing worked out beforehand."""
 
-    The absolute value of a turn is a scale.
-    """
+    group: Alignment
+    examples: FloatArray
+    weights: FloatArray
 
-    turn: ComplexArray
-    shift: ComplexArray
-
-    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
-        """See `Placement`."""
-        turn, shift = self.turn[window], self.shift[window]
-        out = np.empty((len(mixed), width), dtype=np.float32)
-        _kernels.place_on_ground(mixed, turn.real, turn.imag, shift.real, shift.imag, sums, out)
-        return out
-
-    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
-        """See `Placement`."""
-        turn, shift = self.turn[window, example], self.shift[window, example]
-        return rot.about("y", float(np.angle(turn))), np.array([shift.imag, 0.0, shift.real])
-
-    def scale(self, window: int, example: int) -> float:
-        """See `Placement`."""
-        return float(np.abs(self.turn[window, example]))
-
-    def join(self, others: list[Placement]) -> Placement:
-        """See `Placement`."""
-        parts = [self, *(o for o in others if isinstance(o, GroundPlacement))]
-        return GroundPlacement(
-            np.concatenate([p.turn for p in parts], axis=1), np.concatenate([p.shift for p in parts], axis=1)
-        )
+    def align(self, window: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `PreparedExamples`."""
+        return self.group.align(window[None], self.examples, self.weights)
 
 
-@dataclass(frozen=True, eq=False)
-class RigidPlacement:
-    """Rotation matrices ``(B, N, 3, 3)`` and shifts ``(B, N, 3)``; the fixed group has identities and zeros."""
+@dataclass(frozen=True)
+class Ground:
+    """A rotation about the vertical and a shift on the ground: the group for walks and dances (section 4.1).
 
-    rotation: FloatArray
-    shift: FloatArray
-
-    def ends(self, window: int, mixed: FloatArray, sums: FloatArray, width: int) -> SingleArray:
-        """See `Placement`."""
-        placed = mixed @ np.swapaxes(self.rotation[window], -1, -2) + sums[:, None] * self.shift[window][:, None]
-        out = np.zeros((len(mixed), width), dtype=np.float32)
-        out[:, : 3 * mixed.shape[1]] = placed.reshape(len(mixed), -1)
-        return out
-
-    def transform(self, window: int, example: int) -> tuple[FloatArray, FloatArray]:
-        """See `Placement`."""
-        return rot.from_matrix(self.rotation[window, example]), self.shift[window, example]
-
-    def scale(self, window: int, example: int) -> float:
-        """See `Placement`."""
-        return 1.0
-
-    def join(self, others: list[Placement]) -> Placement:
-        """See `Placement`."""
-        parts = [self, *(o for o in others if isinstance(o, RigidPlacement))]
-        return RigidPlacement(
-            np.concatenate([p.rotation for p in parts], axis=1), np.concatenate([p.shift for p in parts], axis=1)
-        )
-
-
-def align(
-    group: str,
-    windows: FloatArray,
-    examples: FloatArray,
-    weights: FloatArray,
-    scales: tuple[float, float] = SCALES,
-) -> tuple[FloatArray, Placement]:
-    """D and the optimal transforms of every example for every window; costs ``(B, N)`` in m^2 s.
-
-    group: one of `GROUPS`. scales: least and greatest scale, for ``"similarity"``. Raises RequestError for any other.
-
+    Examples
+    --------
     >>> path = np.zeros((1, 3, 1, 3)); path[0, :, 0, 0] = [0, 1, 2]
     >>> turned = np.zeros((1, 3, 1, 3)); turned[0, :, 0, 2] = [5, 6, 7]
-    >>> costs, placement = align("ground", path, turned, np.ones((3, 1)))
+    >>> costs, placement = Ground().align(path, turned, np.ones((3, 1)))
     >>> bool(costs[0, 0] < 1e-12)
     True
     """
-    if group == "ground":
-        return _align_ground(windows, examples, weights, None)
-    if group == "similarity":
-        return _align_ground(windows, examples, weights, scales)
-    if group == "rigid":
-        return _align_rigid(windows, examples, weights)
-    if group in ("fixed", "none"):
-        return _align_fixed(windows, examples, weights)
-    raise unknown_group(group)
+
+    moves = True
+    continues = False
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `Alignment.align`."""
+        plane = _Plane.of(windows, examples, weights)
+        costs, rotation, shift = _kernels.fit_on_ground(plane.product, *plane.spreads, *plane.means)
+        return costs + _heights(windows, examples, weights.ravel()), GroundPlacement(rotation, shift)
+
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """See `Alignment.prepare`."""
+        return GroundExamples.of(examples, weights)
 
 
-def unknown_group(group: str) -> RequestError:
-    """The error that names the groups there are."""
-    return RequestError(f"alignment must be {', '.join(GROUPS[:-1])} or {GROUPS[-1]}, found {group!r}")
+@dataclass(frozen=True)
+class Similarity:
+    """A rotation about the vertical, a scale and a shift on the ground; heights stay.
+
+    Parameters
+    ----------
+    least, greatest : float
+        Bounds of the scale: 0 < least <= 1 <= greatest.
+    """
+
+    least: float = 0.5
+    greatest: float = 2.0
+
+    moves = True
+    continues = False
+
+    def __post_init__(self) -> None:
+        if not 0 < self.least <= 1 <= self.greatest < np.inf:
+            raise RequestError(
+                f"scales run from one in (0, 1] to one of 1 or more, found {self.least} and {self.greatest}"
+            )
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `Alignment.align`."""
+        plane = _Plane.of(windows, examples, weights)
+        _, rotation, _ = _kernels.fit_on_ground(plane.product, *plane.spreads, *plane.means)
+        costs, scale = self._fit_scale(np.abs(plane.product), *plane.spreads)
+        rotation = scale * rotation
+        window_means, example_means = plane.means
+        shift = window_means[:, None] - rotation * example_means
+        return costs + _heights(windows, examples, weights.ravel()), GroundPlacement(rotation, shift)
+
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """See `Alignment.prepare`."""
+        return _AsTheyAre(self, examples, weights)
+
+    def _fit_scale(
+        self, size: FloatArray, window_spread: FloatArray, example_spread: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Costs and scales ``(B, N)`` of rotated examples whose product with the windows is ``size``."""
+        best = np.where(example_spread > 1e-12, size / np.maximum(example_spread, 1e-12), 1.0)
+        scale = np.clip(best, self.least, self.greatest)
+        costs = window_spread[:, None] + scale * (scale * example_spread - 2.0 * size)
+        return np.maximum(costs, 0.0), scale
 
 
-def _align_ground(
-    windows: FloatArray, examples: FloatArray, weights: FloatArray, scales: tuple[float, float] | None
-) -> tuple[FloatArray, Placement]:
-    w = weights.ravel()
-    total = w.sum()
-    x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
-    a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
-    x_mean, a_mean = x @ w / total, a @ w / total
-    x, a = x - x_mean[:, None], a - a_mean[:, None]
-    product = x @ (a.conj() * w).T
-    spreads = _power(x) @ w, _power(a) @ w
-    costs, turn, shift = _kernels.fit_on_ground(product, *spreads, x_mean, a_mean)
-    if scales is not None:
-        costs, scale = _fit_scale(np.abs(product), *spreads, scales)
-        turn = scale * turn
-        shift = x_mean[:, None] - turn * a_mean
-    return costs + _heights(windows, examples, w), GroundPlacement(turn, shift)
+@dataclass(frozen=True)
+class Rigid:
+    """Any rotation and shift, by Kabsch's method."""
+
+    moves = True
+    continues = False
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `Alignment.align`. The rotation is read off the singular vectors of the cross-covariance."""
+        w = weights.ravel()
+        total = w.sum()
+        x, a = windows.reshape(len(windows), -1, 3), examples.reshape(len(examples), -1, 3)
+        x_mean, a_mean = np.einsum("bsi,s->bi", x, w) / total, np.einsum("nsi,s->ni", a, w) / total
+        x, a = x - x_mean[:, None], a - a_mean[:, None]
+        u, s, vt = np.linalg.svd(_covariances(x, a, w))
+        sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+        s[..., 2] *= sign
+        u[..., 2] *= sign[..., None]
+        rotation = u @ vt
+        spread = np.einsum("bsi,s->b", x**2, w)[:, None] + np.einsum("nsi,s->n", a**2, w)
+        costs = np.maximum(spread - 2 * s.sum(axis=-1), 0.0)
+        return costs, RigidPlacement(rotation, x_mean[:, None] - np.einsum("bnij,nj->bni", rotation, a_mean))
+
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """See `Alignment.prepare`."""
+        return _AsTheyAre(self, examples, weights)
 
 
-def _fit_scale(
-    size: FloatArray, window_spread: FloatArray, example_spread: FloatArray, scales: tuple[float, float]
-) -> tuple[FloatArray, FloatArray]:
-    """Costs and scales ``(B, N)``, of turned examples whose product with the windows is ``size``, within the bounds."""
-    best = np.where(example_spread > 1e-12, size / np.maximum(example_spread, 1e-12), 1.0)
-    scale = np.clip(best, *scales)
-    costs = window_spread[:, None] + scale * (scale * example_spread - 2.0 * size)
-    return np.maximum(costs, 0.0), scale
+@dataclass(frozen=True)
+class Fixed:
+    """No transform: what is compared stays as it was recorded."""
+
+    moves = False
+    continues = False
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `Alignment.align`."""
+        w = np.broadcast_to(weights[..., None], windows.shape[1:]).ravel()
+        x, a = windows.reshape(len(windows), -1), examples.reshape(len(examples), -1)
+        costs = np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
+        shape = costs.shape
+        return costs, RigidPlacement(np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))
+
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """See `Alignment.prepare`."""
+        return _AsTheyAre(self, examples, weights)
+
+
+@dataclass(frozen=True)
+class Continued(Fixed):
+    """No transform in D; each piece is placed where the one before ends."""
+
+    continues = True
+
+
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """Windows and examples in the complex ground plane z + i x, centred: products, spreads and means."""
+
+    product: ComplexArray
+    spreads: tuple[FloatArray, FloatArray]
+    means: tuple[ComplexArray, ComplexArray]
+
+    @classmethod
+    def of(cls, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> _Plane:
+        w = weights.ravel()
+        total = w.sum()
+        x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
+        a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
+        x_mean, a_mean = x @ w / total, a @ w / total
+        x, a = x - x_mean[:, None], a - a_mean[:, None]
+        return cls(x @ (a.conj() * w).T, (_power(x) @ w, _power(a) @ w), (x_mean, a_mean))
 
 
 def _power(z: ComplexArray) -> FloatArray:
@@ -180,37 +232,16 @@ def _power(z: ComplexArray) -> FloatArray:
 
 
 def _heights(windows: FloatArray, examples: FloatArray, w: FloatArray) -> FloatArray:
-    """The vertical part of D, which no transform of the ground group changes."""
+    """The vertical part of D, which no transform on the ground changes."""
     x, a = windows[..., 1].reshape(len(windows), -1), examples[..., 1].reshape(len(examples), -1)
     if not x.any() and not a.any():
         return np.zeros((1, 1))
     return np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
 
 
-def _align_fixed(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
-    w = np.broadcast_to(weights[..., None], windows.shape[1:]).ravel()
-    x, a = windows.reshape(len(windows), -1), examples.reshape(len(examples), -1)
-    costs = np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
-    shape = costs.shape
-    return costs, RigidPlacement(np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))
-
-
-def _align_rigid(windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
-    """Kabsch: the rotation is read off the singular vectors of the cross-covariance."""
-    w = weights.ravel()
-    total = w.sum()
-    x, a = windows.reshape(len(windows), -1, 3), examples.reshape(len(examples), -1, 3)
-    x_mean, a_mean = np.einsum("bsi,s->bi", x, w) / total, np.einsum("nsi,s->ni", a, w) / total
-    x, a = x - x_mean[:, None], a - a_mean[:, None]
+def _covariances(x: FloatArray, a: FloatArray, w: FloatArray) -> FloatArray:
+    """Weighted cross-covariances ``(B, N, 3, 3)`` of centred windows ``(B, S, 3)`` and examples ``(N, S, 3)``."""
     batch, count = len(x), len(a)
     left = np.swapaxes(x, 1, 2).reshape(batch * 3, -1)
     right = np.swapaxes(a * w[:, None], 0, 1).reshape(len(w), count * 3)
-    covariance = (left @ right).reshape(batch, 3, count, 3).swapaxes(1, 2)
-    u, s, vt = np.linalg.svd(covariance)
-    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    s[..., 2] *= sign
-    u[..., 2] *= sign[..., None]
-    rotation = u @ vt
-    spread = np.einsum("bsi,s->b", x**2, w)[:, None] + np.einsum("nsi,s->n", a**2, w)
-    costs = np.maximum(spread - 2 * s.sum(axis=-1), 0.0)
-    return costs, RigidPlacement(rotation, x_mean[:, None] - np.einsum("bnij,nj->bni", rotation, a_mean))
+    return np.asarray((left @ right).reshape(batch, 3, count, 3).swapaxes(1, 2))

@@ -8,15 +8,26 @@ import numpy as np
 
 from kinetograph.arrays import ComplexArray, FloatArray
 from kinetograph.learn import _kernels
-from kinetograph.learn.alignment import GroundPlacement
+from kinetograph.learn.placement import GroundPlacement
 
 
 @dataclass(frozen=True, eq=False)
 class GroundExamples:
     """N examples of S samples of P points, made ready.
 
-    weights ``(S * P,)``; means ``(N,)``, conjugates ``(N, S * P)``, centred and weighted, and spreads ``(N,)`` in the
-    complex plane z + i x; heights ``(N, S * P)``, weighted, and their spreads ``(N,)``.
+    Parameters
+    ----------
+    weights : ndarray, shape (S * P,)
+    means : ndarray of complex, shape (N,)
+        Weighted means in the plane z + i x.
+    conjugates : ndarray of complex, shape (N, S * P)
+        Conjugates of the centred points, weighted.
+    spreads : ndarray, shape (N,)
+        Weighted squares of the centred points.
+    heights : ndarray, shape (N, S * P)
+        Weighted heights.
+    height_spreads : ndarray, shape (N,)
+        Weighted squares of the heights.
     """
 
     weights: FloatArray
@@ -36,16 +47,16 @@ class GroundExamples:
         return cls(w, means, points.conj() * w, np.abs(points) ** 2 @ w, y * w, y**2 @ w)
 
     def align(self, window: FloatArray) -> tuple[FloatArray, GroundPlacement]:
-        """D ``(1, N)`` and the optimal transforms for a window ``(S, P, 3)``, as `alignment.align` gives them."""
+        """D ``(1, N)`` and the optimal transforms for a window ``(S, P, 3)``, as `Ground.align` gives them."""
         w = self.weights
         points, y = _on_plane(window[None]), window[..., 1].reshape(1, -1)
         mean = points @ w / w.sum()
         points = points - mean[:, None]
         product = (self.conjugates @ points[0])[None]
         spread = np.abs(points) ** 2 @ w
-        costs, turn, shift = _kernels.fit_on_ground(product, spread, self.spreads, mean, self.means)
+        costs, rotation, shift = _kernels.fit_on_ground(product, spread, self.spreads, mean, self.means)
         heights = (y**2 @ w)[:, None] + self.height_spreads - 2 * (self.heights @ y[0])[None]
-        return costs + np.maximum(heights, 0.0), GroundPlacement(turn, shift)
+        return costs + np.maximum(heights, 0.0), GroundPlacement(rotation, shift)
 
 
 def _on_plane(points: FloatArray) -> ComplexArray:

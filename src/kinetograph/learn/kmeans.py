@@ -8,30 +8,53 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import DataError
+from kinetograph.learn.distances import squared_distances
 
 _ROUNDS = 300
 
 
 @dataclass(frozen=True, eq=False)
 class Quantiser:
-    """Cluster centres ``(K, D)`` and the quantisation error: the summed squared distances of the training rows."""
+    """Clusters of rows: the paper's quantiser q.
+
+    Parameters
+    ----------
+    centres : ndarray, shape (K, D)
+    error : float
+        The accumulated quantisation error: the summed squared distances of the training rows from their centres.
+    """
 
     centres: FloatArray
     error: float
 
     def assign(self, x: FloatArray) -> IntArray:
-        """The nearest centre of each row, ``(N, D)`` -> ``(N,)``."""
+        """The nearest centre of each row, shape ``(N,)``, for rows ``(N, D)``."""
         return np.asarray(squared_distances(x, self.centres).argmin(axis=1), dtype=np.int64)
 
 
 def kmeans(x: FloatArray, clusters: int, rng: np.random.Generator, restarts: int = 10) -> Quantiser:
-    """The best of ``restarts`` runs of Lloyd's algorithm on rows ``(N, D)``.
+    """The best of several runs of Lloyd's algorithm.
 
-    Raises DataError unless 1 <= clusters <= N.
+    Parameters
+    ----------
+    x : ndarray, shape (N, D)
+    clusters : int
+        K, 1 to N.
+    rng : numpy.random.Generator
+        Draws the first centres.
+    restarts : int
+        How many runs; the one of least error is kept.
 
+    Raises
+    ------
+    DataError
+        For data that are not rows, or for fewer rows than clusters.
+
+    Examples
+    --------
     >>> two = np.array([[0.0], [0.2], [5.0], [5.2]])
-    >>> found = kmeans(two, 2, np.random.default_rng(0))
-    >>> sorted(found.centres.ravel().round(6).tolist()), round(found.error, 6)
+    >>> quantiser = kmeans(two, 2, np.random.default_rng(0))
+    >>> sorted(quantiser.centres.ravel().round(6).tolist()), round(quantiser.error, 6)
     ([0.1, 5.1], 0.04)
     """
     x = np.asarray(x, dtype=np.float64)
@@ -39,11 +62,6 @@ def kmeans(x: FloatArray, clusters: int, rng: np.random.Generator, restarts: int
         raise DataError(f"expected 1 to {len(x)} clusters for rows of shape {x.shape}, found {clusters}")
     runs = (_lloyd(x, _seeds(x, clusters, rng)) for _ in range(max(restarts, 1)))
     return min(runs, key=lambda run: run.error)
-
-
-def squared_distances(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Squared distances ``(N, K)`` between rows ``(N, D)`` and ``(K, D)``."""
-    return np.asarray(np.maximum((x**2).sum(axis=1)[:, None] + (y**2).sum(axis=1) - 2 * x @ y.T, 0.0))
 
 
 def _seeds(x: FloatArray, clusters: int, rng: np.random.Generator) -> FloatArray:
@@ -69,7 +87,7 @@ def _lloyd(x: FloatArray, centres: FloatArray) -> Quantiser:
         sums = np.zeros_like(centres)
         np.add.at(sums, labels, x)
         centres = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centres)
-        for empty in np.flatnonzero(counts == 0):  # a cluster that lost its rows takes the row that is worst off
+        for empty in np.flatnonzero(counts == 0):  # a cluster without rows takes the row furthest from its centre
             worst = int(distances[np.arange(len(x)), labels].argmax())
             centres[empty] = x[worst]
             distances[worst] = 0.0

@@ -13,8 +13,7 @@ import pytest
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.metrics import joint_error
-from kinetograph.methods.performance.control_points import Channels
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import Channels, Continued, Fixed, Ground, PerformanceControl, Similarity
 from kinetograph.motion import cut, place
 from kinetograph.post.assemble import PostSettings
 from kinetograph.take import Annotation, Take
@@ -64,7 +63,7 @@ def test_another_line_is_curled_alike(curves: ModuleType) -> None:
 
 
 def test_the_ground_group_does_not_scale(curves: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(curves, "METHOD", replace(curves.METHOD, alignment="ground"))
+    monkeypatch.setattr(curves, "METHOD", replace(curves.METHOD, alignment=Ground()))
     plain = curves.line(_LINE)
     _, pieces = curves.analogy(plain, curves.curly(plain), 1.2 * plain)
     assert [piece.scale for piece in pieces] == pytest.approx([1.0] * len(pieces))
@@ -75,7 +74,7 @@ def test_a_body_keeps_its_size_and_goes_further(tmp_path: Path) -> None:
     library = kg.Library.create(tmp_path / "library")
     library.add(Take("walk", {"body": recording}, _cuts("body", 4.0)))
     path = np.stack([recording.translation * [1.3, 0.0, 1.3]], axis=1)
-    method = PerformanceControl(alignment="similarity", stretch=0.0, post=_PLAIN)
+    method = PerformanceControl(alignment=Similarity(), stretch=0.0, post=_PLAIN)
     result = method.fit(library).synthesize(kg.Signal(path, ("path",), "m", 30.0))
     reach = np.linalg.norm(np.diff(result.motion.translation[:, [0, 2]], axis=0), axis=1).sum()
     assert reach == pytest.approx(1.3 * 4.0, rel=0.05)
@@ -105,7 +104,7 @@ def _spoken(folder: Path) -> kg.Library:
 
 def test_a_body_is_recovered_where_it_was_from_channels(tmp_path: Path) -> None:
     reading = Channels({"pitch": 1.0, "loudness": 0.5})
-    method = PerformanceControl(alignment="none", stretch=0.0, control=reading, post=_PLAIN)
+    method = PerformanceControl(alignment=Fixed(), stretch=0.0, control_points=reading, post=_PLAIN)
     speech = _speech(6.0)
     part = kg.Signal(speech.values[50:226], speech.names, "", 50.0)  # from 1 s to 4.5 s
     result = method.fit(_spoken(tmp_path), track="body").synthesize(part)
@@ -133,14 +132,14 @@ def _jump(pitch: float = 100.0) -> kg.Signal:
 
 def test_a_body_goes_on_from_where_it_is(tmp_path: Path) -> None:
     method = PerformanceControl(
-        alignment="none", placing="continued", stretch=0.0, control=Channels({"pitch": 1.0}), post=_PLAIN
+        alignment=Continued(), stretch=0.0, control_points=Channels({"pitch": 1.0}), post=_PLAIN
     )
     library = _said(tmp_path)
     result = method.fit(library, track="body").synthesize(_jump())
     assert [piece.take for piece in result.pieces] == ["here"] * 6 + ["there"] * 6
     assert joint_error(result.motion, walk(6.0, turn_rate=0.5)) < 5e-3  # a border may be a thirtieth of a second off
     assert result.costs["continuity"] == pytest.approx(0.0, abs=1e-6)
-    recorded = replace(method, placing="recorded").fit(library, track="body").synthesize(_jump())
+    recorded = replace(method, alignment=Fixed()).fit(library, track="body").synthesize(_jump())
     assert np.linalg.norm(np.diff(recorded.motion.translation, axis=0), axis=1).max() > 1.0
     assert recorded.costs["continuity"] > 1.0
 
@@ -152,8 +151,11 @@ def test_channels_cost_by_their_weights() -> None:
 
 
 def test_channels_that_are_not_there_and_groups_that_make_no_sense(tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match="channels are in no space: alignment must be none, found 'ground'"):
-        PerformanceControl(control=Channels({"pitch": 1.0}))
+    with pytest.raises(
+        RequestError,
+        match=r"channels do not lie in space: .* found Ground\(\)",
+    ):
+        PerformanceControl(control_points=Channels({"pitch": 1.0}))
     with pytest.raises(RequestError, match="channels need positive weights by name, found"):
         Channels({})
     with pytest.raises(RequestError, match="no channel energy; its channels are loudness, pitch"):
@@ -162,11 +164,7 @@ def test_channels_that_are_not_there_and_groups_that_make_no_sense(tmp_path: Pat
         Channels({"pitch": 1.0}).points(walk(1.0))
     with pytest.raises(RequestError, match="expected a track 'music' to control 'body', found speech"):
         Channels({"pitch": 1.0}, track="music").recorded(_spoken(tmp_path).take("talk"), "body")
-    with pytest.raises(RequestError, match=r"scales run from one in \(0, 1\] to one of 1 or more, found \(0, 2\)"):
-        PerformanceControl(scales=(0, 2))
-    with pytest.raises(RequestError, match="placing must be recorded or continued, found 'there'"):
-        PerformanceControl(placing="there")
-    with pytest.raises(RequestError, match="continued without alignment only; found 'ground', not none"):
-        PerformanceControl(placing="continued")
-    with pytest.raises(RequestError, match="must be ground, similarity, rigid, fixed or none, found 'affine'"):
+    with pytest.raises(RequestError, match=r"scales run from one in \(0, 1\] to one of 1 or more, found 0 and 2"):
+        Similarity(0, 2)
+    with pytest.raises(RequestError, match=r"must be Ground\(\), .* or Continued\(\), found 'affine'"):
         PerformanceControl(alignment="affine")

@@ -13,9 +13,7 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation.dance import distinct_share, leave_one_dance_out, mean_rows
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.kinematics import role_positions
-from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
-from kinetograph.methods.performance.handholds import usual_grip
-from kinetograph.methods.performance.model import PerformanceControl, partner_control
+from kinetograph.methods.performance import GroundPath, PerformanceControl, PointsByRole, partner_control, usual_grip
 from kinetograph.motion import Motion, place, resample
 from kinetograph.post.assemble import PostSettings
 from kinetograph.take import Annotation, Take
@@ -42,7 +40,7 @@ def _library(folder: Path, *takes: Take) -> kg.Library:
     return library
 
 
-_METHOD = PerformanceControl(stretch=0.0, control=PointsByRole(_ENDS), post=_PLAIN)
+_METHOD = PerformanceControl(stretch=0.0, control_points=PointsByRole(_ENDS), post=_PLAIN)
 
 
 # ---- readings ----
@@ -109,7 +107,7 @@ def test_a_leader_of_another_rate_leads_alike(tmp_path: Path) -> None:
 
 def test_segments_of_several_cuts_begin_at_every_cut(tmp_path: Path) -> None:
     library = _library(tmp_path, _pair("a", 0.0, duration=4.0))
-    segments = replace(_METHOD, span=2).fit(library, track="follower").instances.segments
+    segments = replace(_METHOD, span=2).fit(library, track="follower").fitted.instances.segments
     assert [(s.start, s.stop) for s in segments] == [(t / 2, t / 2 + 1) for t in range(7)]
 
 
@@ -117,7 +115,7 @@ def test_partners_without_cuts_are_cut_at_their_beats(tmp_path: Path) -> None:
     take = _pair("a", 0.0)
     model = _METHOD.fit(_library(tmp_path, Take("a", take.tracks)), track="follower")
     assert model.notes == ("a: no cuts in the library; cut at beats",)
-    durations = [s.duration for s in model.instances.segments]
+    durations = [s.duration for s in model.fitted.instances.segments]
     np.testing.assert_allclose(durations, 0.5, atol=0.1)
 
 
@@ -127,7 +125,7 @@ def test_dancers_of_nearly_one_build_share_a_library(tmp_path: Path) -> None:
     follower = other.motion("follower")
     other = Take("b", {**other.tracks, "follower": Motion(small, follower.translation, follower.rotations, 30.0)})
     model = _METHOD.fit(_library(tmp_path, take, other), track="follower")
-    heights = {s.motion.skeleton.height for s in model.sources}
+    heights = {s.motion.skeleton.height for s in model.fitted.sources}
     assert len(heights) == 1
 
 
@@ -135,7 +133,7 @@ def test_tracks_and_controls_that_are_not_there(tmp_path: Path) -> None:
     library = _library(tmp_path, _pair("a", 0.0))
     with pytest.raises(RequestError, match=r"name one of its motions \(leader, follower\), found 'singer'"):
         _METHOD.fit(library, track="singer")
-    drummer = replace(_METHOD, control=PointsByRole(_ENDS, track="drummer"))
+    drummer = replace(_METHOD, control_points=PointsByRole(_ENDS, track="drummer"))
     with pytest.raises(RequestError, match="expected a track 'drummer' to control 'follower', found leader"):
         drummer.fit(library, track="follower")
     valid = np.ones((30, 4), dtype=bool)
@@ -186,7 +184,7 @@ def test_the_usual_grip_is_the_mean_of_a_holds_recordings(tmp_path: Path) -> Non
         Annotation("follower", "handhold", "left_hand:left_hand", 3.0, 5.0),
     )
     library = _library(tmp_path, replace(take, annotations=(*take.annotations, *holds)))
-    sources = _METHOD.fit(library, track="follower").sources
+    sources = _METHOD.fit(library, track="follower").fitted.sources
     grips = sources[0].grips["right_hand:left_hand"]
     np.testing.assert_allclose(usual_grip(sources, "right_hand:left_hand"), grips[30:61:3].mean(axis=0), atol=1e-9)
     some = usual_grip(sources, "right_hand:right_hand")
@@ -219,4 +217,4 @@ def test_a_recording_used_twice_counts_once() -> None:
 def test_the_configuration_for_partners_uses_two_beats_that_overlap() -> None:
     method = partner_control()
     assert (method.span, method.rate) == (2, 7.5)
-    assert isinstance(method.control, PointsByRole)
+    assert isinstance(method.control_points, PointsByRole)

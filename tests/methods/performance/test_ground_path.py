@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
+from kinetograph.methods.performance import hips_on_ground, path_on_ground, path_speeds, smooth_path
 from kinetograph.motion import place
 from kinetograph.signal import Signal
 from walkers import walk

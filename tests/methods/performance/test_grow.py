@@ -10,7 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance.grow import Grown, cuts_of, fit_examples, grow, grow_takes, growing_control
+from kinetograph.methods.performance import Grown, cuts_of, fit_examples, grow, grow_takes, growing_control
 from kinetograph.motion import Motion, cut, place
 from kinetograph.pipeline import grow_library
 from kinetograph.segmentation import compare_cuts, compare_labels

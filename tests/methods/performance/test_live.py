@@ -10,9 +10,16 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance.control_points import PointsByRole
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
-from kinetograph.methods.performance.window import OneWindow
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    PointsByRole,
+    at_rate,
+    left_early,
+    points_of,
+)
+from kinetograph.methods.performance.scoring import arrivals_at
+from kinetograph.methods.performance.window import LatestWindow
 from kinetograph.motion import Motion, cut
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
@@ -68,7 +75,7 @@ def test_velocities_come_a_frame_later_and_are_the_same(tmp_path: Path) -> None:
     take = Take("pair", {"leader": leader, "follower": walk(8.0, speed=1.2)}, _cuts("follower"))
     library = kg.Library.create(tmp_path / "pairs")
     library.add(take)
-    method = replace(_METHOD, control=PointsByRole({"left_toe": 1.0, "right_toe": 1.0}, velocity=0.2))
+    method = replace(_METHOD, control_points=PointsByRole({"left_toe": 1.0, "right_toe": 1.0}, velocity=0.2))
     model = method.fit(library, track="follower")
     control = _control(3.0)
     assert _live(model, control, None)[0].cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
@@ -101,15 +108,15 @@ def test_the_stretch_of_a_committed_piece_is_open_until_it_ends(tmp_path: Path) 
 
 def test_one_window_is_aligned_as_many_are(tmp_path: Path) -> None:
     model = _model(tmp_path)
-    x = model.at_search_rate(model.control_points(_control(2.0)), _FPS)
-    quick = OneWindow(model)
+    x = at_rate(points_of(model.method, _control(2.0)), _FPS, model.method.rate)
+    quick = LatestWindow.of(model.fitted)
     for stop in (2, 4, 9):
-        one, other = quick.arrivals_at(x[: stop + 1]), model.arrivals_at(x[: stop + 1])
+        one, other = quick.arrivals_at(x[: stop + 1]), arrivals_at(model.fitted, x[: stop + 1])
         np.testing.assert_allclose(one.costs, other.costs, atol=1e-9)
         np.testing.assert_allclose(one.tails, other.tails, atol=1e-5)
-    for used, other in model.left_early(x[:12]).items():
+    for used, other in left_early(model.fitted, x[:12]).items():
         one = quick.under_way(x[11 - used : 12])
-        longer = model.search.durations > used
+        longer = model.fitted.search.durations > used
         np.testing.assert_allclose(one.costs[longer], other.costs[longer], atol=1e-9)
         np.testing.assert_allclose(one.heads[longer], other.heads[longer], atol=1e-5)
         assert np.isinf(one.costs[~longer]).all()
@@ -123,7 +130,7 @@ def test_more_lag_than_the_control_is_long_changes_nothing(tmp_path: Path) -> No
 def test_points_are_taken_as_well_as_poses(tmp_path: Path) -> None:
     model, control = _model(tmp_path), _control(2.0)
     live = model.start(control.fps)
-    for points in model.control_points(control):
+    for points in points_of(model.method, control):
         live.step(points)
     assert live.finish().cost == pytest.approx(model.synthesize(control).cost, rel=1e-6)
 

@@ -9,8 +9,15 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
-from kinetograph.methods.performance.rules import Rule, alternatives, best_sequences, transcribe
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    Rule,
+    at_rate,
+    interpret,
+    points_of,
+)
+from kinetograph.methods.performance.interpretation import alternatives, best_sequences
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -33,7 +40,7 @@ def _control() -> kg.Motion:
 
 
 def test_moves_are_transcribed_with_their_times(tmp_path: Path) -> None:
-    rows = transcribe(_model(tmp_path), _control())
+    rows = _model(tmp_path).transcribe(_control())
     assert [row.move for row in rows] == ["straight step", "left step", "right step"]
     np.testing.assert_allclose([row.start for row in rows], [0.0, 2.0, 4.0], atol=0.3)
     assert rows[-1].stop == pytest.approx(6.0, abs=0.5)
@@ -69,20 +76,20 @@ def test_rules_that_cannot_be_met(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match=r"from a start to a later stop, found 2\.0 and 1\.0"):
         Rule(2.0, 1.0)
     with pytest.raises(RequestError, match="the library names no moves; annotate some of kind 'move'"):
-        transcribe(model, _control())
+        model.transcribe(_control())
 
 
 def test_alternatives_share_no_piece_and_come_cheapest_first(tmp_path: Path) -> None:
     model = _model(tmp_path)
-    x = model.at_search_rate(model.control_points(_control()), 30.0)
-    found = alternatives(model, x, 3)
+    x = at_rate(points_of(model.method, _control()), 30.0, model.method.rate)
+    found = alternatives(model.fitted, x, 3)
     scores = [path.score for path in found]
     assert len(found) == 3
-    assert scores[0] == pytest.approx(model.interpret(x).score)
+    assert scores[0] == pytest.approx(interpret(model.fitted, x).score)
     assert scores == sorted(scores)
     shown = [
         {
-            (int(model.instances.states[s, 0]), t)
+            (int(model.fitted.instances.states[s, 0]), t)
             for s, a, b in zip(p.states, p.starts, p.stops, strict=True)
             for t in range(a, b)
         }
@@ -94,23 +101,23 @@ def test_alternatives_share_no_piece_and_come_cheapest_first(tmp_path: Path) -> 
 
 def test_there_are_no_more_alternatives_than_recordings_allow(tmp_path: Path) -> None:
     model = _model(tmp_path)
-    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    x = at_rate(points_of(model.method, _control()), 30.0, model.method.rate)
     only = Rule(0.0, 6.0, take="straight", source=3.2)
-    assert len(alternatives(model, x[:9], 4, (only,))) == 1
+    assert len(alternatives(model.fitted, x[:9], 4, (only,))) == 1
 
 
 def test_the_best_sequences_come_in_order_and_keep_the_rules(tmp_path: Path) -> None:
     model = _model(tmp_path)
-    x = model.at_search_rate(model.control_points(_control()), 30.0)
+    x = at_rate(points_of(model.method, _control()), 30.0, model.method.rate)
     rule = Rule(2.0, 4.0, take="left", forbid=True)
     for rules in ((), (rule,)):
-        found = best_sequences(model, x, 5, rules)
+        found = best_sequences(model.fitted, x, 5, rules)
         scores = np.array([p.score for p in found])
-        assert scores[0] == pytest.approx(model.interpret(x, rules=rules).score, rel=1e-9)
+        assert scores[0] == pytest.approx(interpret(model.fitted, x, rules=rules).score, rel=1e-9)
         assert np.all(np.diff(scores) >= 0)
         assert len({(tuple(p.states), tuple(p.stops)) for p in found}) == 5
-    segments = [model.instances.segments[i] for p in found for i in model.instances.states[p.states, 0]]
+    segments = [model.fitted.instances.segments[i] for p in found for i in model.fitted.instances.states[p.states, 0]]
     starts = [t for p in found for t in zip(p.starts, p.stops, strict=True)]
     for segment, (start, stop) in zip(segments, starts, strict=True):
         inside = start < 4.0 * model.method.rate and stop > 2.0 * model.method.rate
-        assert not (inside and model.sources[segment.source].take == "left")
+        assert not (inside and model.fitted.sources[segment.source].take == "left")

@@ -1,5 +1,111 @@
-"""Performance control (Hsu 2004): a control is interpreted as stretched, placed segments of recordings."""
+"""Performance control (Hsu 2004): a control is interpreted as stretched, placed segments of recordings.
 
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, only_track, partner_control
+A walk follows a drawn path or another walker's hips; a dance follower answers a leader. `PerformanceControl` is the
+configuration, fitting it to a library gives a `PerformanceModel`, and that turns whole controls into motion, or one
+frame of control after another.
+"""
 
-__all__ = ["PerformanceControl", "PerformanceModel", "only_track", "partner_control"]
+from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.methods.performance.clustering import segment_distances
+from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
+from kinetograph.methods.performance.control_points import (
+    LIMB_ENDS,
+    Channels,
+    ControlPoints,
+    GroundPath,
+    PointsByRole,
+)
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
+from kinetograph.methods.performance.grow import (
+    GROWN,
+    Grown,
+    Growth,
+    by_hand,
+    cut_tracks,
+    cuts_of,
+    fit_examples,
+    grow,
+    grow_rest,
+    grow_takes,
+    growing_control,
+)
+from kinetograph.methods.performance.handholds import usual_grip
+from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.live import Live
+from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
+from kinetograph.methods.performance.pieces import fine_borders, pieces_of
+from kinetograph.methods.performance.realize import realize
+from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
+from kinetograph.methods.performance.segments import (
+    Instances,
+    Segment,
+    Source,
+    build_instances,
+    cut_segments,
+    legal_steps,
+)
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.performance.sources import LABELS
+from kinetograph.methods.performance.transcribe import Transcript, require_moves, transcribe
+
+__all__ = [
+    "GROWN",
+    "LABELS",
+    "LIMB_ENDS",
+    "Alignment",
+    "Channels",
+    "Continued",
+    "Control",
+    "ControlPoints",
+    "Fitted",
+    "Fixed",
+    "Ground",
+    "GroundPath",
+    "Grown",
+    "Growth",
+    "Instances",
+    "Live",
+    "PerformanceControl",
+    "PerformanceModel",
+    "PerformanceSettings",
+    "PointsByRole",
+    "Rigid",
+    "Rule",
+    "Segment",
+    "Similarity",
+    "Source",
+    "Transcript",
+    "arrivals",
+    "at_rate",
+    "build_instances",
+    "by_hand",
+    "cut_segments",
+    "cut_tracks",
+    "cuts_of",
+    "fine_borders",
+    "fit_examples",
+    "grow",
+    "grow_rest",
+    "grow_takes",
+    "growing_control",
+    "hips_on_ground",
+    "interpret",
+    "left_early",
+    "legal_steps",
+    "only_track",
+    "partner_control",
+    "path_on_ground",
+    "path_speeds",
+    "pieces_of",
+    "points_of",
+    "read_control",
+    "realize",
+    "require_moves",
+    "segment_distances",
+    "short_pieces",
+    "smooth_path",
+    "transcribe",
+    "usual_grip",
+]

@@ -1,7 +1,7 @@
-"""What of a control is compared with the recordings: one reading for walks, one for partners, and room for more.
+"""What of a control is compared with the recordings: points on the ground for walks, points of a body for partners.
 
-A reading turns a control, and the recorded track that stands for it, into the same point cloud. The method knows
-points only: nothing in it asks which reading it has.
+A control, and the recorded track that was the control of a take, are turned into the same points. The method sees
+these points only.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ LIMB_ENDS: Mapping[str, float] = MappingProxyType(
 )
 
 
-class ControlReading(Protocol):
-    """How control points are read off a control."""
+class ControlPoints(Protocol):
+    """How control points are taken from a control."""
 
     def recorded(self, take: Take, target: str) -> Track:
-        """The track of a take that stands for the control where ``target`` is the track to be made."""
+        """The track of a take that was the control where ``target`` is the track to be made."""
 
     def points(self, control: Motion | Signal) -> FloatArray:
         """Control points ``(F, P, 3)`` in metres, at the control's own rate."""
@@ -44,17 +44,23 @@ class ControlReading(Protocol):
 
     @property
     def spatial(self) -> bool:
-        """Whether the points lie in space, where examples may be turned and moved."""
+        """Whether the points lie in space, where examples may be rotated and moved."""
 
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
-        """What a person should know of a control that the library, of these ``speeds``, can hardly meet."""
+        """What a person should know of a control that the library, of these least and greatest ``speeds``, cannot meet.
+
+        points ``(F, P, 3)`` are the control's, at ``fps``.
+        """
 
 
 @dataclass(frozen=True)
 class GroundPath:
     """Two points on the ground, left and right of a moving centre: a drawn path, or a walker's hips (section 6.1).
 
-    hip_distance: metres that the points are set apart, which weighs facing against position.
+    Parameters
+    ----------
+    hip_distance : float
+        Metres between the two points, which weighs facing against position.
     """
 
     hip_distance: float = 0.3
@@ -68,32 +74,32 @@ class GroundPath:
         return take.motion(target)
 
     def points(self, control: Motion | Signal) -> FloatArray:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         if isinstance(control, Motion):
             return hips_on_ground(control, self.hip_distance)
         return path_on_ground(control, self.hip_distance)
 
     def weights(self) -> FloatArray:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return np.ones(2)
 
     @property
     def frame_by_frame(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return True
 
     @property
     def spatial(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return True
 
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
         """Where a path asks, over half a second, for more or for less speed than the library has."""
         window = max(round(0.5 * fps), 1)
-        found = path_speeds(points, fps)
-        if len(found) < window:
+        path = path_speeds(points, fps)
+        if len(path) < window:
             return ()
-        asked = np.convolve(found, np.ones(window) / window, mode="valid")
+        asked = np.convolve(path, np.ones(window) / window, mode="valid")
         (slowest, fastest), warnings = speeds, []
         if asked.max() > fastest * 1.05:
             warnings.append(
@@ -112,10 +118,16 @@ class GroundPath:
 class PointsByRole:
     """Points of another character by the roles they play (section 6.2), or the points of a signal.
 
-    roles: weights by role. velocity: seconds by which velocity is weighed against position: a point stands for two,
-    this far ahead of it and behind it at its own velocity, which adds ``velocity ** 2`` times the squared difference
-    of velocities to that of positions. track: the track of the library's takes that was the control; without it, the
-    only one beside the target.
+    Parameters
+    ----------
+    roles : mapping of str to float
+        Weights by role, or by the name of a signal's point.
+    velocity : float
+        Seconds by which velocity is weighed against position. A point becomes two, this far ahead of it and behind it
+        at its own velocity, which adds ``velocity ** 2`` times the squared difference of velocities to that of
+        positions.
+    track : str, optional
+        Track of the library's takes that was the control; without it, the only other one than the target.
     """
 
     roles: Mapping[str, float] = field(default_factory=lambda: LIMB_ENDS)
@@ -131,10 +143,10 @@ class PointsByRole:
 
     def recorded(self, take: Take, target: str) -> Track:
         """The partner's track. Raises RequestError, naming the tracks there are."""
-        return _beside(take, target, self.track)
+        return _other_track(take, target, self.track)
 
     def points(self, control: Motion | Signal) -> FloatArray:
-        """See `ControlReading`. Raises RequestError for a role, or a signal's point, that is not there."""
+        """See `ControlPoints`. Raises RequestError for a role, or a signal's point, that is not there."""
         positions = role_positions(control, tuple(self.roles)) if isinstance(control, Motion) else self._named(control)
         if not self.velocity:
             return positions
@@ -150,18 +162,18 @@ class PointsByRole:
         return control.values[:, [control.names.index(role) for role in self.roles]]
 
     def weights(self) -> FloatArray:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         weights = np.array(list(self.roles.values()), dtype=np.float64)
         return np.tile(0.5 * weights, 2) if self.velocity else weights
 
     @property
     def frame_by_frame(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return self.velocity == 0
 
     @property
     def spatial(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return True
 
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
@@ -171,10 +183,16 @@ class PointsByRole:
 
 @dataclass(frozen=True)
 class Channels:
-    """Channels of a signal that lie in no space, such as features of speech (chapter 7): the group is ``"none"``.
+    """Channels of a signal that lie in no space, such as features of speech (chapter 7).
 
-    The target stays where it was recorded: there is no transform to inherit. channels: weights by name; they say how
-    much a unit of each is worth beside a metre of continuity. track: see `PointsByRole`.
+    The target stays where it was recorded, or goes on from where it is: the alignment is `Fixed` or `Continued`.
+
+    Parameters
+    ----------
+    channels : mapping of str to float
+        Weights by name: what a unit of each counts compared with a metre of continuity.
+    track : str, optional
+        See `PointsByRole`.
     """
 
     channels: Mapping[str, float]
@@ -187,7 +205,7 @@ class Channels:
 
     def recorded(self, take: Take, target: str) -> Track:
         """The track beside the target. Raises RequestError, naming the tracks there are."""
-        return _beside(take, target, self.track)
+        return _other_track(take, target, self.track)
 
     def points(self, control: Motion | Signal) -> FloatArray:
         """A channel a point, ``(F, C, 3)``, on the first axis. Raises RequestError for a channel that is not there."""
@@ -201,17 +219,17 @@ class Channels:
         return points
 
     def weights(self) -> FloatArray:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return np.array(list(self.channels.values()), dtype=np.float64)
 
     @property
     def frame_by_frame(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return True
 
     @property
     def spatial(self) -> bool:
-        """See `ControlReading`."""
+        """See `ControlPoints`."""
         return False
 
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
@@ -219,13 +237,13 @@ class Channels:
         return ()
 
 
-def _beside(take: Take, target: str, wanted: str | None) -> Track:
+def _other_track(take: Take, target: str, wanted: str | None) -> Track:
     """The track that was the control of ``target``: the one wanted or the only other. Raises RequestError."""
     others = [name for name in take.tracks if name != target]
     if wanted is None and len(others) == 1:
         return take.tracks[others[0]]
     if wanted is None or wanted not in others:
-        found = ", ".join(others) or "none"
-        expected = "one track beside it" if wanted is None else f"a track {wanted!r}"
-        raise RequestError(f"take {take.name!r}: expected {expected} to control {target!r}, found {found}")
+        there = ", ".join(others) or "none"
+        expected = "one other track" if wanted is None else f"a track {wanted!r}"
+        raise RequestError(f"take {take.name!r}: expected {expected} to control {target!r}, found {there}")
     return take.tracks[wanted]

@@ -23,10 +23,26 @@ def hips_on_ground(motion: Motion, distance: float) -> FloatArray:
 
 
 def path_on_ground(path: Signal, distance: float) -> FloatArray:
-    """The Frenet frame of a path as two points, shape ``(F, 2, 3)``: left and right of it, square to its velocity.
+    """The Frenet frame of a path as two points: left and right of it, square to its velocity.
 
-    Where the path stands still the direction is interpolated between those before and after. Raises RequestError for
-    a signal that is not one or two points, or a path that never moves.
+    Where the path stands still the direction is interpolated between those before and after.
+
+    Parameters
+    ----------
+    path : Signal
+        One point, or a left and a right one.
+    distance : float
+        Metres between the two points.
+
+    Returns
+    -------
+    ndarray, shape (F, 2, 3)
+        Metres, on the ground.
+
+    Raises
+    ------
+    RequestError
+        For a signal that is not one or two points, or a path that never moves.
     """
     if not path.spatial or path.values.shape[1] > 2:
         raise RequestError(
@@ -49,9 +65,15 @@ def path_on_ground(path: Signal, distance: float) -> FloatArray:
 
 
 def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:
-    """A drawn path made calmer: Gaussian smoothing over ``time`` seconds and of the shape over ``space`` metres.
+    """A drawn path made smoother; both ends stay where they were.
 
-    Smoothing in space averages over arc length and keeps the timing along the path; both ends stay where they were.
+    Parameters
+    ----------
+    path : Signal
+    time : float
+        Width of a Gaussian over time, seconds; 0 for none.
+    space : float
+        Width of a Gaussian over arc length, metres; 0 for none. The timing along the path is kept.
     """
     values = path.values
     if space > 0:
@@ -62,7 +84,7 @@ def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:
 
 
 def path_speeds(control: FloatArray, fps: float) -> FloatArray:
-    """Ground speed in metres a second, shape ``(F,)``, of the midpoint of control points ``(F, 2, 3)``."""
+    """Ground speed in metres per second, shape ``(F,)``, of the midpoint of control points ``(F, 2, 3)``."""
     middle = control.mean(axis=1)
     if len(middle) < 2:
         return np.zeros(len(middle))

@@ -17,10 +17,14 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.methods.performance.control import points_of
 from kinetograph.methods.performance.control_points import PointsByRole
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
-from kinetograph.methods.performance.realize import fine_borders
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.pieces import fine_borders
+from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment, Source, build_instances, cut_segments
+from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.sources import LABELS
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -39,10 +43,15 @@ _VELOCITY = 0.2  # seconds, see PointsByRole
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """What examples make of one track of a take: cuts and labels, and the distance in metres that is left.
+    """What examples make of one track of a take.
 
-    distance: root mean square over time and points, velocities included: the less, the better the take is understood.
-    A take shorter than any segment has no cuts, and is infinitely far.
+    Parameters
+    ----------
+    cuts, labels : tuple of Annotation
+        A take shorter than any segment has no cuts.
+    distance : float
+        Root mean square distance in metres, over time and points, velocities included, between the take and the
+        examples that explain it; infinite for a take shorter than any segment.
     """
 
     cuts: tuple[Annotation, ...]
@@ -52,10 +61,18 @@ class Grown:
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """A take, what was grown for it by track, and how that agrees with a person's cuts where there are any.
+    """A take, what was grown for it, and how that agrees with a person's cuts where there are any.
 
-    agreement, labels: see `compare_cuts` and `compare_labels`; labels is not a number without a person's. rest: whether
-    only what a person has left uncut was grown.
+    Parameters
+    ----------
+    take : str
+    tracks : mapping of str to Grown
+    agreement : CutAgreement, optional
+        See `compare_cuts`.
+    labels : float
+        See `compare_labels`; not a number where a person has named none.
+    rest : bool
+        Whether only what a person has left uncut was grown.
     """
 
     take: str
@@ -65,17 +82,17 @@ class Growth:
     rest: bool = False
 
 
-def growing_control(partners: bool = False) -> PerformanceControl:
-    """The configuration for growing, as it was found on walks and, with ``partners``, on dances."""
-    plain = PerformanceControl(rate=15.0)
+def growing_control(partners: bool = False) -> PerformanceSettings:
+    """The configuration for growing, chosen on walks and, with ``partners``, on dances."""
+    plain = PerformanceSettings(rate=15.0)
     return replace(plain, continuity=0.1, stretch=0.1) if partners else plain
 
 
-def fit_examples(method: PerformanceControl, takes: Sequence[Take], track: str) -> PerformanceModel:
+def fit_examples(settings: PerformanceSettings, takes: Sequence[Take], track: str) -> Fitted:
     """The segments of takes that have cuts on ``track``, by the points of all their characters.
 
-    Of the method's configuration the search's counts, not how a control is read. Raises RequestError where the takes
-    have no segment, or motions of different names.
+    Of the settings those of the search are used, not the control points. Raises RequestError where the takes have no
+    segment, or motions of different names.
     """
     tracks = tuple(name for name, value in takes[0].tracks.items() if isinstance(value, Motion))
     motions = [_motion(take, name) for take in takes for name in tracks]
@@ -83,26 +100,26 @@ def fit_examples(method: PerformanceControl, takes: Sequence[Take], track: str) 
     if not roles:
         raise RequestError(f"the examples' characters have none of the roles {', '.join(BODY)}; name some (--role)")
     names = [f"{name}:{role}" for name in tracks for role in roles]
-    reading = PointsByRole(dict.fromkeys(names, _WEIGHT / len(names)), _VELOCITY)
-    sources = tuple(_source(method, reading, take, track) for take in takes)
-    segments = cut_segments(sources, method.longest, method.span)
-    instances = build_instances(sources, segments, method.rate, method.stretch)
-    return PerformanceModel(replace(method, control=reading), sources, instances)
+    points = PointsByRole(dict.fromkeys(names, _WEIGHT / len(names)), _VELOCITY)
+    sources = tuple(_source(settings, points, take, track) for take in takes)
+    segments = cut_segments(sources, settings.longest, settings.span)
+    instances = build_instances(sources, segments, settings.rate, settings.stretch)
+    return Fitted(replace(settings, control_points=points), sources, instances)
 
 
-def _source(method: PerformanceControl, reading: PointsByRole, take: Take, track: str) -> Source:
+def _source(settings: PerformanceSettings, points: PointsByRole, take: Take, track: str) -> Source:
     motion = take.motion(track)
-    control = reading.points(_bodies(take, track, tuple(reading.roles)))
-    target = role_positions(motion, tuple(method.targets))
-    marks = tuple(note for kind in LABELS for note in take.annotated(track, kind))
-    return Source(take.name, track, False, motion, control, target, marks, cuts_of(take, track))
+    control = points.points(_bodies(take, track, tuple(points.roles)))
+    target = role_positions(motion, tuple(settings.targets))
+    labels = tuple(note for kind in LABELS for note in take.annotated(track, kind))
+    return Source(take.name, track, False, motion, control, target, labels, cuts_of(take, track))
 
 
 def _motion(take: Take, track: str) -> Motion:
-    found = take.tracks.get(track)
-    if not isinstance(found, Motion):
+    motion = take.tracks.get(track)
+    if not isinstance(motion, Motion):
         raise RequestError(f"take {take.name!r} has no motion {track!r}, which the examples have")
-    return found
+    return motion
 
 
 def _bodies(take: Take, track: str, names: tuple[str, ...]) -> Signal:
@@ -122,50 +139,47 @@ def cuts_of(take: Take, track: str) -> tuple[float, ...]:
     return tuple(sorted({note.start for note in take.annotated(track, "cut")}))
 
 
-def grow(model: PerformanceModel, take: Take, progress: Progress | None = None) -> Grown:
-    """Cuts and labels of a take, by the examples of a model of `fit_examples`, on the track they were cut on.
+def grow(fitted: Fitted, take: Take, progress: Progress | None = None) -> Grown:
+    """Cuts and labels of a take, by examples that `fit_examples` has fitted, on the track they were cut on.
 
     Borders of segments, and cuts within those of several, become cuts where they lie in the take; a border is as fine
     as the constrained search of section 4.4.3 makes it.
     """
-    reading, track = model.method.control, model.sources[0].track
-    assert isinstance(reading, PointsByRole)
-    bodies = _bodies(take, track, tuple(reading.roles))
-    points = model.control_points(bodies)
-    x = model.at_search_rate(points, bodies.fps)
-    if len(x) <= model.instances.states[0, 1]:
+    compared, track = fitted.settings.control_points, fitted.sources[0].track
+    assert isinstance(compared, PointsByRole)
+    bodies = _bodies(take, track, tuple(compared.roles))
+    points = points_of(fitted.settings, bodies)
+    x = at_rate(points, bodies.fps, fitted.settings.rate)
+    if len(x) <= fitted.instances.states[0, 1]:
         return Grown((), (), np.inf)
-    path = model.interpret(x, progress)
-    segments = [model.instances.segments[model.instances.states[s, 0]] for s in path.states]
-    borders = _borders(model, points, bodies.fps, path)
-    cuts = _cuts(model, segments, borders, bodies.duration)
+    path = interpret(fitted, x, progress)
+    segments = [fitted.segment_of(s) for s in path.states]
+    borders = _borders(fitted, points, bodies.fps, path)
+    cuts = _cuts(fitted, segments, borders, bodies.duration)
     distance = float(np.sqrt(path.score / (_WEIGHT * max(bodies.duration, 1e-9))))
-    labels = _labels(model, segments, borders, bodies.duration)
+    labels = _labels(fitted, segments, borders, bodies.duration)
     return Grown(tuple(Annotation(track, "cut", GROWN, t, t) for t in cuts), labels, distance)
 
 
-def _borders(model: PerformanceModel, points: FloatArray, fps: float, path: SegmentalPath) -> FloatArray:
+def _borders(fitted: Fitted, points: FloatArray, fps: float, path: SegmentalPath) -> FloatArray:
     """Seconds of the borders ``(L + 1,)``, the first and last of which may lie outside the take."""
-    rate = model.method.fine_rate
+    rate = fitted.settings.fine_rate
     if rate is None:
-        return np.concatenate([path.starts[:1], path.stops]) / model.method.rate
-    count = int(np.floor((len(points) - 1) / fps * rate + 1e-6)) + 1
-    return fine_borders(model, interpolate(points, np.arange(count) / rate * fps), rate, path) / rate
+        return np.concatenate([path.starts[:1], path.stops]) / fitted.settings.rate
+    return fine_borders(fitted, at_rate(points, fps, rate), rate, path) / rate
 
 
-def _cuts(model: PerformanceModel, segments: list[Segment], borders: FloatArray, duration: float) -> list[float]:
-    found = [float(borders[0])]
+def _cuts(fitted: Fitted, segments: list[Segment], borders: FloatArray, duration: float) -> list[float]:
+    times = [float(borders[0])]
     for segment, start, stop in zip(segments, borders[:-1], borders[1:], strict=True):
-        cuts = np.array(model.sources[segment.source].cuts)
+        cuts = np.array(fitted.sources[segment.source].cuts)
         inside = cuts[(cuts > segment.start + 1e-9) & (cuts < segment.stop - 1e-9)]
-        found += [float(t) for t in start + (inside - segment.start) / segment.duration * (stop - start)]
-        found.append(float(stop))
-    return [min(max(t, 0.0), duration) for t in found if -1e-6 <= t <= duration + 1e-6]
+        times += [float(t) for t in start + (inside - segment.start) / segment.duration * (stop - start)]
+        times.append(float(stop))
+    return [min(max(t, 0.0), duration) for t in times if -1e-6 <= t <= duration + 1e-6]
 
 
-def _labels(
-    model: PerformanceModel, segments: list[Segment], borders: FloatArray, duration: float
-) -> tuple[Annotation, ...]:
+def _labels(fitted: Fitted, segments: list[Segment], borders: FloatArray, duration: float) -> tuple[Annotation, ...]:
     """What the segments are labelled with, over half of each or more; one annotation as long as a label goes on.
 
     A label that begins where a segment begins in its recording begins anew.
@@ -173,10 +187,10 @@ def _labels(
     runs: list[Annotation] = []
     current: dict[tuple[str, str], int] = {}
     for segment, start, stop in zip(segments, borders[:-1], borders[1:], strict=True):
-        source = model.sources[segment.source]
+        source = fitted.sources[segment.source]
         begin, end = max(float(start), 0.0), min(float(stop), duration)
         last, current = current, {}
-        for note in source.marks:
+        for note in source.annotations:
             if min(note.stop, segment.stop) - max(note.start, segment.start) < 0.5 * segment.duration or end <= begin:
                 continue
             key = (note.kind, note.label)
@@ -190,7 +204,7 @@ def _labels(
 
 
 def grow_takes(
-    method: PerformanceControl,
+    settings: PerformanceSettings,
     examples: Sequence[Take],
     takes: Sequence[Take],
     *,
@@ -198,34 +212,51 @@ def grow_takes(
     tolerance: float = 0.1,
     progress: Progress | None = None,
 ) -> list[Growth]:
-    """Cuts and labels of ``takes`` by those of ``examples``, on every track that the examples are cut on.
+    """Cuts and labels of takes by those of examples, on every track that the examples are cut on.
 
-    join: one by one, the take that is understood best becomes an example for the rest. Takes with a person's cuts are
-    compared with them at ``tolerance`` seconds; their own cuts are not used. Raises RequestError where no example has
-    cuts.
+    Parameters
+    ----------
+    settings : PerformanceSettings
+    examples, takes : sequence of Take
+    join : bool
+        One by one, the take that is explained best becomes an example for the rest.
+    tolerance : float
+        Takes with a person's cuts are compared with them at this many seconds; their own cuts are not used.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    list of Growth
+        In the order of ``takes``.
+
+    Raises
+    ------
+    RequestError
+        Where no example has cuts.
     """
-    found: dict[str, Growth] = {}
+    done: dict[str, Growth] = {}
     known, left = list(examples), list(takes)
     while left:
-        models = _models(method, known)
-        grown = [_compared(_grow_all(models, take), take, tolerance) for take in left]
+        fits = _fits(settings, known)
+        grown = [_compared(_grow_all(fits, take), take, tolerance) for take in left]
         for growth in [min(grown, key=_distance)] if join else grown:
-            found[growth.take] = growth
+            done[growth.take] = growth
             take = next(take for take in left if take.name == growth.take)
             known.append(_with(take, growth))
             left.remove(take)
         if progress:
-            progress(len(found), len(takes))
-    return [found[take.name] for take in takes]
+            progress(len(done), len(takes))
+    return [done[take.name] for take in takes]
 
 
-def grow_rest(method: PerformanceControl, examples: Sequence[Take], take: Take) -> Growth:
+def grow_rest(settings: PerformanceSettings, examples: Sequence[Take], take: Take) -> Growth:
     """Cuts and labels of what comes before a take's first and after its last cut, by examples of which it is one.
 
     The whole take is interpreted: where it is cut it explains itself, at no cost, and the rest joins on to that.
     """
-    grown = _grow_all(_models(method, list(examples)), take)
-    tracks = {track: _outside(found, cuts_of(take, track)) for track, found in grown.tracks.items()}
+    grown = _grow_all(_fits(settings, list(examples)), take)
+    tracks = {track: _outside(each, cuts_of(take, track)) for track, each in grown.tracks.items()}
     return replace(grown, tracks=MappingProxyType(tracks), rest=True)
 
 
@@ -234,10 +265,10 @@ def _outside(grown: Grown, cuts: Sequence[float]) -> Grown:
     if len(cuts) < 2:
         return grown
     away = 0.5 * float(np.diff(cuts).min())
-    found = tuple(note for note in grown.cuts if note.start < cuts[0] - away or note.start > cuts[-1] + away)
+    outside = tuple(note for note in grown.cuts if note.start < cuts[0] - away or note.start > cuts[-1] + away)
     before = (replace(note, stop=min(note.stop, cuts[0])) for note in grown.labels if note.start < cuts[0])
     after = (replace(note, start=max(note.start, cuts[-1])) for note in grown.labels if note.stop > cuts[-1])
-    return replace(grown, cuts=found, labels=(*before, *after))
+    return replace(grown, cuts=outside, labels=(*before, *after))
 
 
 def by_hand(take: Take) -> Take:
@@ -246,30 +277,30 @@ def by_hand(take: Take) -> Take:
     return Take(take.name, take.tracks, kept) if any(note.kind == "cut" for note in kept) else take
 
 
-def _models(method: PerformanceControl, examples: list[Take]) -> dict[str, PerformanceModel]:
-    """A model for every track that the examples are cut on."""
-    models = {}
+def _fits(settings: PerformanceSettings, examples: list[Take]) -> dict[str, Fitted]:
+    """The examples of every track that they are cut on."""
+    fits = {}
     for track in cut_tracks(examples):
-        models[track] = fit_examples(method, [take for take in examples if cuts_of(take, track)], track)
-    return models
+        fits[track] = fit_examples(settings, [take for take in examples if cuts_of(take, track)], track)
+    return fits
 
 
-def _grow_all(models: dict[str, PerformanceModel], take: Take) -> Growth:
-    return Growth(take.name, MappingProxyType({track: grow(model, take) for track, model in models.items()}))
+def _grow_all(fits: dict[str, Fitted], take: Take) -> Growth:
+    return Growth(take.name, MappingProxyType({track: grow(fitted, take) for track, fitted in fits.items()}))
 
 
 def cut_tracks(takes: Iterable[Take]) -> tuple[str, ...]:
     """The names of the motions on which any of the takes has cuts. Raises RequestError where none has."""
-    found = dict.fromkeys(
+    tracks = dict.fromkeys(
         name for take in takes for name, t in take.tracks.items() if isinstance(t, Motion) and cuts_of(take, name)
     )
-    if not found:
+    if not tracks:
         raise RequestError("no take has cuts to grow from; cut a few by hand first (library tap, library annotate)")
-    return tuple(found)
+    return tuple(tracks)
 
 
 def _compared(growth: Growth, take: Take, tolerance: float) -> Growth:
-    """The growth beside the cuts and labels that a person has given the take, on the first track that has them."""
+    """The growth, compared with a person's cuts and labels on the first track that has them."""
     for track, grown in growth.tracks.items():
         if hand := [note.start for note in take.annotated(track, "cut") if note.label != GROWN]:
             agreement = compare_cuts([note.start for note in grown.cuts], hand, tolerance)

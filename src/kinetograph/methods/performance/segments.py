@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,18 +19,33 @@ from kinetograph.take import Annotation
 class Source:
     """A recording that segments are cut from: a take's track, mirrored or not, a looping clip played several times.
 
-    control ``(F, P, 3)`` and target ``(F, Q, 3)``: its point clouds in metres, one frame a frame of the motion.
-    marks: annotations that are carried to a result: contacts, handholds, moves. period: seconds of one cycle of a
-    looping clip, else 0. grips: by a handhold's label, where the own hand is in the frame of the partner's, ``(F, 3)``.
+    Parameters
+    ----------
+    take, track : str
+        Names of the take and of the motion's track.
+    mirrored : bool
+    motion : Motion
+    control_points : ndarray, shape (F, P, 3)
+        Points that are compared with a control's, metres, one frame per frame of the motion.
+    target_points : ndarray, shape (F, Q, 3)
+        Points that are compared across seams, metres.
+    annotations : tuple of Annotation
+        What is carried to a result: contacts, handholds, moves, styles.
+    cuts : tuple of float
+        Seconds at which segments begin and end.
+    period : float
+        Seconds of one cycle of a looping clip, else 0.
+    grips : mapping of str to ndarray
+        By a handhold's label, where the own hand is in the frame of the partner's, shape (F, 3).
     """
 
     take: str
     track: str
     mirrored: bool
     motion: Motion
-    control: FloatArray
-    target: FloatArray
-    marks: tuple[Annotation, ...]
+    control_points: FloatArray
+    target_points: FloatArray
+    annotations: tuple[Annotation, ...]
     cuts: tuple[float, ...]
     period: float = 0.0
     grips: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -54,9 +69,15 @@ class Segment:
 class Instances:
     """Segments stretched to every legal number of steps.
 
-    states: ``(S, 2)`` pairs of segment and steps, by steps and then by segment. controls: for each number of steps d
-    the control samples ``(N_d, d + 1, P, 3)`` of its states. heads, tails: ``(N, Q, 3)`` target points at the
-    segments' borders.
+    Parameters
+    ----------
+    segments : tuple of Segment, length N
+    states : ndarray of int, shape (S, 2)
+        Pairs of segment and steps, by steps and then by segment.
+    controls : dict of int to ndarray
+        For each number of steps d the control samples ``(N_d, d + 1, P, 3)`` of its states.
+    heads, tails : ndarray, shape (N, Q, 3)
+        Target points at the segments' borders.
     """
 
     segments: tuple[Segment, ...]
@@ -84,7 +105,8 @@ class Instances:
 def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> tuple[Segment, ...]:
     """The segments from every cut to the ``span``-th after it, those longer than ``longest`` seconds left out.
 
-    A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it.
+    A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it. Raises
+    RequestError where there is no segment.
     """
     segments = []
     for index, source in enumerate(sources):
@@ -98,10 +120,23 @@ def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> 
 
 
 def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
-    """Numbers of steps at ``rate`` that a segment may be stretched to: at most ``stretch`` seconds from its own.
+    """Numbers of steps that a segment may be stretched to.
 
-    Never fewer than 2, and never less than half or more than twice the segment's duration. The nearest whole number
-    of steps is always legal.
+    The nearest whole number of steps is always legal, and never fewer than 2; otherwise no less than half and no more
+    than twice the segment's duration.
+
+    Parameters
+    ----------
+    duration : float
+        Of the segment, seconds.
+    rate : float
+        Steps per second.
+    stretch : float
+        How far a segment may be stretched or squeezed, seconds.
+
+    Returns
+    -------
+    list of int
     """
     nearest = max(round(duration * rate), 2)
     low = int(np.ceil(max(duration - stretch, duration / 2) * rate - 1e-9))
@@ -112,29 +147,22 @@ def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
 def build_instances(
     sources: tuple[Source, ...], segments: tuple[Segment, ...], rate: float, stretch: float
 ) -> Instances:
-    """Every segment at every legal number of steps."""
+    """Every segment at every legal number of steps; see `legal_steps`."""
     states = sorted((steps, i) for i, s in enumerate(segments) for steps in legal_steps(s.duration, rate, stretch))
     controls: dict[int, FloatArray] = {}
     for steps in sorted({steps for steps, _ in states}):
-        rows = [segment_samples(sources, segments[i], steps, _control) for d, i in states if d == steps]
+        rows = [_samples(sources[segments[i].source], segments[i], steps) for d, i in states if d == steps]
         controls[steps] = np.stack(rows)
-    heads = np.stack(
-        [interpolate(sources[s.source].target, [s.start * sources[s.source].motion.fps])[0] for s in segments]
-    )
-    tails = np.stack(
-        [interpolate(sources[s.source].target, [s.stop * sources[s.source].motion.fps])[0] for s in segments]
-    )
+    heads = np.stack([_target_at(sources[s.source], s.start) for s in segments])
+    tails = np.stack([_target_at(sources[s.source], s.stop) for s in segments])
     return Instances(segments, np.array([(i, d) for d, i in states]), controls, heads, tails)
 
 
-def segment_samples(
-    sources: tuple[Source, ...], segment: Segment, steps: int, points: Callable[[Source], FloatArray]
-) -> FloatArray:
-    """``steps + 1`` evenly spaced samples of a source's points over a segment, borders included."""
-    source = sources[segment.source]
+def _samples(source: Source, segment: Segment, steps: int) -> FloatArray:
+    """``steps + 1`` evenly spaced samples of the control points over a segment, borders included."""
     times = np.linspace(segment.start, segment.stop, steps + 1)
-    return interpolate(points(source), times * source.motion.fps)
+    return interpolate(source.control_points, times * source.motion.fps)
 
 
-def _control(source: Source) -> FloatArray:
-    return source.control
+def _target_at(source: Source, second: float) -> FloatArray:
+    return np.asarray(interpolate(source.target_points, [second * source.motion.fps])[0])

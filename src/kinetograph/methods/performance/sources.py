@@ -1,212 +1,145 @@
-"""From a library to the sources and segments of a method."""
+"""From a library to the recordings that segments are cut from (Hsu 2004, chapter 3)."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import joint_positions, on_ground, role_positions
-from kinetograph.learn.alignment import align
-from kinetograph.learn.linkage import complete_linkage, representatives
+from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.methods.performance.handholds import grips
-from kinetograph.methods.performance.segments import (
-    Instances,
-    Segment,
-    Source,
-    build_instances,
-    cut_segments,
-)
-from kinetograph.motion import Motion, repeat, resample
+from kinetograph.methods.performance.segments import Source
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.recordings import CYCLES, Recording, adopt, looped, mirrored_annotations
+from kinetograph.mirroring import mirror
+from kinetograph.motion import Motion, resample
 from kinetograph.sampling import interpolate
-from kinetograph.segmentation import detect_beats, detect_contacts, detect_handholds, footplant_cuts
+from kinetograph.segmentation import detect_beats, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
-from kinetograph.skeleton import Skeleton, opposite, same_shape
-from kinetograph.take import Annotation, Take, Track
-
-if TYPE_CHECKING:
-    from kinetograph.arrays import FloatArray
-    from kinetograph.library import Library
-    from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Annotation, Track
 
 LABELS = ("move", "style")
 """Kinds of annotations by which people name what is done, and how."""
 
-ALIKE = 0.05
-"""Metres by which bones of two recordings of one library may differ."""
 
-CYCLES = 4
-"""How often a looping clip is played: the segments of its second cycle have real motion on both sides."""
+def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
+    """A recording and, where settings say so, its mirror image, on a skeleton of the same joints.
 
+    Parameters
+    ----------
+    settings : PerformanceSettings
+    recording : Recording
+    skeleton : Skeleton
+        That of the library's first recording.
 
-def collect(
-    method: PerformanceControl,
-    library: Library,
-    exclude: tuple[str, ...],
-    track: str | None,
-    rng: np.random.Generator | None,
-) -> tuple[tuple[Source, ...], Instances, tuple[str, ...]]:
-    """Sources, instances and notes of a library for one configuration; ``rng`` draws the clusters' representatives."""
-    sources, notes = [], []
-    if unknown := sorted(set(exclude) - set(library.names())):
-        raise RequestError(f"no take {unknown[0]!r} to leave out; there are {', '.join(library.names()) or 'none'}")
-    for name in library.names():
-        if name in exclude:
-            continue
-        take = library.take(name)
-        found, cut_at = _sources_of(method, take, track)
-        sources += found
-        if cut_at:
-            notes.append(f"{name}: no cuts in the library; cut at {cut_at}")
-    if not sources:
-        raise RequestError("the library has no take to use; add recordings, or exclude fewer")
-    sources = _on_one_skeleton(sources)
-    segments = cut_segments(tuple(sources), method.longest, method.span)
-    if method.cluster is not None:
-        kept = cluster_segments(tuple(sources), segments, method, rng)
-        notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
-        segments = tuple(segments[i] for i in kept)
-    instances = build_instances(tuple(sources), segments, method.rate, method.stretch)
-    return tuple(sources), instances, tuple(notes)
+    Returns
+    -------
+    sources : list of Source
+    cut_at : str
+        What it was cut at, if the library has no cuts for it: partners at their common beats, others at their
+        footplants.
 
-
-def _sources_of(method: PerformanceControl, take: Take, track: str | None) -> tuple[list[Source], str]:
-    """The sources of a take, and where it was cut if the library does not say.
-
-    Partners are cut at their common beats, others at their footplants.
+    Raises
+    ------
+    RequestError
+        For a take that lacks what the settings compare, and for a signal that would have to be mirrored.
     """
-    motion = take.motion(track)
-    name = next(key for key, value in take.tracks.items() if value is motion)
-    recorded = method.control.recorded(take, name)
-    partner = None if recorded is motion else recorded
-    loops = partner is None and any(note.kind == "loop" for note in take.annotated(name, "loop"))
-    period = motion.duration if loops else 0.0
-    long = repeat(motion, CYCLES) if loops else motion
-    noted = () if loops else take.annotated(name, "contact")
-    cuts = _annotated_cuts(take, name, period)
-    contacts = noted or detect_contacts(long, track=name)
-    cut_at = "" if cuts else "beats" if isinstance(partner, Motion) else "footplants"
-    if cut_at == "footplants":
-        cuts = footplant_cuts(long, contacts)
-    elif isinstance(partner, Motion) and cut_at:
-        cuts = detect_beats([motion, partner])
-    holds = take.annotated(name, "handhold")
-    if not holds and isinstance(partner, Motion):
-        holds = detect_handholds(motion, resample(partner, motion.fps), track=name)
-    marks = (*contacts, *holds, *(note for kind in LABELS for note in take.annotated(name, kind)))
-    found = [_source(method, take.name, name, False, long, partner, marks, cuts, period)]
-    if method.mirror:
-        from kinetograph.mirroring import mirror
-
+    partner = _partner(settings, recording)
+    if partner is None:  # nobody to stay with: a walker of another build walks on legs of the first one's length
+        recording = looped(replace(recording, motion=adopt(recording.motion, skeleton)))
+    cuts, contacts, cut_at = _cuts(recording, partner)
+    holds = _handholds(recording, partner)
+    labels = [note for kind in LABELS for note in recording.take.annotated(recording.track, kind)]
+    annotations = (*contacts, *holds, *labels)
+    sources = [_source(settings, recording, partner, annotations, cuts, mirrored=False)]
+    if settings.mirror:
         if isinstance(partner, Signal):
-            raise RequestError(f"take {take.name!r}: a signal cannot be mirrored; leave mirroring off")
-        swapped = tuple(replace(note, label=opposite_label(note.label)) for note in marks)
+            raise RequestError(f"take {recording.name!r}: a signal cannot be mirrored; leave mirroring off")
+        image = replace(recording, motion=mirror(recording.motion))
         other = None if partner is None else mirror(partner)
-        found.append(_source(method, take.name, name, True, mirror(long), other, swapped, cuts, period))
-    return found, cut_at
+        swapped = tuple(mirrored_annotations(annotations))
+        sources.append(_source(settings, image, other, swapped, cuts, mirrored=True))
+    return [replace(source, motion=adopt(source.motion, skeleton, scaled=False)) for source in sources], cut_at
 
 
-def opposite_label(label: str) -> str:
-    """A label with every role in it, ``left_hand:right_hand``, on the other side of the body."""
-    return ":".join(opposite(role) for role in label.split(":"))
+def _partner(settings: PerformanceSettings, recording: Recording) -> Track | None:
+    """The track that was the recording's control, where it is not the recording itself."""
+    control = settings.control_points.recorded(recording.take, recording.track)
+    return None if control is recording.motion else control
 
 
-def _annotated_cuts(take: Take, track: str, period: float) -> tuple[float, ...]:
-    """The cuts people can edit; those of a looping clip hold in each of its cycles."""
-    cuts = sorted({note.start for note in take.annotated(track, "cut")})
-    if period:
+def _cuts(recording: Recording, partner: Track | None) -> tuple[tuple[float, ...], tuple[Annotation, ...], str]:
+    """Cuts, contacts, and what it was cut at if the library does not say."""
+    cuts, contacts = annotated_cuts(recording), recording.contacts()
+    if cuts:
+        return cuts, contacts, ""
+    if isinstance(partner, Motion):
+        return detect_beats([recording.motion, partner]), contacts, "beats"
+    return footplant_cuts(recording.motion, contacts), contacts, "footplants"
+
+
+def annotated_cuts(recording: Recording) -> tuple[float, ...]:
+    """The cuts that a recording is annotated with, in seconds; those of a looping clip hold in each of its cycles."""
+    cuts = sorted({note.start for note in recording.take.annotated(recording.track, "cut")})
+    if period := recording.period:
         once = [c for c in cuts if c < period - 1e-6]
         cuts = sorted(c + cycle * period for cycle in range(CYCLES) for c in once)
     return tuple(cuts)
 
 
+def _handholds(recording: Recording, partner: Track | None) -> tuple[Annotation, ...]:
+    noted = recording.take.annotated(recording.track, "handhold")
+    if noted or not isinstance(partner, Motion):
+        return noted
+    motion = recording.motion
+    return detect_handholds(motion, resample(partner, motion.fps), track=recording.track)
+
+
 def _source(
-    method: PerformanceControl,
-    take: str,
-    track: str,
-    mirrored: bool,
-    motion: Motion,
+    settings: PerformanceSettings,
+    recording: Recording,
     partner: Track | None,
-    marks: tuple[Annotation, ...],
+    annotations: tuple[Annotation, ...],
     cuts: tuple[float, ...],
-    period: float,
+    *,
+    mirrored: bool,
 ) -> Source:
+    motion = recording.motion
+    return Source(
+        recording.name,
+        recording.track,
+        mirrored,
+        motion,
+        _control_points(settings, recording, partner),
+        target_points(settings, motion),
+        annotations,
+        cuts,
+        recording.period,
+        grips(motion, partner, annotations) if isinstance(partner, Motion) else {},
+    )
+
+
+def _control_points(settings: PerformanceSettings, recording: Recording, partner: Track | None) -> FloatArray:
+    """The points of what was the control, ``(F, P, 3)``, at the frames of the motion."""
+    motion = recording.motion
     try:
-        control = method.control.points(motion if partner is None else partner)
+        points = settings.control_points.points(motion if partner is None else partner)
     except RequestError as error:
-        raise RequestError(f"take {take!r}: {error}") from error
-    if partner is not None:
-        control = interpolate(control, np.arange(len(motion)) / motion.fps * partner.fps)
-    target = role_positions(motion, tuple(method.targets))
-    if method.placing == "continued":  # C compares poses where bodies stand, wherever that is
-        back = rot.about("y", -rot.heading(motion.rotations[:, 0]))
-        target = rot.rotate(back[:, None], target - on_ground(motion.translation[:, None]))
-    held = grips(motion, partner, marks) if isinstance(partner, Motion) else {}
-    return Source(take, track, mirrored, motion, control, target, marks, cuts, period, held)
+        raise RequestError(f"take {recording.name!r}: {error}") from error
+    if partner is None:
+        return points
+    return interpolate(points, np.arange(len(motion)) / motion.fps * partner.fps)
 
 
-def _on_one_skeleton(sources: list[Source]) -> list[Source]:
-    """All sources on the first one's skeleton, which may be another dancer's of nearly the same build.
-
-    Local turns are kept, and the body is lifted to stand on the floor it stood on. Raises RequestError for
-    skeletons of other joints, or of another build.
-    """
-    first = sources[0].motion.skeleton
-    for other in sources[1:]:
-        if not same_shape(first, other.motion.skeleton, tolerance=ALIKE):
-            raise RequestError(
-                f"takes {sources[0].take!r} ({len(first)} joints) and {other.take!r} "
-                f"({len(other.motion.skeleton)} joints) have different skeletons; put them in libraries of their own"
-            )
-    return [replace(s, motion=_rebuilt(s.motion, first)) for s in sources]
-
-
-def _rebuilt(motion: Motion, skeleton: Skeleton) -> Motion:
-    if same_shape(motion.skeleton, skeleton, tolerance=1e-3):
-        return motion
-    rebuilt = replace(motion, skeleton=skeleton, bones=None)
-    rise = np.array([0.0, _floor(motion) - _floor(rebuilt), 0.0])
-    return replace(rebuilt, translation=rebuilt.translation + rise)
-
-
-def _floor(motion: Motion) -> float:
-    """The height in metres that a body stands on: of its lowest joint, in the frames where that is lowest."""
-    return float(np.quantile(joint_positions(motion)[..., 1].min(axis=1), 0.05))
-
-
-def segment_distances(
-    sources: tuple[Source, ...], segments: tuple[Segment, ...], method: PerformanceControl
-) -> FloatArray:
-    """Root-mean-square distances in metres, ``(N, N)``, between instances: control and target points together, after
-    the best alignment (4.1), both stretched to one length. Segments whose durations no stretch can bring together are
-    infinitely far apart.
-    """
-    samples = 16
-    rows = []
-    for segment in segments:
-        source = sources[segment.source]
-        at = np.linspace(segment.start, segment.stop, samples) * source.motion.fps
-        rows.append(np.concatenate([interpolate(source.control, at), interpolate(source.target, at)], axis=1))
-    points = np.stack(rows)
-    weights = np.full(points.shape[1:3], 1.0 / (samples * points.shape[2]))
-    squares, _ = align(method.alignment, points, points, weights, method.scales)
-    durations = np.array([s.duration for s in segments])
-    apart = np.abs(durations[:, None] - durations) > max(method.stretch, 1e-9)
-    distances = np.sqrt(0.5 * (squares + squares.T))
-    np.fill_diagonal(distances, 0.0)
-    return np.where(apart, np.inf, distances)
-
-
-def cluster_segments(
-    sources: tuple[Source, ...],
-    segments: tuple[Segment, ...],
-    method: PerformanceControl,
-    rng: np.random.Generator | None = None,
-) -> list[int]:
-    """Indices of the segments that represent the clusters of section 4.4.2: medoids, or random ones given ``rng``."""
-    distances = segment_distances(sources, segments, method)
-    labels = complete_linkage(distances, method.cluster or 0.0)
-    return [int(i) for i in representatives(distances, labels, rng)]
+def target_points(settings: PerformanceSettings, motion: Motion) -> FloatArray:
+    """The points of a motion that are compared across seams, ``(F, Q, 3)``: in place, or about the root."""
+    points = role_positions(motion, tuple(settings.targets))
+    if not settings.alignment.continues:
+        return points
+    # poses are compared where bodies stand, wherever that is
+    back = rot.about("y", -rot.heading(motion.rotations[:, 0]))
+    return rot.rotate(back[:, None], points - on_ground(motion.translation[:, None]))

@@ -1,71 +1,72 @@
-"""A model's answers for the latest window of a control that still arrives, as quick as they can be had."""
+"""Scores of the latest window of a control that still arrives, with all that the examples decide made ready."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
-from kinetograph.learn.alignment import Placement
-from kinetograph.learn.ground_examples import GroundExamples
+from kinetograph.learn.alignment import PreparedExamples
+from kinetograph.learn.placement import Placement
 from kinetograph.learn.segmental import Arrivals, padded_width
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.scoring import weights
 
-if TYPE_CHECKING:
-    from kinetograph.methods.performance.model import PerformanceModel
 
+@dataclass(frozen=True, eq=False)
+class LatestWindow:
+    """What ``scoring`` gives, for one window at a time.
 
-@dataclass(eq=False)
-class OneWindow:
-    """What `PerformanceModel` gives for one window, with the examples of the ground group made ready beforehand.
-
-    whole: by a state's steps and a window's samples, the last samples of the examples; begun: by steps used, the first
-    samples of all states that are longer.
+    Parameters
+    ----------
+    fitted : Fitted
+    whole : dict
+        By a state's steps and a window's samples, the last samples of the examples.
+    begun : dict
+        By steps used, the first samples of all states that are longer.
     """
 
-    model: PerformanceModel
-    whole: dict[tuple[int, int], GroundExamples] = field(default_factory=dict)
-    begun: dict[int, GroundExamples] = field(default_factory=dict)
+    fitted: Fitted
+    whole: dict[tuple[int, int], PreparedExamples]
+    begun: dict[int, PreparedExamples]
 
-    def __post_init__(self) -> None:
-        controls, weights = self.model.instances.controls, self.model.weights
-        if self.model.method.alignment != "ground":
-            return
+    @classmethod
+    def of(cls, fitted: Fitted) -> LatestWindow:
+        """Make every example ready."""
+        controls, settings = fitted.instances.controls, fitted.settings
+        prepare = settings.alignment.prepare
+        whole, begun = {}, {}
         for steps, examples in controls.items():
             for samples in range(2, steps + 2):
-                self.whole[steps, samples] = GroundExamples.of(examples[:, -samples:], weights(samples))
-        for used in range(1, self.model.instances.longest):
+                whole[steps, samples] = prepare(examples[:, -samples:], weights(settings, samples))
+        for used in range(1, fitted.instances.longest):
             longer = [examples[:, : used + 1] for steps, examples in controls.items() if steps > used]
-            self.begun[used] = GroundExamples.of(np.concatenate(longer), weights(used + 1))
+            begun[used] = prepare(np.concatenate(longer), weights(settings, used + 1))
+        return cls(fitted, whole, begun)
 
     def arrivals_at(self, x: FloatArray) -> Arrivals:
-        """See `PerformanceModel.arrivals_at`."""
-        if not self.whole:
-            return self.model.arrivals_at(x)
+        """See `scoring.arrivals_at`."""
         costs, placements = [], list[Placement]()
-        for steps in self.model.instances.controls:
+        for steps in self.fitted.instances.controls:
             samples = min(steps + 1, len(x))
             d, placed = self.whole[steps, samples].align(x[-samples:])
             costs.append(d)
             placements.append(placed)
         placement = placements[0].join(placements[1:])
-        heads, tails = (self._placed(placement, ends) for ends in self.model.state_ends)
+        heads, tails = (self._placed(placement, ends) for ends in self.fitted.state_ends)
         return Arrivals(np.concatenate(costs, axis=1)[0], heads, tails)
 
     def under_way(self, x: FloatArray) -> Arrivals:
         """The states of which the first steps, as many as ``x`` has, end at its last sample. They have no tails yet."""
-        used = len(x) - 1
-        if not self.begun:
-            return self.model.left_early(x, [used])[used]
-        found, placement = self.begun[used].align(x)
-        states = len(self.model.instances.states)
-        first = states - found.shape[1]
+        costs_begun, placement = self.begun[len(x) - 1].align(x)
+        states = len(self.fitted.instances.states)
+        first = states - costs_begun.shape[1]
         costs = np.full(states, np.inf)
-        costs[first:] = found[0]
-        heads = np.zeros((states, padded_width(3 * len(self.model.basis))), dtype=np.float32)
-        heads[first:] = self._placed(placement, self.model.state_ends[0][first:])
+        costs[first:] = costs_begun[0]
+        heads = np.zeros((states, padded_width(3 * len(self.fitted.basis))), dtype=np.float32)
+        heads[first:] = self._placed(placement, self.fitted.state_ends[0][first:])
         return Arrivals(costs, heads, np.zeros_like(heads))
 
     def _placed(self, placement: Placement, ends: FloatArray) -> SingleArray:
-        return placement.ends(0, ends, self.model.basis_sums, padded_width(3 * len(self.model.basis)))
+        return placement.ends(0, ends, self.fitted.basis_sums, padded_width(3 * len(self.fitted.basis)))

@@ -49,11 +49,6 @@ class PoseSpace:
         return np.where(length > 1e-6, q / np.maximum(length, 1e-6), self.reference)
 
 
-def headings(rotations: FloatArray) -> FloatArray:
-    """Unwrapped heading in radians, shape ``(F,)``, of the root of ``(F, J, 4)``."""
-    return np.unwrap(rot.heading(rotations[:, 0]))
-
-
 def without_heading(rotations: FloatArray) -> FloatArray:
     """Rotations, shape ``(F, J, 4)``, with the root turned to face straight ahead."""
     out = rotations.copy()

@@ -14,8 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.sensor._root_kernels import landmarks_of_pose
-from kinetograph.methods.sensor.pose_space import headings
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, unwrapped_headings
 from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
@@ -65,7 +64,7 @@ def ground_level(motion: Motion) -> float:
 
 def root_features(motion: Motion, model: RootModel) -> FloatArray:
     """Features, shape ``(F, 4 + L)``; contacts are 0 or 1."""
-    heading = headings(motion.rotations)
+    heading = unwrapped_headings(motion)
     moved = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
     turning = velocities(heading, motion.fps)
     height = motion.translation[:, 1] - ground_level(motion)

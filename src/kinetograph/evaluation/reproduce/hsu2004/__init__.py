@@ -20,7 +20,7 @@ from kinetograph.evaluation.reproduce.hsu2004.labels import label_section
 from kinetograph.evaluation.reproduce.hsu2004.phase import phase_section
 from kinetograph.evaluation.reproduce.page import Section, bullets, page, paragraph
 from kinetograph.formats.atomic import atomic_path
-from kinetograph.methods.performance.model import PerformanceControl, partner_control
+from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.progress import Progress
 
 Report = Callable[[str], None]

@@ -13,7 +13,7 @@ from kinetograph.evaluation.reproduce.hsu2004.search import TIMED, clustered, ti
 from kinetograph.evaluation.reproduce.hsu2004.walks import beside
 from kinetograph.evaluation.reproduce.page import Section, Value, drawn, paragraph, records, table
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl, partner_control
+from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.motion import Motion, concatenate, cut
 
 Tick = Callable[[str], None]
@@ -119,7 +119,7 @@ def _summary(library: Library, method: PerformanceControl) -> tuple[float, ...]:
     mean = mean_rows(leave_one_dance_out(method, library, "follower", baselines=False))[0]
     model = method.fit(library, exclude=tuple(library.names()[:1]), track="follower")
     errors = (mean.joint_cm, mean.relative_cm, mean.hold_median_cm, mean.hold_p95_cm, mean.distinct)
-    return len(model.instances.segments), *errors
+    return len(model.fitted.instances.segments), *errors
 
 
 def dance_timing_section(library: Library, quick: bool, tick: Tick) -> Section:

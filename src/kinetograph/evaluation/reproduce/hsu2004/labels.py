@@ -15,7 +15,7 @@ from kinetograph.evaluation.protocol import held_out_motion
 from kinetograph.evaluation.reproduce.hsu2004.phase import turning
 from kinetograph.evaluation.reproduce.page import Section, paragraph, records, table
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion
 from kinetograph.segmentation import detect_contacts, footplant_cuts
 from kinetograph.take import Annotation, Take

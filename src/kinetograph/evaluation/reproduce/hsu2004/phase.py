@@ -28,8 +28,7 @@ from kinetograph.evaluation.reproduce.hsu2004.data import held_out
 from kinetograph.evaluation.reproduce.page import Section, paragraph, picture, records, table
 from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance.control_points import GroundPath
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
+from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel
 from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
 
@@ -90,7 +89,7 @@ class Walked:
 
 def methods() -> dict[str, PerformanceControl]:
     """The two controls that are compared."""
-    return {HIPS: PerformanceControl(), PATH: PerformanceControl(control=CalmPath())}
+    return {HIPS: PerformanceControl(), PATH: PerformanceControl(control_points=CalmPath())}
 
 
 def phase_section(title: str, library: Library, quick: bool, tick: Tick, *, first: bool = True) -> Section:
@@ -264,7 +263,7 @@ def in_phase_by_smoothing(library: Library, takes: list[tuple[str, Motion]]) -> 
     """By the smoothing of control and library: the sway that is left, and means over the takes."""
     rows = []
     for sigma in SIGMAS:
-        method = PerformanceControl(control=CalmPath(seconds=sigma) if sigma else GroundPath())
+        method = PerformanceControl(control_points=CalmPath(seconds=sigma) if sigma else GroundPath())
         walked = [_walk(method.fit(library, exclude=(name,)), name, "", motion) for name, motion in takes]
         known = [w for w in walked if w is not None]
         if known:

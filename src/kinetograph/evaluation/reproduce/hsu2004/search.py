@@ -17,11 +17,21 @@ from kinetograph.evaluation.reproduce.page import Section, Value, paragraph, pic
 from kinetograph.evaluation.reproduce.timing import Jobs, processor_seconds, straight_line
 from kinetograph.learn.segmental import solve
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel
-from kinetograph.methods.performance.realize import fine_borders, pieces_of, realize
-from kinetograph.methods.performance.segments import Segment
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    Segment,
+    at_rate,
+    fine_borders,
+    interpret,
+    left_early,
+    pieces_of,
+    points_of,
+    read_control,
+    realize,
+)
+from kinetograph.methods.performance.scoring import arrivals_at
 from kinetograph.motion import Motion
-from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece, Synthesis
 
 Tick = Callable[[str], None]
@@ -79,24 +89,24 @@ def timing_section(library: Library, quick: bool, tick: Tick) -> Section:
 def timed(
     model: PerformanceModel, control: Motion, label: str, beams: Sequence[float], repeats: int
 ) -> list[tuple[Value, ...]]:
-    """A row for the exact search and for each beam."""
-    points = model.control_points(control)
-    x, dense = model.at_search_rate(points, control.fps), sampled(points, control.fps, FINE)
-    reach = model.instances.longest + 1
-    arrivals = [model.arrivals_at(x[max(t + 1 - reach, 0) : t + 1]) for t in range(1, len(x))]
-    ends = model.left_early(x)
+    """One row for the exact search and for each beam."""
+    fitted, read = model.fitted, read_control(model.method, control)
+    x, dense = (at_rate(read.points, read.fps, rate) for rate in (model.method.rate, FINE))
+    reach = fitted.instances.longest + 1
+    arrivals = [arrivals_at(fitted, x[max(t + 1 - reach, 0) : t + 1]) for t in range(1, len(x))]
+    ends = left_early(fitted, x)
     kinds = {"exact": model, **{f"beam {w:g}": with_method(model, beam=w) for w in beams}}
-    paths = {name: kind.interpret(x) for name, kind in kinds.items()}
+    paths = {name: interpret(kind.fitted, x) for name, kind in kinds.items()}
     best = paths["exact"]
     jobs: Jobs = {
-        "upsampling": lambda: fine_borders(model, dense, FINE, best),
-        "realize": lambda: realize(model, points, control.fps, best, control),
+        "upsampling": lambda: fine_borders(fitted, dense, FINE, best),
+        "realize": lambda: realize(fitted, read, best),
     }
     for name, kind in kinds.items():
-        jobs[f"solve {name}"] = partial(solve, kind.search, arrivals, ends)
-        jobs[f"search {name}"] = partial(kind.interpret, x)
+        jobs[f"solve {name}"] = partial(solve, kind.fitted.search, arrivals, ends)
+        jobs[f"search {name}"] = partial(interpret, kind.fitted, x)
     ms = {name: 1000 * seconds for name, seconds in processor_seconds(jobs, repeats).items()}
-    sizes = (len(model.instances.segments), len(model.instances.states))
+    sizes = (len(fitted.instances.segments), len(fitted.instances.states))
     post = ms["realize"] - ms["upsampling"]
     return [
         (
@@ -121,17 +131,22 @@ def clustered(
 ) -> PerformanceModel:
     """The model whose number of segments is nearest, by bisection of the threshold; all where there are fewer."""
     best = method.fit(library, exclude=exclude, track=track)
-    if len(best.instances.segments) <= segments:
+    if segments_in(best) <= segments:
         return best
     low, high = 0.0, 1.0
     for _ in range(9):
         middle = 0.5 * (low + high)
         model = replace(method, cluster=middle).fit(library, exclude=exclude, track=track)
-        found = len(model.instances.segments)
-        if abs(found - segments) < abs(len(best.instances.segments) - segments):
+        count = segments_in(model)
+        if abs(count - segments) < abs(segments_in(best) - segments):
             best = model
-        low, high = (middle, high) if found > segments else (low, middle)
+        low, high = (middle, high) if count > segments else (low, middle)
     return best
+
+
+def segments_in(model: PerformanceModel) -> int:
+    """The number of a model's segments."""
+    return len(model.fitted.instances.segments)
 
 
 def with_method(
@@ -139,13 +154,13 @@ def with_method(
 ) -> PerformanceModel:
     """The model with another beam or k, on which its instances do not depend."""
     k = model.method.continuity if continuity is None else continuity
-    return replace(model, method=replace(model.method, beam=beam, continuity=k))
+    settings = replace(model.method, beam=beam, continuity=k)
+    return PerformanceModel(replace(model.fitted, settings=settings))
 
 
-def sampled(points: FloatArray, fps: float, rate: float) -> FloatArray:
-    """Control points ``(F, P, 3)`` at another rate."""
-    count = int(np.floor((len(points) - 1) / fps * rate + 1e-6)) + 1
-    return interpolate(points, np.arange(count) / rate * fps)
+def search_points(model: PerformanceModel, control: Motion) -> FloatArray:
+    """The control points of a motion at the search's rate, ``(T + 1, P, 3)``."""
+    return at_rate(points_of(model.method, control), control.fps, model.method.rate)
 
 
 def growth_section(library: Library, quick: bool, tick: Tick) -> Section:
@@ -157,9 +172,9 @@ def growth_section(library: Library, quick: bool, tick: Tick) -> Section:
     jobs: Jobs = {}
     for seconds in lengths:
         control = lasting(motion, seconds)
-        x = model.at_search_rate(model.control_points(control), control.fps)
+        x = search_points(model, control)
         for kind, searched in kinds.items():
-            jobs[f"{kind} {seconds}"] = partial(searched.interpret, x)
+            jobs[f"{kind} {seconds}"] = partial(interpret, searched.fitted, x)
     taken = processor_seconds(jobs, 3 if quick else 5)
     tick("time against length")
     times = {kind: [taken[f"{kind} {seconds}"] for seconds in lengths] for kind in kinds}
@@ -169,16 +184,18 @@ def growth_section(library: Library, quick: bool, tick: Tick) -> Section:
         (s, *(1000 * v[i] for v in times.values()), *(1000 * v[i] / s for v in times.values()))
         for i, s in enumerate(lengths)
     ]
-    told = (
+    lines = (
         f"{kind}: {1000 * a:.2f} ms a second of control and {1000 * b:.1f} ms, R² = {r2:.4f}"
         for kind, (a, b, r2) in fits.items()
     )
-    caption = f"Processor time of the search, {len(model.instances.states)} states; control: {name}, over and over"
+    caption = (
+        f"Processor time of the search, {len(model.fitted.instances.states)} states; control: {name}, over and over"
+    )
     drawing = figures.draw_growth(lengths, times, {k: (a, b) for k, (a, b, _) in fits.items()})
     parts = (
         paragraph(GROWTH, "paper"),
         table(caption, columns, rows),
-        paragraph(f"Lines fitted: {'; '.join(told)}."),
+        paragraph(f"Lines fitted: {'; '.join(lines)}."),
         picture(drawing, "Processor time against the control's length."),
     )
     fitted = {k: {"slope": a, "intercept": b, "r2": r} for k, (a, b, r) in fits.items()}
@@ -206,22 +223,21 @@ def held_models(library: Library, method: PerformanceControl, quick: bool) -> li
 def _cost_and_error(held: Sequence[Held]) -> tuple[float, ...]:
     """Means: segments, states, search ms, score, control and joint error, agreement of the feet, distinct share."""
     jobs: Jobs = {}
-    found = []
+    figures_of = []
     for i, (model, motion) in enumerate(held):
-        x = model.at_search_rate(model.control_points(motion), motion.fps)
-        jobs[str(i)] = partial(model.interpret, x)
+        jobs[str(i)] = partial(interpret, model.fitted, search_points(model, motion))
         result = model.synthesize(motion)
         feet = foot_agreement(result.motion, motion)
-        found.append((result.cost, *errors(model, result, motion), feet, distinct_share(result)))
+        figures_of.append((result.cost, *errors(model, result, motion), feet, distinct_share(result)))
     taken = sum(processor_seconds(jobs, 3).values()) / len(held)
-    segments = round(sum(len(model.instances.segments) for model, _ in held) / len(held))
-    states = round(sum(len(model.instances.states) for model, _ in held) / len(held))
-    return segments, states, 1000 * taken, *(float(value) for value in np.mean(found, axis=0))
+    segments = round(sum(segments_in(model) for model, _ in held) / len(held))
+    states = round(sum(len(model.fitted.instances.states) for model, _ in held) / len(held))
+    return segments, states, 1000 * taken, *(float(value) for value in np.mean(figures_of, axis=0))
 
 
 def errors(model: PerformanceModel, result: Synthesis, motion: Motion) -> tuple[float, float]:
     """Control and joint error in cm."""
-    control = control_error(result.motion, model.control_points(motion), motion.fps)
+    control = control_error(result.motion, points_of(model.method, motion), motion.fps)
     return 100 * control, 100 * joint_error(result.motion, motion)
 
 
@@ -240,14 +256,14 @@ def rate_section(library: Library, quick: bool, tick: Tick) -> Section:
 
 
 def _at_rate(model: PerformanceModel, motion: Motion) -> tuple[float, ...]:
-    points = model.control_points(motion)
-    x, dense = model.at_search_rate(points, motion.fps), sampled(points, motion.fps, FINE)
-    path = model.interpret(x)
-    jobs: Jobs = {"search": lambda: model.interpret(x)}
+    read = read_control(model.method, motion)
+    x, dense = (at_rate(read.points, read.fps, rate) for rate in (model.method.rate, FINE))
+    path = interpret(model.fitted, x)
+    jobs: Jobs = {"search": lambda: interpret(model.fitted, x)}
     if model.method.fine_rate:
-        jobs["refinement"] = lambda: fine_borders(model, dense, FINE, path)
+        jobs["refinement"] = lambda: fine_borders(model.fitted, dense, FINE, path)
     taken = processor_seconds(jobs, 3)
-    result = realize(model, points, motion.fps, path)
+    result = realize(model.fitted, replace(read, partner=None), path)
     score = sum(piece.cost + piece.seam for piece in placed_again(model, result, dense, FINE))
     return (
         *(1000 * taken["search"], 1000 * taken.get("refinement", 0.0), score),
@@ -258,12 +274,12 @@ def _at_rate(model: PerformanceModel, motion: Motion) -> tuple[float, ...]:
 def placed_again(model: PerformanceModel, result: Synthesis, x: FloatArray, rate: float) -> list[Piece]:
     """A result's pieces, placed and costed for control points ``x`` at another rate: the terms of equation 4.5."""
     known: dict[tuple[str, bool, float], Segment] = {}
-    for segment in model.instances.segments:
-        source = model.sources[segment.source]
+    for segment in model.fitted.instances.segments:
+        source = model.fitted.sources[segment.source]
         known[source.take, source.mirrored, segment.start] = segment
     segments = [known[piece.take, piece.mirrored, piece.source_start] for piece in result.pieces]
     borders = np.array([result.pieces[0].start, *(piece.stop for piece in result.pieces)])
-    return pieces_of(model, x, rate, segments, np.round(borders * rate))
+    return pieces_of(model.fitted, x, rate, segments, np.round(borders * rate))
 
 
 def continuity_section(library: Library, quick: bool, tick: Tick) -> Section:
@@ -277,12 +293,12 @@ def continuity_section(library: Library, quick: bool, tick: Tick) -> Section:
     tick("continuity")
     curves = {SWEPT[i]: [row[i] for row in rows] for i in (1, 2, 3)}
     near, smooth = (min(rows, key=lambda row: row[i])[0] for i in (2, 3))
-    told = f"""The joints are nearest the recording at k = {near:g}, the gaps at seams smallest at k = {smooth:g}:
+    text = f"""The joints are nearest the recording at k = {near:g}, the gaps at seams smallest at k = {smooth:g}:
     what a larger constant gains is smoothness before blending, what it costs is the control."""
     parts = (
         paragraph(LARGER, "paper"),
         table("The continuity constant, means over the held-out takes", SWEPT, rows),
-        paragraph(told),
+        paragraph(text),
         picture(figures.draw_curves(values, curves, "k, seconds"), "Errors over the continuity constant."),
     )
     return Section("Continuity constant", parts, {"rows": records(SWEPT, rows)})
@@ -297,7 +313,7 @@ def _with_continuity(model: PerformanceModel, motion: Motion, k: float) -> tuple
 
 def seam_gap(model: PerformanceModel, result: Synthesis, motion: Motion) -> float:
     """Root mean square distance in cm of the target points across seams, before they are blended."""
-    dense = sampled(model.control_points(motion), motion.fps, FINE)
+    dense = at_rate(points_of(model.method, motion), motion.fps, FINE)
     pieces = placed_again(with_method(model, continuity=1.0), result, dense, FINE)
     weight = sum(model.method.targets.values())
     squares = [piece.seam / weight for piece in pieces[1:]]

@@ -13,7 +13,7 @@ from kinetograph.evaluation.reproduce.hsu2004.data import held_out
 from kinetograph.evaluation.reproduce.page import DASH, Section, Value, drawn, paragraph, shown, table
 from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
-from kinetograph.methods.performance.model import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl, points_of
 from kinetograph.motion import cut, place
 from kinetograph.post.contacts import contacts_of
 
@@ -82,15 +82,15 @@ def path_section(library: Library, tick: Tick) -> Section:
     control = winding_path()
     model = PerformanceControl(mirror=True).fit(library)
     result = model.synthesize(control)
-    error = 100 * control_error(result.motion, model.control_points(control), control.fps)
+    error = 100 * control_error(result.motion, points_of(model.method, control), control.fps)
     tick("drawn path")
     takes = ", ".join(library.names())
-    told = [f"Made of {takes}. The hips are {error:.1f} cm from the path on average, {len(result.pieces)} pieces."]
-    told += result.warnings
+    text = [f"Made of {takes}. The hips are {error:.1f} cm from the path on average, {len(result.pieces)} pieces."]
+    text += result.warnings
     contacts = contacts_of(result.annotations)
     parts = (
         paragraph(DRAWN, "paper"),
-        paragraph(" ".join(told)),
+        paragraph(" ".join(text)),
         drawn(lambda path: strobe(result.motion, path, path_signal=control), "A walk along a path that turns twice."),
         drawn(
             lambda path: contact_sheet(result.motion, path, path_signal=control, contacts=contacts, frames=16),

@@ -1,14 +1,14 @@
-"""Retargeting: a motion on another skeleton, joints paired by role.
+"""Retargeting: a motion on another skeleton, with joints paired by role.
 
-A pair's joints turn alike in the world, up to a constant turn that makes the two rest poses agree: the turn between the
-bodies' axes and, for limbs, the one that takes the bone at rest to its partner's direction (an A pose to a T pose). The
-hips' way and height are scaled by the length of the legs, and the ankles are brought by inverse kinematics to where
-the source's are on that scale: what is planted stays planted.
+The joints of a pair have the same world rotation, up to a constant one that makes the two rest poses agree: the
+rotation between the axes of the bodies and, for limbs, the one that takes the bone at rest to the direction of its
+partner (an A pose to a T pose). The root path and heights are scaled with the length of the legs, and inverse
+kinematics brings the ankles to the scaled positions of the source's, so that planted feet stay planted.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,14 +19,14 @@ from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import SIDES, move_foot
-from kinetograph.post.joint_table import JointTable, joint_table
-from kinetograph.post.limbs import move_limb
+from kinetograph.post.joint_tables import JointTable, joint_table
+from kinetograph.post.limbs import ARM, LEG, move_limb
 from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
-_EASE = 0.25  # seconds in which a hand comes to be held and is let go
+_EASE = 0.25  # seconds over which the hold of a hand grows and fades
 _BENT, _STRAIGHT = 0.98, 0.99  # of a leg's length, between hip and ankle
 _SPARED = 0.002  # of a leg's length that an ankle may miss by along the leg, so that a straight knee stays straight
 _CARRIED = {"hand": "elbow", "toe": "foot"}  # parts that keep the correction of the bone that carries them
@@ -34,11 +34,44 @@ _CARRIED = {"hand": "elbow", "toe": "foot"}  # parts that keep the correction of
 
 @dataclass(frozen=True, eq=False)
 class Retargeted:
-    """A motion on its new skeleton, the pairs of joints it was made with, and the scale of its way."""
+    """A motion on its new skeleton, and how it was made.
+
+    Parameters
+    ----------
+    motion : Motion
+    table : JointTable
+        The pairs of joints.
+    scale : float
+        Factor of the root path on the ground.
+    """
 
     motion: Motion
     table: JointTable
     scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """The motion that is retargeted: its skeleton, world positions ``(F, J, 3)`` and the scale of its root path."""
+
+    skeleton: Skeleton
+    positions: FloatArray
+    scale: float
+
+    def has(self, roles: list[str], target: Skeleton) -> bool:
+        """Whether both skeletons have all of some roles."""
+        return all(role in self.skeleton.roles and role in target.roles for role in roles)
+
+    def place(self, role: str) -> FloatArray:
+        """World positions, ``(F, 3)``, of the joint that plays a role."""
+        return self.positions[:, self.skeleton.landmark(role).joint]
+
+    def scaled(self, points: FloatArray, target: Skeleton) -> FloatArray:
+        """Points, ``(F, 3)``, on the target: on the ground by the scale of the root path, in height by that of legs."""
+        rise = leg_length(target) / leg_length(self.skeleton)
+        goal = points * np.array([self.scale, rise, self.scale])
+        goal[:, 1] += ankle_height(target) - rise * ankle_height(self.skeleton)
+        return np.asarray(goal)
 
 
 def retarget(
@@ -50,47 +83,71 @@ def retarget(
     feet: bool = True,
     handholds: tuple[Annotation, ...] = (),
 ) -> Retargeted:
-    """The motion on another skeleton.
+    """A motion on another skeleton.
 
-    table: which joints go with which, by role and name where it is not given. scale: of the way along the ground; that
-    of the legs' lengths, which heights always have, where it is not given (dancers who hold hands need 1). feet: bring
-    the ankles to where the source's are on those scales. handholds: of kind ``"handhold"`` or ``"contact"``, labelled
-    ``left_hand`` or ``right_hand``, with or without a colon and what it holds, while which the wrists too are brought
-    to where the source's are. The floor is y = 0.
+    Parameters
+    ----------
+    motion : Motion
+        The floor is y = 0.
+    skeleton : Skeleton
+        The target.
+    table : JointTable, optional
+        Pairs of joints; by role and name unless given.
+    scale : float, optional
+        Factor of the root path on the ground; the ratio of the legs' lengths, which heights always have, unless given.
+        Dancers who hold hands need 1.
+    feet : bool
+        Whether inverse kinematics brings the ankles to the scaled positions of the source's.
+    handholds : tuple of Annotation, optional
+        Of kind ``"handhold"`` or ``"contact"``, labelled ``left_hand`` or ``right_hand``, with or without a colon and
+        what it holds. During these, the wrists are brought to the scaled positions of the source's too.
 
-    Raises RequestError where a skeleton has no hips or legs, or where the table names joints that are not there.
+    Returns
+    -------
+    Retargeted
 
+    Raises
+    ------
+    RequestError
+        If a skeleton has no hips or legs, the table names joints that do not exist, or the scale is not positive.
+
+    Examples
+    --------
     >>> from kinetograph.formats.deepmimic import skeleton
     >>> stand = Motion(skeleton(), np.array([[0.0, 0.9, 0.0]]), rot.identity(1, 15), 30.0)
     >>> retarget(stand, skeleton()).motion.translation.round(6).tolist()
     [[0.0, 0.9, 0.0]]
     """
-    for which, body in (("source", motion.skeleton), ("target", skeleton)):
-        missing = [role for role in ("hips", "left_hip", "right_hip") if role not in body.roles]
-        if missing:
-            raise RequestError(f"cannot retarget: the {which} has no {', '.join(missing)}; name them with --role")
+    _check_roles(motion.skeleton, skeleton)
     table = table or joint_table(motion.skeleton, skeleton)
     table.check(motion.skeleton, skeleton)
     ratio = scale if scale is not None else leg_length(skeleton) / leg_length(motion.skeleton)
     if not (np.isfinite(ratio) and ratio > 0):
-        raise RequestError(f"the scale of a way must be a positive number, found {ratio}")
-    positions, turns = forward(motion)
-    rotations = _rotations(motion, turns, skeleton, table)
-    out = _placed(motion, positions, Motion(skeleton, np.zeros((len(motion), 3)), rotations, motion.fps), ratio)
+        raise RequestError(f"the scale of the root path must be a positive number, found {ratio}")
+    positions, world = forward(motion)
+    source = _Source(motion.skeleton, positions, ratio)
+    rotations = _rotations(motion, world, skeleton, table)
+    out = _placed(source, Motion(skeleton, np.zeros((len(motion), 3)), rotations, motion.fps))
     if feet:
-        out = _with_feet(motion.skeleton, positions, out, ratio)
+        out = _with_feet(source, out)
     for side in SIDES:
-        weight = _held(handholds, f"{side}_hand", len(motion), motion.fps)
-        out = _with_hand(motion.skeleton, positions, out, ratio, side, weight) if weight.any() else out
+        out = _with_hand(source, out, side, _held(handholds, f"{side}_hand", len(motion), motion.fps))
     return Retargeted(out, table, float(ratio))
 
 
-def _rotations(motion: Motion, turns: FloatArray, skeleton: Skeleton, table: JointTable) -> FloatArray:
-    """Local rotations of the target, shape ``(F, J, 4)``."""
+def _check_roles(source: Skeleton, target: Skeleton) -> None:
+    for which, body in (("source", source), ("target", target)):
+        missing = [role for role in ("hips", "left_hip", "right_hip") if role not in body.roles]
+        if missing:
+            raise RequestError(f"cannot retarget: the {which} has no {', '.join(missing)}; name them with --role")
+
+
+def _rotations(motion: Motion, rotations: FloatArray, skeleton: Skeleton, table: JointTable) -> FloatArray:
+    """Local rotations of the target, shape ``(F, J, 4)``, from world rotations of the source."""
     source = motion.skeleton
     corrections = _corrections(source, skeleton, table)
     pairs = {skeleton.index(target): source.index(name) for target, name in table.pairs.items()}
-    world: dict[int, FloatArray] = {t: rot.multiply(turns[:, s], corrections[t]) for t, s in pairs.items()}
+    world: dict[int, FloatArray] = {t: rot.multiply(rotations[:, s], corrections[t]) for t, s in pairs.items()}
     shares = _trunk_shares(skeleton, pairs)
     still = rot.identity(len(motion))
     local = rot.identity(len(motion), len(skeleton))
@@ -111,23 +168,23 @@ def _trunk_shares(skeleton: Skeleton, pairs: dict[int, int]) -> dict[int, tuple[
     """Joints of the trunk without a partner: the mapped joints above and below them, and each one's share."""
     shares: dict[int, tuple[int, int, float]] = {}
     for role in _TRUNK[1:]:
-        mark = skeleton.roles.get(role)
-        if mark is None or mark.joint not in pairs:
+        landmark = skeleton.roles.get(role)
+        if landmark is None or landmark.joint not in pairs:
             continue
         between: list[int] = []
-        joint = int(skeleton.parents[mark.joint])
+        joint = int(skeleton.parents[landmark.joint])
         while joint >= 0 and joint not in pairs:
             between.append(joint)
             joint = int(skeleton.parents[joint])
         if joint >= 0:
-            shares |= {j: (joint, mark.joint, 1.0 / (len(between) + 1)) for j in between}
+            shares |= {j: (joint, landmark.joint, 1.0 / (len(between) + 1)) for j in between}
     return shares
 
 
 def _corrections(source: Skeleton, target: Skeleton, table: JointTable) -> dict[int, FloatArray]:
-    """The constant turn of each mapped target joint that makes the rest poses agree."""
+    """The constant rotation of each mapped target joint that makes the rest poses agree."""
     across = rot.from_matrix(body_axes(source).T @ body_axes(target))
-    roles = {mark.joint: role for role, mark in reversed(list(target.roles.items())) if not mark.offset.any()}
+    roles = {point.joint: role for role, point in reversed(list(target.roles.items())) if not point.offset.any()}
     swings: dict[int, FloatArray] = {}
     out: dict[int, FloatArray] = {}
     for name in sorted(table.pairs, key=target.index):
@@ -144,12 +201,12 @@ def _corrections(source: Skeleton, target: Skeleton, table: JointTable) -> dict[
 
 
 def _swing(source: Skeleton, target: Skeleton, role: str, across: FloatArray) -> FloatArray | None:
-    """The turn that takes a limb's bone at rest, already in the source's axes, to the source's direction."""
+    """The rotation that takes a limb's bone at rest, already in the source's axes, to the source's direction."""
     here, there = limb_direction(target, role), limb_direction(source, role)
     if here is None or there is None:
         return None
     here = rot.rotate(across, here)
-    if role.endswith("_foot"):  # soles lie flat at rest, wherever the toe joint is: only the way they point counts
+    if role.endswith("_foot"):  # soles lie flat at rest, wherever the toe joint is: only their heading counts
         up = body_axes(source)[1]
         here, there = here - up * (here @ up), there - up * (there @ up)
     if min(np.linalg.norm(here), np.linalg.norm(there)) < 1e-6:
@@ -157,12 +214,10 @@ def _swing(source: Skeleton, target: Skeleton, role: str, across: FloatArray) ->
     return rot.between(here, there)
 
 
-def _placed(motion: Motion, positions: FloatArray, out: Motion, scale: float) -> Motion:
-    """The target with the middle of its hips on the source's scaled way."""
-    middle = _middle(motion.skeleton, positions)
-    goal = _scaled(motion.skeleton, out.skeleton, middle, scale)
-    found = _middle(out.skeleton, forward(out)[0])
-    return Motion(out.skeleton, goal - found, out.rotations, out.fps)
+def _placed(source: _Source, out: Motion) -> Motion:
+    """The target with the middle of its hips on the source's scaled root path."""
+    goal = source.scaled(_middle(source.skeleton, source.positions), out.skeleton)
+    return replace(out, translation=goal - _middle(out.skeleton, forward(out)[0]))
 
 
 def _middle(skeleton: Skeleton, positions: FloatArray) -> FloatArray:
@@ -170,26 +225,19 @@ def _middle(skeleton: Skeleton, positions: FloatArray) -> FloatArray:
     return np.asarray(positions[:, hips].mean(axis=1))
 
 
-def _scaled(source: Skeleton, target: Skeleton, points: FloatArray, scale: float) -> FloatArray:
-    """Points of the source, ``(F, 3)``: along the ground on the way's scale, in height on that of the legs."""
-    rise = leg_length(target) / leg_length(source)
-    goal = points * np.array([scale, rise, scale])
-    goal[:, 1] += ankle_height(target) - rise * ankle_height(source)
-    return np.asarray(goal)
-
-
-def _with_feet(source: Skeleton, positions: FloatArray, out: Motion, scale: float) -> Motion:
+def _with_feet(source: _Source, out: Motion) -> Motion:
+    """The target with its ankles at the scaled positions of the source's."""
     for side in SIDES:
-        roles = [f"{side}_{part}" for part in ("hip", "knee", "foot")]
-        if all(role in out.skeleton.roles and role in source.roles for role in roles):
-            goal = _scaled(source, out.skeleton, positions[:, source.landmark(roles[2]).joint], scale)
+        roles = [f"{side}_{part}" for part in LEG]
+        if source.has(roles, out.skeleton):
+            goal = source.scaled(source.place(roles[2]), out.skeleton)
             hip, knee, ankle = (forward(out)[0][:, out.skeleton.landmark(role).joint] for role in roles)
             out = move_foot(out, side, _kept_straight(hip, knee, ankle, goal) - ankle, gently=False)
     return out
 
 
 def _kept_straight(hip: FloatArray, knee: FloatArray, ankle: FloatArray, goal: FloatArray) -> FloatArray:
-    """Goals of an ankle, ``(F, 3)`` metres, further or nearer by at most `_SPARED` where a leg is all but straight.
+    """Goals of an ankle, ``(F, 3)`` metres, further or nearer by at most ``_SPARED`` where a leg is all but straight.
 
     A straight knee bends by five degrees for a millimetre; it is kept as it is where it would be bent for that.
     """
@@ -201,15 +249,13 @@ def _kept_straight(hip: FloatArray, knee: FloatArray, ankle: FloatArray, goal: F
     return np.asarray(hip + (goal - hip) * ((now + change) / np.maximum(wanted, 1e-9))[:, None])
 
 
-def _with_hand(
-    source: Skeleton, positions: FloatArray, out: Motion, scale: float, side: str, weight: FloatArray
-) -> Motion:
-    roles = [f"{side}_{part}" for part in ("shoulder", "elbow", "hand")]
-    if not all(role in out.skeleton.roles and role in source.roles for role in roles):
+def _with_hand(source: _Source, out: Motion, side: str, weight: FloatArray) -> Motion:
+    """The target with a wrist at the scaled positions of the source's, by weights ``(F,)``."""
+    roles = [f"{side}_{part}" for part in ARM]
+    if not weight.any() or not source.has(roles, out.skeleton):
         return out
     joints = [out.skeleton.landmark(role).joint for role in roles]
-    goal = positions[:, source.landmark(roles[2]).joint] * scale
-    offset = goal - forward(out)[0][:, joints[2]]
+    offset = source.place(roles[2]) * source.scale - forward(out)[0][:, joints[2]]
     return move_limb(out, joints, weight[:, None] * offset)
 
 

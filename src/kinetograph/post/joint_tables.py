@@ -1,4 +1,4 @@
-"""Which joint of one skeleton goes with which of another: a table to print, edit and read again."""
+"""Tables of pairs of joints of two skeletons: to print, edit and read again."""
 
 from __future__ import annotations
 
@@ -15,20 +15,40 @@ _NONE = "-"
 
 @dataclass(frozen=True)
 class JointTable:
-    """Pairs: target joint -> source joint. rest: target joints that keep their rest pose. why: a word on each pair."""
+    """Which joint of a source skeleton each joint of a target skeleton follows.
+
+    Parameters
+    ----------
+    pairs : mapping of str to str
+        Target joint to source joint.
+    rest : tuple of str
+        Target joints that keep their rest pose.
+    why : mapping of str to str
+        Target joint to the reason for its pair: a role, or ``"name"``.
+    """
 
     pairs: Mapping[str, str]
     rest: tuple[str, ...]
     why: Mapping[str, str]
 
     def check(self, source: Skeleton, target: Skeleton) -> None:
-        """Raises RequestError where a name is not a joint of its skeleton."""
+        """Check that all names are joints of their skeletons.
+
+        Parameters
+        ----------
+        source, target : Skeleton
+
+        Raises
+        ------
+        RequestError
+            If one is not.
+        """
         for here, there in self.pairs.items():
             target.index(here)
             source.index(there)
 
     def __str__(self) -> str:
-        """A line a target joint, tabs between; `parse_table` reads it."""
+        """One line per target joint, with tabs between columns; `parse_table` reads it."""
         rows = [(target, source, self.why.get(target, "")) for target, source in self.pairs.items()]
         rows += [(target, _NONE, "rest pose") for target in self.rest]
         lines = ["# target\tsource\twhy", *("\t".join(row) for row in rows)]
@@ -36,8 +56,18 @@ class JointTable:
 
 
 def joint_table(source: Skeleton, target: Skeleton) -> JointTable:
-    """Pair joints by role and, below roles, by name.
+    """Pair joints by role and, where they have none, by name.
 
+    Parameters
+    ----------
+    source, target : Skeleton
+
+    Returns
+    -------
+    JointTable
+
+    Examples
+    --------
     >>> from kinetograph.formats.deepmimic import skeleton
     >>> table = joint_table(skeleton(), skeleton())
     >>> table.pairs["left_knee"], table.rest
@@ -47,7 +77,7 @@ def joint_table(source: Skeleton, target: Skeleton) -> JointTable:
     why: dict[str, str] = {}
     for role in ROLES:
         here, there = target.roles.get(role), source.roles.get(role)
-        # a point on a joint, as the tip of a foot, has no turn of its own; the source's joint still says how it turns
+        # a point on a joint, as the tip of a foot, has no rotation of its own; in the source it still has its joint's
         if here is None or there is None or here.offset.any() or target.names[here.joint] in pairs:
             continue
         pairs[target.names[here.joint]] = source.names[there.joint]
@@ -64,9 +94,24 @@ def joint_table(source: Skeleton, target: Skeleton) -> JointTable:
 
 
 def parse_table(text: str, path: str | Path = "joint table") -> JointTable:
-    """Read a table that `JointTable` printed and a person edited; ``-`` leaves a joint in its rest pose.
+    """Read a table as `JointTable` prints it and a person may have edited it.
 
-    Raises FormatError, with the line, for a line without two names and for joints that occur twice.
+    Parameters
+    ----------
+    text : str
+        One target joint, a tab and one source joint per line; ``-`` as the source leaves the joint in its rest pose.
+        Lines that begin with ``#`` are comments.
+    path : str or Path
+        What errors call the file.
+
+    Returns
+    -------
+    JointTable
+
+    Raises
+    ------
+    FormatError
+        With the line, if it has no two names or a target joint occurs twice.
     """
     pairs: dict[str, str] = {}
     rest: list[str] = []

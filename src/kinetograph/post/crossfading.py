@@ -12,10 +12,26 @@ from kinetograph.post.easing import smoothstep
 
 
 def crossfade(before: Motion, after: Motion, overlap: int) -> Motion:
-    """``before`` and then ``after``, whose last and first ``overlap`` frames are one and the same time.
+    """Two motions in one, mixed over the frames that they share.
 
-    Rotations go the short way from those of ``before`` to those of ``after`` by a weight that rises smoothly over the
-    overlap; so does the root's place. Raises RequestError where a motion is shorter than the overlap.
+    Over the overlap, translations are mixed linearly and rotations by slerp, with a weight that rises smoothly from
+    ``before`` to ``after``.
+
+    Parameters
+    ----------
+    before, after : Motion
+        Of one skeleton and rate.
+    overlap : int
+        The last frames of ``before``, which are at the same times as the first frames of ``after``.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If a motion is shorter than the overlap.
     """
     if not 0 <= overlap <= min(len(before), len(after)):
         raise RequestError(f"cannot blend over {overlap} frames of motions of {len(before)} and {len(after)} frames")
@@ -37,8 +53,18 @@ def crossfade(before: Motion, after: Motion, overlap: int) -> Motion:
 
 
 def smooth_weights(count: int) -> FloatArray:
-    """Weights ``(count,)`` that rise smoothly from near 0 to near 1 and are symmetric about a half.
+    """Weights that rise smoothly from near 0 to near 1 and are symmetric about a half.
 
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    ndarray, shape (count,)
+
+    Examples
+    --------
     >>> smooth_weights(3).tolist()
     [0.15625, 0.5, 0.84375]
     """

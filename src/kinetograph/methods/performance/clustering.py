@@ -1,0 +1,50 @@
+"""Fewer segments: one for every cluster of like ones (Hsu 2004, section 4.4.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.learn.linkage import complete_linkage, representatives
+from kinetograph.methods.performance.segments import Segment, Source
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.sampling import interpolate
+
+SAMPLES = 16
+"""Samples of a segment that are compared."""
+
+
+def segment_distances(
+    sources: tuple[Source, ...], segments: tuple[Segment, ...], settings: PerformanceSettings
+) -> FloatArray:
+    """Root-mean-square distances in metres, ``(N, N)``, between segments.
+
+    Control and target points are compared together, after the best alignment (4.1), both segments stretched to one
+    length. Segments whose durations no stretch can bring together are infinitely far apart.
+    """
+    rows = []
+    for segment in segments:
+        source = sources[segment.source]
+        at = np.linspace(segment.start, segment.stop, SAMPLES) * source.motion.fps
+        both = [interpolate(source.control_points, at), interpolate(source.target_points, at)]
+        rows.append(np.concatenate(both, axis=1))
+    points = np.stack(rows)
+    weights = np.full(points.shape[1:3], 1.0 / (SAMPLES * points.shape[2]))
+    squares, _ = settings.alignment.align(points, points, weights)
+    durations = np.array([s.duration for s in segments])
+    apart = np.abs(durations[:, None] - durations) > max(settings.stretch, 1e-9)
+    distances = np.sqrt(0.5 * (squares + squares.T))
+    np.fill_diagonal(distances, 0.0)
+    return np.where(apart, np.inf, distances)
+
+
+def cluster_segments(
+    sources: tuple[Source, ...],
+    segments: tuple[Segment, ...],
+    settings: PerformanceSettings,
+    rng: np.random.Generator | None = None,
+) -> tuple[Segment, ...]:
+    """The segments that represent the clusters: medoids, or random ones given ``rng``."""
+    distances = segment_distances(sources, segments, settings)
+    labels = complete_linkage(distances, settings.cluster or 0.0)
+    return tuple(segments[int(i)] for i in representatives(distances, labels, rng))

@@ -1,0 +1,74 @@
+"""A control as the method sees it: points over time and, where it is a character, that partner and the hands held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.take import Annotation, Take
+
+
+@dataclass(frozen=True, eq=False)
+class Control:
+    """A control.
+
+    Parameters
+    ----------
+    points : ndarray, shape (F, P, 3)
+        Control points, metres.
+    fps : float
+    partner : Motion, optional
+        The control where it is a character, whose hands are held.
+    handholds : tuple of Annotation
+        The handholds with it, where the control says so itself; otherwise they are those of the recordings.
+    """
+
+    points: FloatArray
+    fps: float
+    partner: Motion | None = None
+    handholds: tuple[Annotation, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first sample to the last."""
+        return (len(self.points) - 1) / self.fps
+
+
+def read_control(settings: PerformanceSettings, control: Take | Signal | Motion) -> Control:
+    """The control points of a path, a walker's or a partner's motion, or of a take that is one of these.
+
+    Raises RequestError for a take of several tracks, a signal with samples missing, and what the settings'
+    ``control_points`` cannot read.
+    """
+    track = only_track(control) if isinstance(control, Take) else control
+    annotations = control.annotations if isinstance(control, Take) else ()
+    given = tuple(note for note in annotations if note.kind == "handhold")
+    partner = track if isinstance(track, Motion) else None
+    return Control(points_of(settings, track), track.fps, partner, given)
+
+
+def points_of(settings: PerformanceSettings, control: Signal | Motion) -> FloatArray:
+    """The control points of a control, shape ``(F, P, 3)``, at its own rate.
+
+    Raises RequestError for a signal with samples missing.
+    """
+    if isinstance(control, Signal) and not control.valid.all():
+        frame = int(np.flatnonzero(~control.valid.all(axis=1))[0])
+        raise RequestError(
+            f"the control misses {int((~control.valid).sum())} samples, the first at {frame / control.fps:.2f} s; "
+            "fill them in first"
+        )
+    return settings.control_points.points(control)
+
+
+def only_track(take: Take) -> Signal | Motion:
+    """The one track of a take. Raises RequestError where there are several."""
+    if len(take.tracks) != 1:
+        raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
+    return next(iter(take.tracks.values()))

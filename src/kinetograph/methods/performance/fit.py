@@ -1,0 +1,42 @@
+"""From a library to what is fitted to it (Hsu 2004, chapter 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from kinetograph.library import Library
+from kinetograph.methods.performance.clustering import cluster_segments
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.segments import build_instances, cut_segments
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.performance.sources import sources_of
+from kinetograph.methods.recordings import collect
+from kinetograph.progress import Progress
+
+
+def fit(
+    settings: PerformanceSettings,
+    library: Library,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    rng: np.random.Generator | None = None,
+    progress: Progress | None = None,
+) -> Fitted:
+    """Collect the recordings of a library, cut them into segments and stretch those; see `PerformanceControl.fit`."""
+    recordings = collect(library, exclude=exclude, track=track, progress=progress)
+    sources, notes = [], []
+    for recording in recordings:
+        made, cut_at = sources_of(settings, recording, recordings[0].motion.skeleton)
+        sources += made
+        if cut_at:
+            notes.append(f"{recording.name}: no cuts in the library; cut at {cut_at}")
+    segments = cut_segments(tuple(sources), settings.longest, settings.span)
+    if settings.cluster is not None:
+        kept = cluster_segments(tuple(sources), segments, settings, rng)
+        notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
+        segments = kept
+    instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
+    return Fitted(settings, tuple(sources), instances, tuple(notes))

@@ -1,0 +1,92 @@
+"""A library made ready for one configuration, as data."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.learn.segmental import SegmentalSearch
+from kinetograph.methods.performance.segments import Instances, Segment, Source
+from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """The recordings of a library, the segments they are cut into, and what is derived from both.
+
+    Parameters
+    ----------
+    settings : PerformanceSettings
+    sources : tuple of Source
+        The recordings.
+    instances : Instances
+        Their segments at every legal stretch.
+    notes : tuple of str
+        What a person should know of how the library was read.
+    """
+
+    settings: PerformanceSettings
+    sources: tuple[Source, ...]
+    instances: Instances
+    notes: tuple[str, ...] = ()
+
+    @property
+    def search(self) -> SegmentalSearch:
+        """The segmental search of section 4.3 over the states."""
+        return SegmentalSearch(self.instances.states[:, 1], self.settings.continuity, self.settings.beam)
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Mixtures of the target points, shape ``(Q, Q)``, whose squared distances add up to the weighted ones.
+
+        They are the principal ones of how ends of segments differ on the ground: most of any distance lies in the
+        first ones, by which the search rules most predecessors out.
+        """
+        scale = np.sqrt(np.array(list(self.settings.targets.values()), dtype=np.float64))
+        ends = np.concatenate([self.instances.heads, self.instances.tails]) * scale[:, None]
+        ground = ends[..., [0, 2]] - ends[..., [0, 2]].mean(axis=1, keepdims=True)
+        _, vectors = np.linalg.eigh(np.einsum("npi,nqi->pq", ground, ground))
+        return np.asarray(vectors.T[::-1] * scale)
+
+    @cached_property
+    def basis_sums(self) -> FloatArray:
+        """How much of a shift each mixture takes, shape ``(Q,)``."""
+        return np.asarray(self.basis.sum(axis=1))
+
+    @cached_property
+    def segment_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Mixtures of the target points ``(N, Q, 3)`` at the head and the tail of every segment."""
+        return self.basis @ self.instances.heads, self.basis @ self.instances.tails
+
+    @cached_property
+    def state_ends(self) -> tuple[FloatArray, FloatArray]:
+        """The same for every state, ``(S, Q, 3)``."""
+        segments = self.instances.states[:, 0]
+        heads, tails = self.segment_ends
+        return heads[segments], tails[segments]
+
+    @cached_property
+    def joint_ranges(self) -> tuple[JointRange, ...]:
+        """How far the recordings bend the joints of arms and legs."""
+        motions = [source.motion for source in self.sources]
+        return seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton)))
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Slowest and fastest mean ground speed of the segments at the stretches allowed, metres per second."""
+        speeds = []
+        for steps, controls in self.instances.controls.items():
+            middle = controls.mean(axis=2)
+            length = np.linalg.norm(np.diff(middle, axis=1), axis=-1).sum(axis=1)
+            speeds.append(length * self.settings.rate / steps)
+        together = np.concatenate(speeds)
+        return float(together.min()), float(together.max())
+
+    def segment_of(self, state: int) -> Segment:
+        """The segment of a state."""
+        return self.instances.segments[int(self.instances.states[state, 0])]

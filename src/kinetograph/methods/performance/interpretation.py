@@ -1,0 +1,97 @@
+"""The best sequences of segments for a control: one, several that differ, and the k best (Hsu 2004, chapters 4, 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import DataError, RequestError
+from kinetograph.learn.k_best import k_best
+from kinetograph.learn.segmental import SegmentalPath, prove
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.rules import Rule, bind, bind_partial
+from kinetograph.methods.performance.scoring import arrivals, left_early
+from kinetograph.progress import Progress
+
+
+def interpret(
+    fitted: Fitted, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()
+) -> SegmentalPath:
+    """The best sequence of states for a control.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    x : ndarray, shape (T + 1, P, 3)
+        Control points at the search's rate.
+    progress : Progress, optional
+        Called with the steps done and their number.
+    rules : sequence of Rule
+        What is pinned or forbidden.
+
+    Raises
+    ------
+    RequestError
+        For a control shorter than any segment can be made.
+    """
+    _check_length(fitted, len(x) - 1)
+    partial = left_early(fitted, x)
+    if not rules:
+        return prove(fitted.search, lambda: arrivals(fitted, x, progress), partial)
+    bound = bind_partial(fitted, rules, partial, len(x) - 1)
+    return prove(fitted.search, lambda: bind(fitted, rules, arrivals(fitted, x, progress)), bound)
+
+
+def _check_length(fitted: Fitted, steps: int) -> None:
+    rate, shortest = fitted.settings.rate, int(fitted.instances.states[0, 1])
+    if steps < 1:
+        raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
+    if steps < shortest:
+        raise RequestError(
+            f"the control is too short: it lasts {steps / rate:.2f} s, the library's shortest segment, squeezed, "
+            f"{shortest / rate:.2f} s; record more of it, or cut the library finer (library segment)"
+        )
+
+
+def beam_gap(fitted: Fitted, x: FloatArray) -> float:
+    """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
+    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None)), x).score
+    return interpret(fitted, x).score / exact - 1.0 if exact > 0 else 0.0
+
+
+def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
+    """The best sequence and up to ``count`` - 1 that differ: each is the best that shares no piece with those before.
+
+    A piece is shared where two sequences show the same moment of a recording at the same time of the control. Fewer
+    are returned where no other sequence covers the control. See `interpret` for the arguments.
+    """
+    paths: list[SegmentalPath] = [interpret(fitted, x, rules=rules)]
+    used = list(rules)
+    while len(paths) < count:
+        used += _forbidding(fitted, paths[-1])
+        try:
+            paths.append(interpret(fitted, x, rules=used))
+        except DataError:  # nothing else covers it
+            break
+    return paths
+
+
+def _forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
+    """Rules against every piece of a sequence."""
+    rules, rate = [], fitted.settings.rate
+    for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):
+        segment = fitted.segment_of(state)
+        middle = 0.5 * (segment.start + segment.stop)
+        take = fitted.sources[segment.source].take
+        rules.append(Rule(max(float(start), 0.0) / rate, float(stop) / rate, take=take, source=middle, forbid=True))
+    return rules
+
+
+def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
+    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only.
+
+    See `interpret` for the arguments. Sequences that differ more: `alternatives`.
+    """
+    bound = list(bind(fitted, rules, arrivals(fitted, x)))
+    return k_best(fitted.search, bound, bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1), count)

@@ -1,0 +1,101 @@
+"""The configuration of performance control, as data: `PerformanceControl` in ``model`` adds what it does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from kinetograph.errors import RequestError
+from kinetograph.learn.alignment import Alignment, Ground
+from kinetograph.methods.performance.control_points import ControlPoints, GroundPath
+from kinetograph.post.assemble import PostSettings
+
+END_EFFECTORS: Mapping[str, float] = MappingProxyType(
+    {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0}
+)
+"""Weights of the roles that are compared across seams of walks."""
+
+BODY: Mapping[str, float] = MappingProxyType(
+    {"hips": 2.0, "chest": 2.0, "left_toe": 0.5, "right_toe": 0.5, "left_hand": 0.5, "right_hand": 0.5}
+)
+"""Weights of the roles that are compared across seams of dances."""
+
+
+@dataclass(frozen=True)
+class PerformanceSettings:
+    """What performance control is configured by.
+
+    Parameters
+    ----------
+    continuity : float
+        k, the weight of continuity against interpretation, seconds (D is integrated over time).
+    stretch : float
+        How far a segment may be stretched or squeezed, seconds.
+    rate : float
+        Rate of the search, Hz.
+    fine_rate : float, optional
+        Rate of the constrained search that adjusts durations, Hz (section 4.4.3); None leaves them.
+    alignment : Alignment
+        Group of transforms by which segments are placed: `Ground`, `Similarity`, `Rigid`, `Fixed` or `Continued`.
+    control_points : ControlPoints
+        What of a control is compared with the recordings: `GroundPath` for walks, `PointsByRole` for partners,
+        `Channels` for what does not lie in space.
+    span : int
+        Cuts that a segment goes on for; from 2 on, segments begin at every cut and overlap.
+    targets : mapping of str to float
+        Weights of the roles whose positions are compared across seams.
+    beam : float, optional
+        Width of the beam search (section 4.4.1); None searches exactly.
+    cluster : float, optional
+        Segments closer than this to one another are represented by one of them, metres (section 4.4.2).
+    mirror : bool
+        Use every recording mirrored as well.
+    longest : float
+        Longest segment used, seconds.
+    post : PostSettings
+        What happens to the chosen segments afterwards.
+
+    Raises
+    ------
+    RequestError
+        For values out of range, and for channels with an alignment that moves points in space.
+    """
+
+    continuity: float = 0.1
+    stretch: float = 0.2
+    rate: float = 10.0
+    fine_rate: float | None = 30.0
+    alignment: Alignment = field(default_factory=Ground)
+    control_points: ControlPoints = field(default_factory=GroundPath)
+    span: int = 1
+    targets: Mapping[str, float] = field(default_factory=lambda: END_EFFECTORS)
+    beam: float | None = None
+    cluster: float | None = None
+    mirror: bool = False
+    longest: float = 2.5
+    post: PostSettings = field(default_factory=PostSettings)
+
+    def __post_init__(self) -> None:
+        if not self.targets:
+            raise RequestError("targets must name at least one role, found none")
+        for name in ("continuity", "stretch"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
+        for name in ("rate", "longest"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
+        if not callable(getattr(self.alignment, "align", None)):
+            raise RequestError(
+                f"alignment must be Ground(), Similarity(), Rigid(), Fixed() or Continued(), found {self.alignment!r}"
+            )
+        if self.alignment.moves and not self.control_points.spatial:
+            raise RequestError(
+                "channels do not lie in space: alignment must be Fixed() or Continued() (on the command line: none), "
+                f"found {self.alignment}"
+            )
+        if self.span < 1:
+            raise RequestError(f"span must be 1 cut or more, found {self.span}")
+        object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))

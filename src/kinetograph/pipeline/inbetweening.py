@@ -1,0 +1,29 @@
+"""Keyframe control from a library and keys to results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.keys import Key
+from kinetograph.library import Library
+from kinetograph.methods.keyframe import KeyframeControl
+from kinetograph.synthesis import Synthesis
+
+
+def inbetween(
+    keys: tuple[Key, ...],
+    library: Library,
+    method: KeyframeControl | None = None,
+    *,
+    count: int = 1,
+    exclude: tuple[str, ...] = (),
+    track: str | None = None,
+    seed: int = 0,
+) -> tuple[Synthesis, ...]:
+    """Motions through keys, made of a library's recordings: the best, and up to ``count`` - 1 that differ from it.
+
+    seed: of the paper's clusters. Raises RequestError.
+    """
+    method = method or KeyframeControl()
+    model = method.fit(library, exclude=exclude, track=track, rng=np.random.default_rng(seed))
+    return model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)

@@ -1,0 +1,69 @@
+"""Libraries and recordings, as a person names them on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from kinetograph.errors import LibraryError, RequestError
+from kinetograph.formats import READERS, ReadOptions, read
+from kinetograph.library import Library, contents
+from kinetograph.motion import Motion
+from kinetograph.skeleton import with_roles
+from kinetograph.take import Take
+
+
+def open_library(path: str | Path) -> Library:
+    """Open a library. Raises LibraryError, which tells apart a folder of recordings, an empty one and none."""
+    folder = Path(path)
+    if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
+        recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
+        if recordings:
+            raise LibraryError(
+                f"{folder}: a folder with {len(recordings)} recordings, not a library; "
+                f"make one with: kinetograph library create LIB {folder}"
+            )
+    return Library.open(folder)
+
+
+def has_partners(library: Library, target: str | None) -> bool:
+    """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
+
+    Raises RequestError where no take has the target, or where takes have several motions and none is named.
+    """
+    tracks = [(track.take, track.name) for track in contents(library)]
+    if target is None:
+        motions = [(track.take, track.name) for track in contents(library) if track.kind == "motion"]
+        if len(motions) > len({take for take, _ in motions}):
+            names = ", ".join(sorted({name for _, name in motions}))
+            raise RequestError(f"{library.path}: takes have several motions ({names}); name the one to make (--target)")
+        return False
+    with_target = {take for take, name in tracks if name == target}
+    if tracks and not with_target:
+        found = ", ".join(sorted({name for _, name in tracks}))
+        raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {found}")
+    return any(name != target for take, name in tracks if take in with_target)
+
+
+def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
+    """The motion files named, and those directly inside the folders named, by name. Raises RequestError for none."""
+    found: list[Path] = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            found += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
+        else:
+            found.append(path)
+    if not found:
+        raise RequestError(f"no motion file found; expected one of {', '.join(sorted(READERS))}")
+    return found
+
+
+def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = None) -> tuple[Take, tuple[str, ...]]:
+    """A file as a take named after it, with roles given by joint name put in place; and what was guessed."""
+    loaded = read(path, options)
+    tracks = {
+        name: replace(track, skeleton=with_roles(track.skeleton, roles or {})) if isinstance(track, Motion) else track
+        for name, track in loaded.take.tracks.items()
+    }
+    return Take(path.stem, tracks, loaded.take.annotations), loaded.notes

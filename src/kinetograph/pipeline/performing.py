@@ -1,0 +1,86 @@
+"""Performance control from a library and a control to a result: control, method, motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetograph.library import Library
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule, only_track, smooth_path
+from kinetograph.motion import Motion
+from kinetograph.progress import Progress
+from kinetograph.signal import Signal
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Take
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """How a drawn path is calmed before it is performed: Gaussian widths in seconds and in metres, 0 for none."""
+
+    time: float = 0.0
+    space: float = 0.0
+
+
+def perform(
+    control: Take | Signal | Motion,
+    library: Library,
+    method: PerformanceControl | None = None,
+    *,
+    smoothing: Smoothing | None = None,
+    exclude: tuple[str, ...] = (),
+    track: str | None = None,
+    rules: Sequence[Rule] = (),
+    progress: Progress | None = None,
+) -> Synthesis:
+    """The main job: a walker, made of the library's recordings, performs a control."""
+    model = (method or PerformanceControl()).fit(library, exclude=exclude, track=track)
+    return perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress)
+
+
+def perform_with(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    *,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+    progress: Progress | None = None,
+) -> Synthesis:
+    """The same by a model that is there, with its notes among the warnings."""
+    result = model.synthesize(_smoothed(control, smoothing), progress, rules)
+    return replace(result, warnings=(*model.notes, *result.warnings))
+
+
+def perform_alternatives(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    count: int,
+    *,
+    alike: bool = False,
+    smoothing: Smoothing | None = None,
+    rules: Sequence[Rule] = (),
+) -> tuple[Synthesis, ...]:
+    """The best performance of a control and up to ``count`` - 1 others: see `PerformanceModel.alternatives`."""
+    found = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
+    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in found)
+
+
+def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Signal | Motion:
+    wanted = only_track(control) if isinstance(control, Take) else control
+    if isinstance(wanted, Signal) and smoothing:
+        return smooth_path(wanted, smoothing.time, smoothing.space)
+    return wanted
+
+
+def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:
+    """A path that turns both ways, about 18 m long, walked at ``speed`` metres a second: what the demo follows."""
+    from scipy.interpolate import CubicSpline
+
+    corners = np.array([(0, 0), (2, 0.3), (3.5, 2), (2.5, 4), (0.5, 4.5), (-1, 6), (0, 8), (2.5, 8.5)], dtype=float)
+    dense = CubicSpline(np.arange(len(corners)), corners)(np.linspace(0, len(corners) - 1, 4000))
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    even = np.linspace(0, along[-1], int(along[-1] / speed * fps) + 1)
+    x, z = (np.interp(even, along, dense[:, i]) for i in (0, 1))
+    return Signal(np.stack([x, np.zeros_like(x), z], axis=-1)[:, None], ("path",), "m", fps)
