@@ -200,7 +200,6 @@ _MANY = 10
 """Methods and properties of a class, special methods aside."""
 _LONG_ON_PURPOSE = {
     "kinetograph.learn._group_kernels.scan_groups": "one pass over the groups, which calls would slow down",
-    "kinetograph.learn._smoothing_kernels.smooth_columns": "forward and backward pass share their rows of memory",
     "kinetograph.markers._kernels._equations": "the terms of the normal equations, one after another, in one loop",
     "kinetograph.markers._kernels._descend": "the steps of one descent, which share its arrays",
 }

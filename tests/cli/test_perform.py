@@ -98,7 +98,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
             "speech.csv",
             "talks",
             ("--target", "body", "--alignment", "ground"),
-            "alignment must be none, found 'ground'",
+            r"\(on the command line: none\), found Ground",
         ),
         (
             "leader.bvh",

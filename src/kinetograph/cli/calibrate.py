@@ -101,11 +101,11 @@ def _calibration(
     rows: Readings, layout: Layout, worn: Worn, movement: Movement, reading: Reading
 ) -> tuple[Calibration, dict[str, float]]:
     """The calibration, and what was found of the clocks."""
-    from kinetograph.methods.sensor.examples import collect_motions
+    from kinetograph.methods.sensor import example_motions
     from kinetograph.pipeline import open_library
     from kinetograph.sensing import calibrate_on_library, calibrate_on_motion
 
-    motions = list(collect_motions(open_library(worn.library), (), worn.track).values())
+    motions = list(example_motions(open_library(worn.library), track=worn.track).values())
     if movement.motion is None:
         return calibrate_on_library(rows, layout, motions, movement.span), {}
     performed = _performed(movement.motion, motions[0], reading)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,9 @@ from kinetograph.errors import RequestError
 if TYPE_CHECKING:
     from kinetograph.methods.keyframe import KeyframeControl, Solver
     from kinetograph.methods.performance import Alignment, PerformanceControl
-    from kinetograph.methods.sensor import SensorControl
+    from kinetograph.methods.sensor import Continuity, Interpolation, Optimisation, SensorControl
+
+    Synthesis = Continuity | Interpolation | Optimisation
 
 # ---- performance control ----
 
@@ -222,9 +224,6 @@ def gap_filling_control(rate: float, mirror: bool) -> KeyframeControl:
 
 # ---- sensor control ----
 
-SYNTHESES = ("continuity", "interpolation", "optimisation")
-"""What `sensor_control` makes poses by."""
-
 LayoutName = Annotated[str, typer.Option(help="Which sensor is worn where: a .toml file, or wii, phone, imu, ideal.")]
 
 
@@ -258,21 +257,26 @@ def sensor_control(
     estimation : Estimation
         How poses are estimated.
     synthesis : str
-        One of `SYNTHESES`.
+        ``"continuity"``, ``"interpolation"`` or ``"optimisation"``.
     kinds : sequence of str
         The kinds of columns to use where none are named.
     rate : float
         Frames per second.
     """
     from kinetograph.formats.readings import read_layout
-    from kinetograph.methods.sensor import SensorControl
-    from kinetograph.methods.sensor.model import LocalSettings
+    from kinetograph.methods.sensor import SensorControl, smoothing_named
 
     return SensorControl(
         layout=read_layout(sensors.layout),
         kinds=tuple(sensors.use or kinds),
-        synthesis=synthesis,
-        smoothing=estimation.smoothing,
+        synthesis=syntheses(estimation, (synthesis,))[synthesis],
+        smoothing=smoothing_named(estimation.smoothing),
         rate=rate,
-        local=LocalSettings(reduction=estimation.reduction),
     )
+
+
+def syntheses(estimation: Estimation, names: Iterable[str] | None) -> dict[str, Synthesis]:
+    """The syntheses of some names, or all."""
+    from kinetograph.methods.sensor import SYNTHESES, synthesis_named
+
+    return {name: synthesis_named(name, estimation.reduction) for name in names or SYNTHESES}

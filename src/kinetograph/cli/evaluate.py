@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +10,6 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import (
-    SYNTHESES,
     Estimation,
     Partner,
     Search,
@@ -18,11 +17,14 @@ from kinetograph.cli.configurations import (
     gap_filling_control,
     performance_control,
     sensor_control,
+    syntheses,
 )
 from kinetograph.cli.options import AsJson, LibraryOption, Mirror, TargetTrack, Track, add, options
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
+    from kinetograph.cli.configurations import Synthesis
+    from kinetograph.evaluation.sensor import HeldOut
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
@@ -139,13 +141,20 @@ class Instead:
 
 
 @options()
-class HeldOut:
+class Takes:
     """What is held out, and how results are averaged."""
 
     library: LibraryOption
     only: Annotated[list[str] | None, typer.Option(help="Take to hold out; default each. Repeatable.")] = None
     group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None
     track: Track = None
+
+    def held(self, library: Library) -> HeldOut:
+        """The same for an evaluation."""
+        from kinetograph.evaluation.sensor import HeldOut, grouped
+
+        groups = grouped(library.names(), tuple(self.group or ()))
+        return HeldOut(tuple(self.only or ()), self.track, groups)
 
 
 @options("Estimation")
@@ -158,9 +167,7 @@ class Estimations(Estimation):
     ] = None
 
 
-def sensor(
-    held_out: HeldOut, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False
-) -> None:
+def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
@@ -169,51 +176,43 @@ def sensor(
     """
     from kinetograph.pipeline import open_library
 
-    library = open_library(held_out.library)
-    syntheses = tuple(estimation.synthesis or SYNTHESES)
-    method = sensor_control(sensors, estimation, syntheses[0], kinds=("force",))
+    library = open_library(takes.library)
+    wanted = syntheses(estimation, estimation.synthesis)
+    method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
+    held = takes.held(library)
     if instead.recordings or instead.sweep:
-        table(_conditions(library, method, held_out, instead), as_json)
+        table(_conditions(library, method, held, instead), as_json)
     else:
-        table(_errors(library, method, syntheses, held_out, instead.joints), as_json)
+        table(_errors(library, method, wanted, held, instead.joints), as_json)
 
 
-def _conditions(library: Library, method: SensorControl, held_out: HeldOut, instead: Instead) -> list[dict[str, Any]]:
+def _conditions(library: Library, method: SensorControl, held: HeldOut, instead: Instead) -> list[dict[str, Any]]:
     """One row per recording of real sensors, or per step of a sweep."""
     from dataclasses import asdict
 
     from kinetograph.evaluation.real_sensors import evaluate_recordings
-    from kinetograph.evaluation.sensor import sweep
+    from kinetograph.evaluation.sensor_sweep import sweep
 
     rows: Sequence[Any]
     with progress_bar("evaluating") as progress:
         if instead.recordings:
             rows = evaluate_recordings(instead.recordings, library, progress)
         else:
-            only = tuple(held_out.only or ())
-            rows = sweep(library, method, str(instead.sweep), track=held_out.track, only=only, progress=progress)
+            rows = sweep(library, method, str(instead.sweep), held=held, progress=progress)
     return [asdict(row) for row in rows]
 
 
 def _errors(
-    library: Library, method: SensorControl, syntheses: tuple[str, ...], held_out: HeldOut, joints: bool
+    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict
 
-    from kinetograph.evaluation.sensor import evaluate, grouped
+    from kinetograph.evaluation.sensor import evaluate
 
     with progress_bar("evaluating") as progress:
-        rows, by_joint = evaluate(
-            library,
-            method,
-            syntheses=syntheses,
-            groups=grouped(library.names(), tuple(held_out.group or ())),
-            track=held_out.track,
-            only=tuple(held_out.only or ()),
-            progress=progress,
-        )
+        rows, by_joint = evaluate(library, method, syntheses=wanted, held=held, progress=progress)
     if not joints:
         return [asdict(row) for row in rows]
-    names = library.take(library.names()[0]).motion(held_out.track).skeleton.names
+    names = library.take(library.names()[0]).motion(held.track).skeleton.names
     return [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)]

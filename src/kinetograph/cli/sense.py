@@ -61,7 +61,7 @@ def sense(
     Example: kinetograph sense swing.csv -l golf --layout mine.toml -o swing.bvh
     """
     from kinetograph.pipeline import open_library
-    from kinetograph.sensing.readings import kinds_of
+    from kinetograph.sensing import kinds_of
 
     refuse_unknown_formats(written.output)
     refuse_existing(written.files, written.force)

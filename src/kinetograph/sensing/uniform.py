@@ -1,9 +1,9 @@
 """Several sensors at their own varying rates, brought to one uniform signal with a validity mask.
 
-Each value is that of a least-squares line through the rows around its time, which evens out jitter, bridges lost
-packets and passes less noise, all at once. Rows that no such line explains are spikes and replaced by it. The same
-kernel serves whole recordings and live streams: a value depends on rows up to ``patience`` later, never on more, and
-not on how the rows were parcelled.
+Each value is that of a least-squares line through the rows around its time, which at once evens out jitter, bridges
+lost packets and passes less noise. Rows that no such line explains are spikes and replaced by it. The same kernel
+serves whole recordings and live streams: a value depends on rows up to ``patience`` seconds later, never on more, and
+not on how the rows were divided into chunks.
 """
 
 from __future__ import annotations
@@ -19,13 +19,27 @@ from kinetograph.sensing.readings import Readings, channels
 from kinetograph.signal import Signal
 
 AXES = {"force": ("ax", "ay", "az"), "angular": ("gx", "gy", "gz"), "tilt": ("ux", "uy", "uz")}
+"""Names of the channels of each kind."""
 _UNITS = {"force": "m/s^2", "angular": "rad/s", "tilt": "1"}
 
 
 @dataclass(frozen=True)
 class Resampling:
-    """smooth: seconds either way of a value over which rows are averaged. gap: seconds between two rows beyond which
-    values between them are missing. patience: seconds to wait for a sensor's rows before going on without it.
+    """How rows at varying times become values at a fixed rate.
+
+    Parameters
+    ----------
+    smooth : float
+        Seconds before and after a value over which rows are averaged.
+    gap : float
+        Seconds between two rows beyond which values between them are missing.
+    patience : float
+        Seconds to wait for a sensor's rows before going on without it.
+
+    Raises
+    ------
+    RequestError
+        Unless ``0 < smooth <= patience`` and ``0 < gap <= patience``.
     """
 
     smooth: float = 0.025
@@ -38,22 +52,44 @@ class Resampling:
 
 
 def uniform(
-    readings: Readings, fps: float, duration: float | None = None, how: Resampling | None = None,
+    readings: Readings,
+    fps: float,
+    duration: float | None = None,
+    resampling: Resampling | None = None,
     kinds: tuple[str, ...] = ("force",),
-) -> Signal:  # fmt: skip
-    """Readings as channels ``sensor.ax, .ay, .az`` at ``fps`` from time 0, with a mask of what is missing.
+) -> Signal:
+    """Resample readings to a fixed rate from time 0.
 
-    duration: seconds up to which to sample; by default up to the last row. kinds: of channels, see `readings.KINDS`;
-    each sensor's own lie together. Raises DataError for no rows, RequestError for kinds that the readings do not have.
+    Parameters
+    ----------
+    readings : Readings
+    fps : float
+        Rate in Hz.
+    duration : float, optional
+        Seconds up to which to sample; by default up to the last row.
+    resampling : Resampling, optional
+    kinds : tuple of str
+        Of `KINDS`; each sensor's own channels lie together.
+
+    Returns
+    -------
+    Signal
+        Channels ``sensor.ax``, ``.ay``, ``.az`` and so on, with a mask of what is missing.
+
+    Raises
+    ------
+    DataError
+        For no rows.
+    RequestError
+        For kinds that the readings do not have.
     """
     if len(readings) == 0:
         raise DataError("expected readings, found no rows")
-    how = how or Resampling()
     end = readings.duration if duration is None else duration
     ticks = np.arange(max(int(np.floor(end * fps * (1 + 1e-12) + 1e-6)), 0) + 1) / fps
     buffer = _Buffer(len(readings.names), kinds)
     buffer.add(readings)
-    values, valid = buffer.sample(ticks, how)
+    values, valid = buffer.sample(ticks, resampling or Resampling())
     names = tuple(f"{name}.{axis}" for name in readings.names for kind in kinds for axis in AXES[kind])
     units = ", ".join(_UNITS[kind] for kind in kinds)
     return Signal(values.reshape(len(ticks), -1), names, units, fps, np.repeat(valid, 3 * len(kinds), axis=1))
@@ -115,12 +151,25 @@ class _Buffer:
 
 
 class LiveUniform:
-    """`uniform`, as rows arrive: `add` them, then `ready` gives the values that no later row can change."""
+    """The same as `uniform` for rows that arrive one after another.
+
+    ``add`` takes rows, then ``ready`` gives the values that no later row can change.
+
+    Parameters
+    ----------
+    sensors : int
+        Number of sensors, S.
+    fps : float
+        Rate in Hz.
+    resampling : Resampling, optional
+    kinds : tuple of str
+        K kinds of channels, of `KINDS`.
+    """
 
     def __init__(
-        self, sensors: int, fps: float, how: Resampling | None = None, kinds: tuple[str, ...] = ("force",)
+        self, sensors: int, fps: float, resampling: Resampling | None = None, kinds: tuple[str, ...] = ("force",)
     ) -> None:
-        self.fps, self.how = fps, how or Resampling()
+        self.fps, self.resampling = fps, resampling or Resampling()
         self.frame = 0
         self._buffer = _Buffer(sensors, kinds)
         self._now = -np.inf
@@ -131,29 +180,40 @@ class LiveUniform:
         return self._buffer.spikes
 
     def add(self, readings: Readings) -> None:
-        """Take in rows, which must be later than those before, sensor by sensor."""
+        """Take rows, which must be later than those before, sensor by sensor."""
         self._buffer.add(readings)
         self._now = max(self._now, readings.duration if len(readings) else -np.inf)
 
     def ready(self, now: float | None = None) -> tuple[FloatArray, BoolArray]:
-        """The next values ``(T, S, 3 K)`` and validity ``(T, S)``; ``now`` says that time has gone on without rows."""
+        """The next values that are settled.
+
+        Parameters
+        ----------
+        now : float, optional
+            Seconds up to which there are no more rows.
+
+        Returns
+        -------
+        values : ndarray, shape (T, S, 3 K)
+        valid : ndarray of bool, shape (T, S)
+        """
         self._now = max(self._now, -np.inf if now is None else now)
-        settled = self._now - self.how.patience
+        settled = self._now - self.resampling.patience
         counts = self._buffer.counts
         if counts.min() >= 3:
-            # two rows beyond the window settle a sensor's value: the second of them tells whether the first is a spike
-            last = min(self._buffer.times[s, c - 3] for s, c in enumerate(counts)) - self.how.smooth
+            # two rows beyond the window settle a sensor's value: the second decides whether the first is a spike
+            last = min(self._buffer.times[s, c - 3] for s, c in enumerate(counts)) - self.resampling.smooth
             settled = max(settled, float(last))
-        return self._take(settled)
+        return self._sampled(settled)
 
     def rest(self, until: float) -> tuple[FloatArray, BoolArray]:
         """The values that are left up to ``until`` seconds, when no more rows will come."""
-        return self._take(until)
+        return self._sampled(until)
 
-    def _take(self, settled: float) -> tuple[FloatArray, BoolArray]:
+    def _sampled(self, settled: float) -> tuple[FloatArray, BoolArray]:
         stop = int(np.floor(settled * self.fps * (1 + 1e-12) + 1e-6)) + 1 if np.isfinite(settled) else 0
         ticks = np.arange(self.frame, max(stop, self.frame)) / self.fps
         self.frame = max(stop, self.frame)
-        found = self._buffer.sample(ticks, self.how)
+        sampled = self._buffer.sample(ticks, self.resampling)
         self._buffer.drop_before(self.frame / self.fps - 1.0)
-        return found
+        return sampled
