@@ -52,9 +52,7 @@ class Search:
         list[str] | None, typer.Option(help="A point compared where segments meet: role=weight. Repeatable.")
     ] = None
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None
-    cluster: Annotated[float | None, typer.Option(help="Clusters segments closer than this (metres), for speed.")] = (
-        None
-    )
+    cluster: Annotated[float | None, typer.Option(help="Cluster segments closer than this (metres), for speed.")] = None
 
 
 @options("After the search")

@@ -55,12 +55,13 @@ class Finish:
 
 
 def inbetween(
+    keys: Annotated[Path | None, typer.Argument(help="Keys as JSON, in place of --from and --to.")] = None,
+    *,
     ends: Ends,
     answers: Answers,
     search: InbetweenSearch,
     finish: Finish,
     reading: Reading,
-    keys: Annotated[Path | None, typer.Argument(help="Keys as JSON, in place of --from and --to.")] = None,
 ) -> None:
     """Fill in between poses: a motion, made of recordings, that passes through every key.
 

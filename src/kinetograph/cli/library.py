@@ -54,8 +54,9 @@ class RecordingReading(LenientReading):
 
 def create(
     folder: LibraryArgument,
-    reading: RecordingReading,
     files: Annotated[list[Path] | None, typer.Argument(help="Motion files, or folders of them.")] = None,
+    *,
+    reading: RecordingReading,
     as_json: AsJson = False,
 ) -> None:
     """Make a library and add files, one take per file, named after it.
