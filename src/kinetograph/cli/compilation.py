@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from importlib.metadata import version
 from pathlib import Path
 
 import kinetograph
@@ -36,6 +34,9 @@ def compilation_announced() -> Iterator[None]:
 
 def compiled_mark() -> Path:
     """The file that says that this installation's search is compiled."""
+    import hashlib
+    from importlib.metadata import version
+
     import platformdirs
 
     source = hashlib.sha256(str(Path(kinetograph.__file__).parent).encode()).hexdigest()[:8]

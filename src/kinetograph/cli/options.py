@@ -29,7 +29,7 @@ _PANELS: dict[type, str | None] = {}
 """The groups of options there are, each with the title of its box in the help."""
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True)
+@dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True)
 def options(panel: str | None = None) -> Callable[[_Group], _Group]:
     """Make a class a group of options.
 
@@ -45,7 +45,7 @@ def options(panel: str | None = None) -> Callable[[_Group], _Group]:
     """
 
     def grouped(cls: _Group) -> _Group:
-        group = cast("_Group", dataclass(frozen=True, kw_only=True)(cls))
+        group = cast("_Group", dataclass(frozen=True, kw_only=True, eq=False)(cls))
         _PANELS[group] = panel
         return group
 
