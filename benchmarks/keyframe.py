@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks._recordings import data_folder
 from kinetograph import rotations as rot
+from kinetograph import samples
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.inbetweening import Score
 from kinetograph.evaluation.keyframe import (
@@ -26,7 +27,6 @@ from kinetograph.keys import key_at
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import ClusterChain, KeyframeControl, TimedSearch
 from kinetograph.motion import Motion, sample
-from kinetograph.samples import fetching as samples
 from kinetograph.take import Take
 
 GETTING_UP = ("111_06", "111_07", "111_08", "113_08", "114_02", "140_01", "140_02", "140_04", "140_08")

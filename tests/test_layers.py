@@ -200,8 +200,6 @@ _MANY = 10
 """Methods and properties of a class, special methods aside."""
 _LONG_ON_PURPOSE = {
     "kinetograph.learn._group_kernels.scan_groups": "one pass over the groups, which calls would slow down",
-    "kinetograph.markers._kernels._equations": "the terms of the normal equations, one after another, in one loop",
-    "kinetograph.markers._kernels._descend": "the steps of one descent, which share its arrays",
 }
 """Compiled functions that are longer, and why."""
 

@@ -147,7 +147,7 @@ def test_groups_are_closer_together_than_the_whole() -> None:
     rng = np.random.default_rng(0)
     points = (rng.normal(size=(1000, 12)) * 0.6 ** np.arange(12)).astype(np.float32)
     index = np.arange(1000)
-    _group_kernels.group(np.zeros(1000), points, 1.0, index, 0, 1000, 50)
+    _group_kernels.group(np.zeros(1000), points, 1.0, index, (0, 1000), 50)
     assert sorted(index.tolist()) == list(range(1000))
     inside = np.mean([points[index[i : i + 50]].var(axis=0).sum() for i in range(0, 1000, 50)])
     assert inside < 0.45 * points.var(axis=0).sum()

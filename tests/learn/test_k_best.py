@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import naive
 from kinetograph.errors import DataError
 from kinetograph.learn import k_best as module
-from kinetograph.learn.k_best import k_best
+from kinetograph.learn.k_best import k_best_paths
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, solve
 
 
@@ -50,20 +50,20 @@ def test_they_are_the_best_of_all_sequences_in_order(seed: int, durations: list[
     ]
     every = sorted((pair for pair in every if np.isfinite(pair[0])), key=lambda pair: pair[0])
     assume(every)
-    found = k_best(search_of(problem), problem.arrivals, problem.partial, count)
-    assert len(found) == min(count, len(every))
-    np.testing.assert_allclose([p.score for p in found], [score for score, _ in every[: len(found)]], rtol=1e-9)
-    assert all(naive.score(problem, sequence(p)) == pytest.approx(p.score, rel=1e-9) for p in found)
-    assert len({tuple(sequence(p)) for p in found}) == len(found)
+    paths = k_best_paths(search_of(problem), problem.arrivals, problem.partial, count)
+    assert len(paths) == min(count, len(every))
+    np.testing.assert_allclose([p.score for p in paths], [score for score, _ in every[: len(paths)]], rtol=1e-9)
+    assert all(naive.score(problem, sequence(p)) == pytest.approx(p.score, rel=1e-9) for p in paths)
+    assert len({tuple(sequence(p)) for p in paths}) == len(paths)
 
 
 def test_the_first_is_the_one_the_search_finds() -> None:
     problem = problem_of(1, list(np.random.default_rng(0).integers(2, 7, 200)), 40)
     best = solve(search_of(problem), problem.arrivals, problem.partial)
-    found = k_best(search_of(problem), problem.arrivals, problem.partial, 20)
-    np.testing.assert_array_equal(found[0].states, best.states)
-    np.testing.assert_array_equal(found[0].stops, best.stops)
-    scores = np.array([p.score for p in found])
+    paths = k_best_paths(search_of(problem), problem.arrivals, problem.partial, 20)
+    np.testing.assert_array_equal(paths[0].states, best.states)
+    np.testing.assert_array_equal(paths[0].stops, best.stops)
+    scores = np.array([p.score for p in paths])
     assert scores[0] == pytest.approx(best.score, rel=1e-12)
     assert np.all(np.diff(scores) >= 0)
 
@@ -71,12 +71,12 @@ def test_the_first_is_the_one_the_search_finds() -> None:
 def test_what_cannot_be_done_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_of(1, [2, 3], 5)
     with pytest.raises(DataError, match="1 sequence or more, found 0"):
-        k_best(search_of(problem), problem.arrivals, problem.partial, 0)
+        k_best_paths(search_of(problem), problem.arrivals, problem.partial, 0)
     with pytest.raises(DataError, match="one step of control"):
-        k_best(search_of(problem), [], None, 1)
+        k_best_paths(search_of(problem), [], None, 1)
     nothing = [Arrivals(np.full(2, np.inf), a.heads, a.tails) for a in problem.arrivals]
     with pytest.raises(DataError, match="no sequence"):
-        k_best(search_of(problem), nothing, None, 1)
+        k_best_paths(search_of(problem), nothing, None, 1)
     monkeypatch.setattr(module, "MOST_BYTES", 100)
     with pytest.raises(DataError, match="cluster the segments"):
-        k_best(search_of(problem), problem.arrivals, problem.partial, 1)
+        k_best_paths(search_of(problem), problem.arrivals, problem.partial, 1)

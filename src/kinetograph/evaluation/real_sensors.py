@@ -14,9 +14,9 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.sensor import blocks
 from kinetograph.evaluation.sensor_scores import pose_errors
-from kinetograph.formats import read
-from kinetograph.formats.sensor_recordings import (
+from kinetograph.formats import (
     merge_sensors,
+    read,
     read_kinect,
     read_qmt,
     read_utd,

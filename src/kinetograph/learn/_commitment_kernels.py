@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numba as nb
 
+from kinetograph.arrays import IntArray
+from kinetograph.learn._kernels import Links
+
 
 @nb.njit(cache=True, nogil=True)
-def cover(back, durations, due, states, starts):  # type: ignore[no-untyped-def]
+def cover(back: Links, durations: IntArray, due: int, states: IntArray, starts: IntArray) -> None:
     """The piece that covers step ``due`` in the sequence of every state at the R steps after it.
 
     back ``(R, S)``: predecessors at steps due + 1, ..., due + R. states, starts ``(R, S)``: the piece's state and first

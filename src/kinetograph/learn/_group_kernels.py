@@ -10,16 +10,43 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetograph.learn._kernels import FAR, HUGE, LANES, compiled, first_bounds
+from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.learn._kernels import (
+    FAR,
+    HUGE,
+    LANES,
+    NONE,
+    Links,
+    RingArrays,
+    Scored,
+    compiled,
+    end_of_span,
+    exact_total,
+    first_bounds,
+)
 
 GROUP = 128  # heads that are taken together
 SAMPLE = 64  # members that a run's spread is estimated from
-NONE = np.int32(0x7FFFFFFF)
 ROUNDED = 1.0 - 1e-5  # what rounding may have added to a bound is taken off it
+
+Part = tuple[int, int]
+"""The first of a run of states, and the end of the run."""
+Arriving = tuple[FloatArray, SingleArray, SingleArray, float]
+"""Of the states that end at a step: costs ``(S,)``, heads ``(S, K)``, heads times the root of the continuity; it."""
+Packed = tuple[SingleArray, SingleArray, SingleArray, SingleArray]
+"""One step's blocks: scores ``(B, LANES)``, points ``(B, K, LANES)``, least scores ``(B,)``, boxes ``(2, K, B)``."""
+Near = tuple[SingleArray, IntArray, SingleArray, SingleArray]
+"""Blocks that are not ruled out: floors of totals, indices, least scores ``(B,)``, boxes ``(2, K, B)``."""
+Blocks = tuple[Packed, IntArray]
+"""One step's blocks, and the order of the states in them."""
+Room = tuple[SingleArray, SingleArray, Links]
+"""Bounds of totals, totals from which on a state's minimum is of no interest, and back-pointers, each ``(S,)``."""
+GroupedArrays = tuple[RingArrays, SingleArray, SingleArray]
+"""The latest R steps: the arrays of `_kernels.extend`, least scores ``(R, B)`` and boxes ``(R, 2, K, B)``."""
 
 
 @compiled
-def select(values, index, low, high, kth):  # type: ignore[no-untyped-def]
+def select(values: FloatArray | SingleArray, index: IntArray, low: int, high: int, kth: int) -> None:
     """Order ``index[low:high]`` so that the least ``kth - low`` of ``values`` come first (Hoare's selection)."""
     high -= 1
     while low < high:
@@ -44,7 +71,9 @@ def select(values, index, low, high, kth):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def widest(scores, points, weight, index, low, high):  # type: ignore[no-untyped-def]
+def widest(
+    scores: FloatArray | SingleArray, points: SingleArray, weight: float, index: IntArray, low: int, high: int
+) -> int:
     """The coordinate in which ``index[low:high]`` spreads most, or -1 where the scores do; from a sample."""
     skip = max((high - low) // SAMPLE, 1)
     count, total, squares = 0, 0.0, 0.0
@@ -66,32 +95,50 @@ def widest(scores, points, weight, index, low, high):  # type: ignore[no-untyped
 
 
 @compiled
-def group(scores, points, weight, index, low, high, size):  # type: ignore[no-untyped-def]
-    """Order ``index[low:high]`` so that every run of ``size`` has like ``scores`` ``(S,)`` and ``points`` ``(S, K)``.
+def split(
+    scores: FloatArray | SingleArray, points: SingleArray, weight: float, index: IntArray, part: Part, middle: int
+) -> None:
+    """Order a part of ``index`` so that its two sides of ``middle`` differ where the part spreads most."""
+    low, high = part
+    axis = widest(scores, points, weight, index, low, high)
+    if axis < 0:
+        select(scores, index, low, high, middle)
+    else:
+        select(points[:, axis], index, low, high, middle)
+
+
+@compiled
+def middle_of(low: int, high: int, size: int) -> int:
+    """Half way from ``low`` to ``high``, a whole number of ``size`` from ``low``."""
+    return low + ((high - low + size - 1) // size + 1) // 2 * size
+
+
+@compiled
+def group(
+    scores: FloatArray | SingleArray, points: SingleArray, weight: float, index: IntArray, part: Part, size: int
+) -> None:
+    """Order a part of ``index`` so that every run of ``size`` has like ``scores`` ``(S,)`` and ``points`` ``(S, K)``.
 
     Runs are halved, where they spread most, at a whole number of ``size``: a score and ``weight`` times a squared
     distance add up in a total, so that the deviation of the one is compared with the variance of the other.
     """
     lows, highs = np.empty(64, np.int64), np.empty(64, np.int64)
-    lows[0], highs[0], left = low, high, 1
+    lows[0], highs[0] = part
+    left = 1
     while left > 0:
         left -= 1
-        a, b = lows[left], highs[left]
-        if b - a <= size:
+        low, high = lows[left], highs[left]
+        if high - low <= size:
             continue
-        middle = a + ((b - a + size - 1) // size + 1) // 2 * size
-        axis = widest(scores, points, weight, index, a, b)
-        if axis < 0:
-            select(scores, index, a, b, middle)
-        else:
-            select(points[:, axis], index, a, b, middle)
-        lows[left], highs[left] = a, middle
-        lows[left + 1], highs[left + 1] = middle, b
+        middle = middle_of(low, high, size)
+        split(scores, points, weight, index, (low, high), middle)
+        lows[left], highs[left] = low, middle
+        lows[left + 1], highs[left + 1] = middle, high
         left += 2
 
 
 @compiled
-def halve(scores, points, weight, index, size, parts):  # type: ignore[no-untyped-def]
+def halve(scores: FloatArray, points: SingleArray, weight: float, index: IntArray, size: int, parts: int) -> IntArray:
     """Halve ``index`` as `group` does until there are ``parts`` of it, or nearly so; their borders.
 
     What lies between two borders can then be grouped by itself.
@@ -102,28 +149,27 @@ def halve(scores, points, weight, index, size, parts):  # type: ignore[no-untype
         for i in range(count, -1, -1):
             borders[2 * i] = borders[i]
         for i in range(count):
-            a, b = borders[2 * i], borders[2 * i + 2]
-            middle = min(a + ((b - a + size - 1) // size + 1) // 2 * size, b)
+            low, high = borders[2 * i], borders[2 * i + 2]
+            middle = min(middle_of(low, high, size), high)
             borders[2 * i + 1] = middle
-            if middle < b:
-                axis = widest(scores, points, weight, index, a, b)
-                if axis < 0:
-                    select(scores, index, a, b, middle)
-                else:
-                    select(points[:, axis], index, a, b, middle)
+            if middle < high:
+                split(scores, points, weight, index, (low, high), middle)
         count *= 2
     return borders[: count + 1]
 
 
 @compiled
-def pack(scores, points, least, root, index, first, last, packed):  # type: ignore[no-untyped-def]
-    """Lay out blocks ``first`` to ``last`` of ``index``, states in runs of `LANES`.
+def pack(
+    step: tuple[FloatArray, SingleArray], least: float, root: np.float32, index: IntArray, part: Part, packed: Packed
+) -> None:
+    """Lay out a part of the blocks of ``index``, states in runs of `LANES`.
 
-    packed: scores ``(B, LANES)``, points times ``root`` ``(B, K, LANES)``, least scores ``(B,)``, boxes ``(2, K, B)``.
+    step: scores ``(S,)`` and points ``(S, K)``; laid out are scores less ``least`` and points times ``root``.
     """
+    scores, points = step
     packed_scores, packed_points, least_scores, boxes = packed
     count, width = index.shape[0], points.shape[1]
-    for block in range(first, last):
+    for block in range(*part):
         lowest = FAR
         for k in range(width):
             boxes[0, k, block], boxes[1, k, block] = FAR, -FAR
@@ -142,13 +188,15 @@ def pack(scores, points, least, root, index, first, last, packed):  # type: igno
 
 
 @compiled
-def near_blocks(heads, states, bound, blocks, packed, out):  # type: ignore[no-untyped-def]
-    """The blocks that some of the ``states`` cannot rule out; their number, and they and their boxes in ``out``.
+def near_blocks(
+    heads: SingleArray, states: IntArray, bound: SingleArray, blocks: int, packed: Packed, near: Near
+) -> tuple[int, np.float32]:
+    """The blocks that some of the ``states`` cannot rule out; their number, and they and their boxes in ``near``.
 
     Also the least that the total of any of the states with any predecessor can be.
     """
     _, _, least_scores, boxes = packed
-    floor, kept, kept_least, kept_boxes = out
+    floor, kept, kept_least, kept_boxes = near
     width = heads.shape[1]
     most, least = np.float32(0.0), FAR
     for j in states:
@@ -175,8 +223,9 @@ def near_blocks(heads, states, bound, blocks, packed, out):  # type: ignore[no-u
 
 
 @compiled
-def block_floors(head, count, kept_least, kept_boxes, floor):  # type: ignore[no-untyped-def]
-    """What the total of a head with a member of each kept block is at least; the block where that is least."""
+def block_floors(head: SingleArray, count: int, near: Near) -> int:
+    """What the total of a head with a member of each near block is at least; the block where that is least."""
+    floor, _, kept_least, kept_boxes = near
     for b in range(count):
         floor[b] = kept_least[b]
     for k in range(head.shape[0]):
@@ -195,89 +244,113 @@ def block_floors(head, count, kept_least, kept_boxes, floor):  # type: ignore[no
 
 
 @compiled
-def scan_groups(heads, order, blocks, packed, index, room, found):  # type: ignore[no-untyped-def]
-    """Lower the bounds of the states ``order`` to their minima; returns how many pairs were evaluated.
-
-    order: states in runs of `GROUP` with like heads. packed, index: see `pack`. room: bounds ``(S,)``, and the totals
-    ``(S,)`` from which on a state's minimum is of no interest: if it can be told that the minimum is not below, the
-    bound becomes what it is at least, and ``found`` is marked by `marked`.
-    """
-    bound, limit = room
-    packed_scores, packed_points = packed[0], packed[1]
-    width = heads.shape[1]
+def scan_group(heads: SingleArray, states: IntArray, count: int, near: Near, blocks: Blocks, room: Room) -> int:
+    """Lower the bounds of states with like heads to their minima over the near blocks; the pairs evaluated."""
+    (floor, kept), (packed, index), (bound, limit, back) = near[:2], blocks, room
     total, best = np.empty(LANES, np.float32), np.empty(1, np.float32)
-    bits, best_bits = total.view(np.int32), best.view(np.int32)
-    floor, kept, kept_least = np.empty(blocks, np.float32), np.empty(blocks, np.int64), np.empty(blocks, np.float32)
-    kept_boxes = np.empty((2, width, blocks), np.float32)
-    pairs = 0
-    for start in range(0, order.shape[0], GROUP):
-        states = order[start : start + GROUP]
-        count, least_total = near_blocks(heads, states, bound, blocks, packed, (floor, kept, kept_least, kept_boxes))
-        for j in states:
-            if count == 0:
+    bits, best_bits, pairs = total.view(np.int32), best.view(np.int32), 0
+    for j in states:
+        first = block_floors(heads[j], count, near)
+        if floor[first] >= bound[j]:
+            continue
+        if floor[first] >= limit[j]:
+            bound[j], back[j] = floor[first], marked(back[j])
+            continue
+        best[0] = bound[j]
+        h0, h1, h2, h3 = heads[j, 0], heads[j, 1], heads[j, 2], heads[j, 3]
+        h4, h5, h6, h7 = heads[j, 4], heads[j, 5], heads[j, 6], heads[j, 7]
+        for visit in range(-1, count):
+            block = first if visit < 0 else visit
+            if floor[block] >= best[0]:
                 continue
-            if least_total >= limit[j]:
-                bound[j], found[j] = least_total, marked(found[j])
+            floor[block] = FAR
+            pairs += LANES
+            scores, t = packed[0][kept[block]], packed[1][kept[block]]
+            for lane in range(LANES):
+                a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
+                e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
+                total[lane] = scores[lane] + ((a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h))
+            least = NONE
+            for lane in range(LANES):
+                least = min(least, bits[lane])
+            if least >= best_bits[0]:
                 continue
-            first = block_floors(heads[j], count, kept_least, kept_boxes, floor)
-            if floor[first] >= bound[j]:
-                continue
-            if floor[first] >= limit[j]:
-                bound[j], found[j] = floor[first], marked(found[j])
-                continue
-            best[0] = bound[j]
-            h0, h1, h2, h3 = heads[j, 0], heads[j, 1], heads[j, 2], heads[j, 3]
-            h4, h5, h6, h7 = heads[j, 4], heads[j, 5], heads[j, 6], heads[j, 7]
-            for turn in range(-1, count):
-                place = first if turn < 0 else turn
-                if floor[place] >= best[0]:
-                    continue
-                floor[place] = FAR
-                pairs += LANES
-                score, t = packed_scores[kept[place]], packed_points[kept[place]]
+            for k in range(8, heads.shape[1], 4):
+                k0, k1, k2, k3 = heads[j, k], heads[j, k + 1], heads[j, k + 2], heads[j, k + 3]
                 for lane in range(LANES):
-                    a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
-                    e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
-                    near = (a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h)
-                    total[lane] = score[lane] + near
-                least = NONE
+                    a, b, c, d = t[k, lane] - k0, t[k + 1, lane] - k1, t[k + 2, lane] - k2, t[k + 3, lane] - k3
+                    total[lane] += a * a + b * b + c * c + d * d
+            least = NONE
+            for lane in range(LANES):
+                least = min(least, bits[lane])
+            if least < best_bits[0]:
+                best_bits[0] = least
+                place = 0
                 for lane in range(LANES):
-                    least = min(least, bits[lane])
-                if least >= best_bits[0]:
-                    continue
-                for k in range(8, width, 4):
-                    k0, k1, k2, k3 = heads[j, k], heads[j, k + 1], heads[j, k + 2], heads[j, k + 3]
-                    for lane in range(LANES):
-                        a, b, c, d = t[k, lane] - k0, t[k + 1, lane] - k1, t[k + 2, lane] - k2, t[k + 3, lane] - k3
-                        total[lane] += a * a + b * b + c * c + d * d
-                least = NONE
-                for lane in range(LANES):
-                    least = min(least, bits[lane])
-                if least < best_bits[0]:
-                    best_bits[0] = least
-                    winner = 0
-                    for lane in range(LANES):
-                        winner = lane if bits[lane] == least else winner
-                    found[j] = index[kept[place] * LANES + winner]
-            bound[j] = best[0]
+                    place = lane if bits[lane] == least else place
+                back[j] = index[kept[block] * LANES + place]
+        bound[j] = best[0]
     return pairs
 
 
 @compiled
-def marked(link):  # type: ignore[no-untyped-def]
+def not_ruled_out(states: IntArray, least: np.float32, room: Room) -> IntArray:
+    """The states whose limits are above the least that any of their totals can be; the others get it as their bound."""
+    bound, limit, back = room
+    order = np.empty(states.shape[0], np.int64)
+    count = 0
+    for j in states:
+        if least >= limit[j]:
+            bound[j], back[j] = least, marked(back[j])
+        else:
+            order[count] = j
+            count += 1
+    return order[:count]
+
+
+@compiled
+def scan_groups(heads: SingleArray, order: IntArray, count: int, blocks: Blocks, room: Room) -> int:
+    """Lower the bounds of the states ``order`` to their minima; returns how many pairs were evaluated.
+
+    order: states in runs of `GROUP` with like heads. count: the number of blocks. A state's minimum is of no interest
+    from its limit on: if it is known not to be below, the bound becomes what it is at least, and the back-pointer is
+    marked by `marked`.
+    """
+    boxes = np.empty((2, heads.shape[1], count), np.float32)
+    near = (np.empty(count, np.float32), np.empty(count, np.int64), np.empty(count, np.float32), boxes)
+    pairs = 0
+    for start in range(0, order.shape[0], GROUP):
+        states = order[start : start + GROUP]
+        left, least = near_blocks(heads, states, room[0], count, blocks[0], near)
+        if left > 0:
+            pairs += scan_group(heads, not_ruled_out(states, least, room), left, near, blocks, room)
+    return pairs
+
+
+@compiled
+def marked(link: np.int32) -> np.int32:
     """A back-pointer to ``link`` that says: the score is a lower bound. Its own inverse."""
     return np.int32(-2 - link)
 
 
 @compiled
-def seed_groups(time, spans, control, last_back, ring, bound, out, part):  # type: ignore[no-untyped-def]
-    """What the states of a ``part`` (low, high) score with their seeds, and ``bound`` ``(S,)``, the totals that makes.
+def seed_groups(
+    time: int,
+    spans: IntArray,
+    arriving: Arriving,
+    before: tuple[Links, GroupedArrays],
+    out: tuple[SingleArray, Scored],
+    part: Part,
+) -> None:
+    """What the states of a part score with their seeds, and ``bound`` ``(S,)``, the totals that makes.
 
-    See `extend_groups`.
+    before: the back-pointers of a step ago, and the ring. out: bounds ``(S,)``, and scores and back-pointers. See
+    `extend_groups`.
     """
-    costs, _, scaled, continuity = control
-    live, _, seeds, scores, tails = ring[:5]
-    out_scores, out_back = out
+    costs, _, scaled, continuity = arriving
+    last_back, ring = before
+    live, _, seeds, scores, tails = ring[0][:5]
+    bound, (out_scores, out_back) = out
     root = np.float32(np.sqrt(continuity))
     low, end = part
     while low < end:
@@ -289,7 +362,7 @@ def seed_groups(time, spans, control, last_back, ring, bound, out, part):  # typ
             out_scores[low:high] = np.inf
         elif time - spans[low] > 0:
             span = (low, high, bound, out_back)
-            first_bounds(scaled, costs, last_back, root, seeds[slot], scores[slot], tails[slot], span)
+            first_bounds(scaled, costs, last_back, root, (seeds[slot], scores[slot], tails[slot]), span)
             least = scores[slot, seeds[slot, -1]]
             for j in range(low, high):
                 if costs[j] < HUGE:
@@ -300,56 +373,53 @@ def seed_groups(time, spans, control, last_back, ring, bound, out, part):  # typ
 
 
 @compiled
-def end_of_span(spans, low, end):  # type: ignore[no-untyped-def]
-    """The end of the states from ``low`` on that have its span."""
-    high = low + 1
-    while high < end and spans[high] == spans[low]:
-        high += 1
-    return high
+def legal_states(costs: FloatArray, part: Part, most: float, limit: SingleArray) -> IntArray:
+    """The states of a part that are legal; ``limit`` ``(S,)`` of each becomes what is left of ``most``, 0 or more."""
+    low, high = part
+    order = np.empty(high - low, np.int64)
+    count = 0
+    for j in range(low, high):
+        if costs[j] < HUGE:
+            order[count] = j
+            limit[j] = np.float32(min(max(most - costs[j], 0.0), 1e30))
+            count += 1
+    return order[:count]
 
 
 @compiled
-def extend_groups(time, spans, control, ring, room, out, part):  # type: ignore[no-untyped-def]
-    """Equation 4.6 for the states ``part`` (low, high), as `_kernels.extend`; how many pairs were evaluated.
+def extend_groups(
+    time: int,
+    spans: IntArray,
+    arriving: Arriving,
+    ring: GroupedArrays,
+    out: tuple[SingleArray, float, Scored],
+    part: Part,
+) -> int:
+    """Equation 4.6 for the states of a part, as `_kernels.extend`; how many pairs were evaluated.
 
-    control: costs ``(S,)``, heads ``(S, K)``, those times the root of the continuity, the continuity. ring: arrays of
-    the latest R steps at index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores
-    ``(R, S)``, tails ``(R, S, K)``, and what `pack` lays out. room: bounds ``(S,)`` and a score from which on a state
-    gets a lower bound. out: scores and back-pointers ``(S,)``. Bounds and these are what `seed_groups` left.
+    out: bounds ``(S,)``, a score from which on a state gets a lower bound, scores and back-pointers ``(S,)``. Bounds
+    and these are what `seed_groups` left.
     """
-    costs, heads, scaled, continuity = control
-    live, orders, seeds, scores, tails, packed_scores, packed_points, least_scores, boxes = ring
-    bound, enough = room
-    out_scores, out_back = out
+    costs, heads, scaled, continuity = arriving
+    (live, orders, seeds, scores, tails, packed_scores, packed_points), least_scores, boxes = ring
+    bound, enough, (out_scores, out_back) = out
     limit = np.empty(costs.shape[0], np.float32)
     pairs = 0
     low, end = part
     while low < end:
         high = end_of_span(spans, low, end)
-        origin = time - spans[low]
-        slot = origin % live.shape[0]
-        if origin > 0 and live[slot] > 0:
-            order = np.empty(high - low, np.int64)
-            count, least = 0, scores[slot, seeds[slot, -1]]
-            for j in range(low, high):
-                if costs[j] < HUGE:
-                    order[count] = j
-                    limit[j] = np.float32(min(max(enough - least - costs[j], 0.0), 1e30))
-                    count += 1
-            order = order[:count]
-            group(bound, scaled, 1.0, order, 0, count, GROUP)
+        slot = (time - spans[low]) % live.shape[0]
+        if time > spans[low] and live[slot] > 0:
+            least = scores[slot, seeds[slot, -1]]
+            order = legal_states(costs, (low, high), enough - least, limit)
+            group(bound, scaled, 1.0, order, (0, order.shape[0]), GROUP)
             packed = (packed_scores[slot], packed_points[slot], least_scores[slot], boxes[slot])
-            blocks = -(-live[slot] // LANES)
-            pairs += scan_groups(scaled, order, blocks, packed, orders[slot], (bound, limit), out_back)
+            room = (bound, limit, out_back)
+            pairs += scan_groups(scaled, order, -(-live[slot] // LANES), (packed, orders[slot]), room)
             for j in order:
-                found = out_back[j]
-                if found < -1:
+                if out_back[j] < -1:
                     out_scores[j] = least + np.float64(bound[j]) * ROUNDED + costs[j]
-                    continue
-                gap = 0.0
-                for k in range(heads.shape[1]):
-                    difference = np.float64(tails[slot, found, k]) - np.float64(heads[j, k])
-                    gap += difference * difference
-                out_scores[j] = scores[slot, found] + continuity * gap + costs[j]
+                else:
+                    out_scores[j] = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity) + costs[j]
         low = high
     return pairs

@@ -3,27 +3,53 @@
 Predecessors lie in blocks of `LANES`, sorted by score, with their tails stored one coordinate after another, so that
 a block's distances to one head are straight vector arithmetic. numba does not vectorise a minimum over float32, but
 it does over int32, and positive floats sort like their bits: hence the views.
+
+The innermost loops of a search stay in one function: calls of shorter ones made the search slower by a tenth.
 """
 
 from __future__ import annotations
 
 import numba as nb
 import numpy as np
+import numpy.typing as npt
+
+from kinetograph.arrays import ComplexArray, FloatArray, IntArray, SingleArray
 
 LANES = 128  # a shorter loop would be unrolled before it could be vectorised, and come out scalar
 FAR = np.float32(3e38)  # a score that no path has; finite, since the kernels assume finite numbers
 HUGE = 1e300  # costs above this are illegal; fast arithmetic may not test for infinity
+NONE = np.int32(0x7FFFFFFF)  # more than the bits of any finite number
 compiled = nb.njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+
+Links = npt.NDArray[np.int32]
+"""Back-pointers ``(S,)``: the predecessor of each state, -1 for none."""
+Scored = tuple[FloatArray, Links]
+"""Scores and back-pointers ``(S,)``, written in place."""
+Arriving = tuple[FloatArray, SingleArray, float]
+"""Costs ``(S,)`` and heads ``(S, K)`` of the states that end at a step, and the continuity."""
+Recorded = tuple[IntArray, FloatArray, SingleArray]
+"""One step of the ring: seeds ``(S + 1,)``, scores ``(S,)``, tails ``(S, K)``."""
+RingArrays = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray]
+"""The latest R steps; see `extend`."""
+Span = tuple[int, int, SingleArray, Links]
+"""Which states are taken together, from one to before another; bounds and back-pointers ``(S,)`` of all states."""
 
 
 @compiled
-def record(time, scores, tails, order, limit, continuity, ring):  # type: ignore[no-untyped-def]
+def record(
+    time: int,
+    step: tuple[FloatArray, SingleArray, IntArray],
+    limit: float,
+    continuity: float,
+    ring: RingArrays,
+) -> None:
     """Put a step into the ring in place of the oldest: its states scoring at most ``limit``, in blocks by score.
 
-    scores ``(S,)``, ``order`` the states by score; tails ``(S, K)``. Scores are laid out relative to the least and
-    tails times the root of ``continuity``. ring: see `extend`.
+    step: scores ``(S,)``, tails ``(S, K)``, and the states by score ``(S,)``. Scores are laid out relative to the least
+    and tails times the root of ``continuity``. ring: see `extend`.
     """
     live, orders, seeds, ring_scores, ring_tails, packed_scores, packed_tails = ring
+    scores, tails, order = step
     slot = time % live.shape[0]
     width, least, root = tails.shape[1], scores[order[0]], np.float32(np.sqrt(continuity))
     ring_scores[slot], ring_tails[slot], orders[slot] = scores, tails, order
@@ -43,9 +69,12 @@ def record(time, scores, tails, order, limit, continuity, ring):  # type: ignore
 
 
 @compiled
-def first_bounds(heads, costs, last_back, root, seeds, scores, tails, span):  # type: ignore[no-untyped-def]
+def first_bounds(
+    heads: SingleArray, costs: FloatArray, last_back: Links, root: np.float32, before: Recorded, span: Span
+) -> None:
     """The totals that the states of a span have with their seeds; illegal states get a bound nothing is under."""
-    low, high, bound, found = span
+    low, high, bound, back = span
+    seeds, scores, tails = before
     least = scores[seeds[-1]]
     for j in range(low, high):
         seed = seeds[last_back[j]]
@@ -54,23 +83,31 @@ def first_bounds(heads, costs, last_back, root, seeds, scores, tails, span):  # 
             difference = tails[seed, k] * root - heads[j, k]
             value += difference * difference
         bound[j] = value if costs[j] < HUGE else np.float32(0.0)
-        found[j] = seed
+        back[j] = seed
 
 
 @compiled
-def scan(heads, packed_scores, packed_tails, order, live, span):  # type: ignore[no-untyped-def]
+def lane_of(bits: Links, least: np.int32) -> np.int32:
+    """The first lane with a number; without a break, which would keep the loop from being vectorised."""
+    place = np.int32(LANES)
+    for lane in range(LANES):
+        place = min(place, np.int32(lane) if bits[lane] == least else np.int32(LANES))
+    return place
+
+
+@compiled
+def scan(heads: SingleArray, packed: tuple[SingleArray, SingleArray], order: IntArray, live: int, span: Span) -> int:
     """Lower the bounds of the states of a span to their minima; returns how many pairs were evaluated.
 
     Blocks are in the outer loop: one stays in the fastest cache while all states pass over it.
     """
-    low, high, bound, found = span
-    width = heads.shape[1]
+    low, high, bound, back = span
     total = np.empty(LANES, np.float32)
     bits, bound_bits = total.view(np.int32), bound.view(np.int32)
     pairs = 0
     for block in range(-(-live // LANES)):
-        start, t = packed_scores[block], packed_tails[block]
-        least_score = start[0]
+        scores, t = packed[0][block], packed[1][block]
+        least_score = scores[0]
         for j in range(low, high):
             if least_score >= bound[j]:
                 continue
@@ -81,36 +118,55 @@ def scan(heads, packed_scores, packed_tails, order, live, span):  # type: ignore
                 a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
                 e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
                 near = (a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h)
-                total[lane] = start[lane] + near
-            least = np.int32(0x7FFFFFFF)
+                total[lane] = scores[lane] + near
+            least = NONE
             for lane in range(LANES):
                 least = min(least, bits[lane])
             if least >= bound_bits[j]:
                 continue
-            for k in range(8, width, 4):
+            for k in range(8, heads.shape[1], 4):
                 h0, h1, h2, h3 = heads[j, k], heads[j, k + 1], heads[j, k + 2], heads[j, k + 3]
                 for lane in range(LANES):
                     a, b, c, d = t[k, lane] - h0, t[k + 1, lane] - h1, t[k + 2, lane] - h2, t[k + 3, lane] - h3
                     total[lane] += a * a + b * b + c * c + d * d
-            least = np.int32(0x7FFFFFFF)
+            least = NONE
             for lane in range(LANES):
                 least = min(least, bits[lane])
             if least < bound_bits[j]:
                 bound_bits[j] = least
-                place = np.int32(LANES)
-                for lane in range(LANES):  # without a break, which would keep it from being vectorised
-                    place = min(place, np.int32(lane) if bits[lane] == least else np.int32(LANES))
-                found[j] = order[block * LANES + place]
+                back[j] = order[block * LANES + lane_of(bits, least)]
     return pairs
 
 
 @compiled
-def extend(time, spans, costs, heads, continuity, last_back, ring, out_scores, out_back):  # type: ignore[no-untyped-def]
+def exact_total(
+    scores: FloatArray, tails: SingleArray, predecessor: int, head: SingleArray, continuity: float
+) -> np.float64:
+    """The score of a predecessor plus its squared distance to a head, weighted by the continuity, in float64."""
+    gap = np.float64(0.0)
+    for k in range(head.shape[0]):
+        difference = np.float64(tails[predecessor, k]) - np.float64(head[k])
+        gap += difference * difference
+    total: np.float64 = scores[predecessor] + continuity * gap
+    return total
+
+
+@compiled
+def end_of_span(spans: IntArray, low: int, end: int) -> int:
+    """The end of the states from ``low`` on that have its span."""
+    high = low + 1
+    while high < end and spans[high] == spans[low]:
+        high += 1
+    return high
+
+
+@compiled
+def extend(time: int, spans: IntArray, arriving: Arriving, last_back: Links, ring: RingArrays, out: Scored) -> int:
     """Equation 4.6 for every state whose segment ends at ``time``; returns how many pairs were evaluated.
 
-    spans ``(S,)`` steps, ascending; costs ``(S,)``; heads ``(S, K)``, K a multiple of 4, 8 at least; last_back
-    ``(S,)``: the predecessors of the same states a step ago, which make good first bounds. ring: arrays of the latest
-    R steps, at index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores ``(R, S)``, tails
+    spans ``(S,)`` steps, ascending; heads ``(S, K)``, K a multiple of 4, 8 at least; last_back ``(S,)``: the
+    predecessors of the same states a step ago, which make good first bounds. ring: arrays of the latest R steps, at
+    index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores ``(R, S)``, tails
     ``(R, S, K)``, packed scores ``(R, B, LANES)``, packed tails ``(R, B, K, LANES)``.
 
     States of one span have the same predecessors and are taken together. A state is done with the first block whose
@@ -119,52 +175,51 @@ def extend(time, spans, costs, heads, continuity, last_back, ring, out_scores, o
     its value taken in float64.
     """
     live, orders, seeds, scores, tails, packed_scores, packed_tails = ring
-    states, width = heads.shape
+    costs, heads, continuity = arriving
+    out_scores, out_back = out
     root = np.float32(np.sqrt(continuity))
-    scaled = heads * root
-    bound = np.empty(states, np.float32)
-    pairs = 0
-    low = 0
-    while low < states:
-        high = low + 1
-        while high < states and spans[high] == spans[low]:
-            high += 1
-        origin = time - spans[low]
-        slot = origin % live.shape[0]
-        if origin <= 0:
-            out_scores[low:high] = costs[low:high]
-            out_back[low:high] = -1
+    scaled, bound = heads * root, np.empty(heads.shape[0], np.float32)
+    pairs, low = 0, 0
+    while low < heads.shape[0]:
+        high = end_of_span(spans, low, heads.shape[0])
+        slot = (time - spans[low]) % live.shape[0]
+        if time <= spans[low]:
+            out_scores[low:high], out_back[low:high] = costs[low:high], -1
         elif live[slot] == 0:
-            out_scores[low:high] = np.inf
-            out_back[low:high] = -1
+            out_scores[low:high], out_back[low:high] = np.inf, -1
         else:
-            span = (low, high, bound, out_back)
-            first_bounds(scaled, costs, last_back, root, seeds[slot], scores[slot], tails[slot], span)
-            pairs += scan(scaled, packed_scores[slot], packed_tails[slot], orders[slot], live[slot], span)
+            span, before = (low, high, bound, out_back), (seeds[slot], scores[slot], tails[slot])
+            first_bounds(scaled, costs, last_back, root, before, span)
+            packed = (packed_scores[slot], packed_tails[slot])
+            pairs += scan(scaled, packed, orders[slot], live[slot], span)
             for j in range(low, high):
-                found = out_back[j]
-                gap = 0.0
-                for k in range(width):
-                    difference = np.float64(tails[slot, found, k]) - np.float64(heads[j, k])
-                    gap += difference * difference
-                out_scores[j] = scores[slot, found] + continuity * gap + costs[j]
-                if not costs[j] < HUGE:
+                if costs[j] < HUGE:
+                    out_scores[j] = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity) + costs[j]
+                else:
                     out_scores[j], out_back[j] = np.inf, -1
         low = high
     return pairs
 
 
 @compiled
-def place_on_ground(mixed, turn_re, turn_im, shift_re, shift_im, sums, out):  # type: ignore[no-untyped-def]
-    """Turn and shift mixtures of points on the ground plane and lay them out: ``(S, P, 3)`` -> ``(S, K)``, K >= 3 P.
+def place_on_ground(
+    mixed: FloatArray,
+    rotation_re: FloatArray,
+    rotation_im: FloatArray,
+    shift_re: FloatArray,
+    shift_im: FloatArray,
+    sums: FloatArray,
+    out: SingleArray,
+) -> None:
+    """Rotate and shift mixtures of points on the ground and lay them out: ``(S, P, 3)`` -> ``(S, K)``, K >= 3 P.
 
-    The plane is complex, z + i x, so that a turn about +Y is a product. ``sums`` ``(P,)`` says how much of the shift
-    each mixture takes. Ground coordinates of all mixtures come first and heights last: the search may then rule a
+    The plane is complex, z + i x, so that a rotation about +Y is a product. ``sums`` ``(P,)`` says how much of the
+    shift each mixture takes. Ground coordinates of all mixtures come first and heights last: the search may then rule a
     block out by its first eight.
     """
     states, count = mixed.shape[0], mixed.shape[1]
     for s in range(states):
-        c, i, u, v = turn_re[s], turn_im[s], shift_re[s], shift_im[s]
+        c, i, u, v = rotation_re[s], rotation_im[s], shift_re[s], shift_im[s]
         for m in range(count):
             x, y, z = mixed[s, m, 0], mixed[s, m, 1], mixed[s, m, 2]
             out[s, 2 * m] = z * i + x * c + v * sums[m]
@@ -175,17 +230,23 @@ def place_on_ground(mixed, turn_re, turn_im, shift_re, shift_im, sums, out):  # 
 
 
 @compiled
-def fit_on_ground(product, window_spread, example_spread, window_mean, example_mean):  # type: ignore[no-untyped-def]
-    """Costs, turns and shifts ``(B, N)`` of the ground group from the products of windows and examples."""
+def fit_on_ground(
+    product: ComplexArray,
+    window_spread: FloatArray,
+    example_spread: FloatArray,
+    window_mean: ComplexArray,
+    example_mean: ComplexArray,
+) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+    """Costs, rotations and shifts ``(B, N)`` of the ground group from the products of windows and examples."""
     batch, count = product.shape
     costs = np.empty((batch, count))
-    turn, shift = np.empty((batch, count), np.complex128), np.empty((batch, count), np.complex128)
+    rotation, shift = np.empty((batch, count), np.complex128), np.empty((batch, count), np.complex128)
     for b in range(batch):
         for n in range(count):
             p = product[b, n]
             size = np.sqrt(p.real * p.real + p.imag * p.imag)
-            unit = p / size if size > 1e-12 else 1.0 + 0.0j  # without extent there is no direction: leave it unturned
+            unit = p / size if size > 1e-12 else 1.0 + 0.0j  # without extent there is no direction: leave it as it is
             costs[b, n] = max(window_spread[b] + example_spread[n] - 2.0 * size, 0.0)
-            turn[b, n] = unit
+            rotation[b, n] = unit
             shift[b, n] = window_mean[b] - unit * example_mean[n]
-    return costs, turn, shift
+    return costs, rotation, shift

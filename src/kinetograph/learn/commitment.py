@@ -15,7 +15,8 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn._commitment_kernels import cover
 from kinetograph.learn.ring import predecessors
-from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalSearch, keep_only, under_way
+from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalSearch
+from kinetograph.learn.unfinished import keep_only, under_way
 
 SPREAD = 0.2
 """How much worse than the best a hypothesis is that counts for its option 1/e as much, in mean costs of a step."""
@@ -23,20 +24,47 @@ SPREAD = 0.2
 
 @dataclass(frozen=True)
 class Commitment:
-    """A segment decided: its first step, and the step up to which nothing else can be any more."""
+    """A segment decided.
+
+    Parameters
+    ----------
+    segment : int
+    start : int
+        Its first step.
+    decided : int
+        The step up to which nothing else can be any more.
+    """
 
     segment: int
     start: int
     decided: int
 
     def allows(self, segments: IntArray, origins: IntArray) -> BoolArray:
-        """Whether pieces, ``(S,)`` segments from their first steps on, go on from what is decided."""
+        """Whether pieces go on from what is decided.
+
+        Parameters
+        ----------
+        segments : ndarray of int, shape (S,)
+        origins : ndarray of int, shape (S,)
+            The pieces' first steps.
+
+        Returns
+        -------
+        ndarray of bool, shape (S,)
+        """
         return np.asarray((origins > self.decided) | ((origins == self.start) & (segments == self.segment)))
 
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Hypotheses ``(H,)``: their scores, and the state and first step of the piece that covers the step in question."""
+    """H hypotheses.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (H,)
+    states, starts : ndarray of int, shape (H,)
+        State and first step of the piece that covers the step in question.
+    """
 
     scores: FloatArray
     states: IntArray
@@ -45,7 +73,15 @@ class Hypotheses:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Which piece covers step ``due`` in the sequences that end at the R steps after it: states, starts ``(R, S)``."""
+    """Which piece covers a step in the sequences that end at the R steps after it.
+
+    Parameters
+    ----------
+    due : int
+        The step.
+    states, starts : ndarray of int, shape (R, S)
+        State and first step of the piece.
+    """
 
     due: int
     states: IntArray
@@ -55,9 +91,9 @@ class Cover:
     def of(cls, search: SegmentalSearch, state: SearchState, due: int) -> Cover:
         """That of every sequence in reach."""
         back = predecessors(np.array(state.back[due : state.time]).reshape(-1, len(search.durations)))
-        found = cls(due, np.empty(back.shape, dtype=np.int64), np.empty(back.shape, dtype=np.int64))
-        cover(back, search.durations, due, found.states, found.starts)
-        return found
+        table = cls(due, np.empty(back.shape, dtype=np.int64), np.empty(back.shape, dtype=np.int64))
+        cover(back, search.durations, due, table.states, table.starts)
+        return table
 
     def at(self, step: int) -> tuple[IntArray, IntArray]:
         """States and starts ``(S,)`` of the sequences that end at a step after ``due``."""
@@ -69,14 +105,28 @@ def hypotheses(
 ) -> Hypotheses:
     """The hypotheses at the latest step that may yet be the best: those that end with it, and those under way.
 
-    partial gives the arrivals of segments of which so many steps end at the latest step, as many as are in ``begun``.
     Segments that cannot come near the best hypothesis are not compared with their predecessors.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+    state : SearchState
+    due : int
+        The step in question.
+    partial : callable
+        Gives the arrivals of segments of which so many steps end at the latest step.
+    begun : iterable of int
+        The numbers of steps for which there may be segments under way.
+
+    Returns
+    -------
+    Hypotheses
     """
     assert state.ring is not None
     table, slots = Cover.of(search, state, due), len(state.ring.live)
     scores = state.ring.scores[state.time % slots]
     every = np.arange(len(scores))
-    found = [(scores, *table.at(state.time))]
+    columns = [(scores, *table.at(state.time))]
     best = float(scores.min())
     for used in begun:
         origin, arrivals = state.time - used, partial(used)
@@ -89,8 +139,8 @@ def hypotheses(
         if origin > due:
             states_before, starts_before = table.at(origin)
             owners, starts = states_before[links], starts_before[links]
-        found.append((values, owners, starts))
-    together = [np.concatenate(column) for column in zip(*found, strict=True)]
+        columns.append((values, owners, starts))
+    together = [np.concatenate(column) for column in zip(*columns, strict=True)]
     near = np.isfinite(together[0]) & (together[0] <= best + _margin(best, state.time))
     return Hypotheses(*(column[near] for column in together))
 
@@ -100,24 +150,46 @@ def _margin(best: float, time: int) -> float:
     return 10 * SPREAD * best / time if np.isfinite(best) else np.inf
 
 
-def choose(found: Hypotheses, segments: IntArray, time: int) -> tuple[int, int]:
-    """The state and the first step of the best option. segments ``(S,)``: that of every state.
+def choose(candidates: Hypotheses, segments: IntArray, time: int) -> tuple[int, int]:
+    """The best option: its state and first step.
 
     An option is worth the more the better its hypotheses are and the more of them there are, softly: the future will
     favour one of them.
+
+    Parameters
+    ----------
+    candidates : Hypotheses
+    segments : ndarray of int, shape (S,)
+        The segment of every state.
+    time : int
+        The latest step.
+
+    Returns
+    -------
+    state : int
+    start : int
     """
-    mean = float(found.scores.min()) / time
-    weights = np.exp((found.scores.min() - found.scores) / max(SPREAD * mean, 1e-12))
-    first = int(found.starts.min())
-    keys = segments[found.states] * (time - first + 1) + found.starts - first
+    mean = float(candidates.scores.min()) / time
+    weights = np.exp((candidates.scores.min() - candidates.scores) / max(SPREAD * mean, 1e-12))
+    first = int(candidates.starts.min())
+    keys = segments[candidates.states] * (time - first + 1) + candidates.starts - first
     _, option = np.unique(keys, return_inverse=True)
     best = int(np.argmax(np.bincount(option, weights)))
-    winner = int(np.flatnonzero(option == best)[np.argmin(found.scores[option == best])])
-    return int(found.states[winner]), int(found.starts[winner])
+    winner = int(np.flatnonzero(option == best)[np.argmin(candidates.scores[option == best])])
+    return int(candidates.states[winner]), int(candidates.starts[winner])
 
 
 def commit(search: SegmentalSearch, state: SearchState, segments: IntArray, commitment: Commitment) -> None:
-    """Forget, in place, every hypothesis that does not have the segment decided."""
+    """Forget, in place, every hypothesis that does not have the segment decided.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+    state : SearchState
+    segments : ndarray of int, shape (S,)
+        The segment of every state.
+    commitment : Commitment
+    """
     assert state.ring is not None
     table, slots = Cover.of(search, state, commitment.decided), len(state.ring.live)
     for time in range(max(commitment.start + 1, state.time - slots + 1, 1), state.time + 1):

@@ -43,33 +43,51 @@ class _Forward:
     last: SearchState
 
 
-def k_best(
+def k_best_paths(
     search: SegmentalSearch, arrivals: Sequence[Arrivals], partial: dict[int, Arrivals] | None = None, count: int = 1
 ) -> list[SegmentalPath]:
-    """Up to ``count`` sequences, the best first; fewer where there are no more.
+    """The best sequences for a whole control, in order of their score.
 
-    arrivals: of steps 1, 2, ...; partial: see `segmental.finish`. Raises DataError where no sequence covers the
-    control, or its steps and states take more than `MOST_BYTES`.
+    Parameters
+    ----------
+    search : SegmentalSearch
+        Its beam is used for the search forward.
+    arrivals : sequence of Arrivals
+        Of steps 1, 2, ..., T.
+    partial : dict of int to Arrivals, optional
+        See `kinetograph.learn.segmental.finish`.
+    count : int
+        How many sequences.
+
+    Returns
+    -------
+    list of SegmentalPath
+        Fewer than ``count`` where there are no more.
+
+    Raises
+    ------
+    DataError
+        Where no sequence covers the control, or its steps and states take more than `MOST_BYTES`.
     """
     if count < 1:
         raise DataError(f"expected to find 1 sequence or more, found {count}")
     _check_memory(arrivals)
     forward = _search_forward(search, arrivals)
     ends = [(total, i, end) for i, (total, end) in enumerate(_last_pieces(forward, partial or {}, count))]
-    number = len(ends)  # tells ends of the same total apart
+    number = len(ends)  # distinguishes ends of the same total
     heapq.heapify(ends)
-    found: list[SegmentalPath] = []
-    while ends and len(found) < count:
+    paths: list[SegmentalPath] = []
+    while ends and len(paths) < count:
         total, _, end = heapq.heappop(ends)
         if end.start <= 0:
-            found.append(_path(end, total))
+            paths.append(_path(end, total))
         else:
             for total_before, longer in _extended(forward, end, count):
                 heapq.heappush(ends, (total_before, number, longer))
                 number += 1
-    if not found:
+    if not paths:
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
-    return found
+    return paths
 
 
 def _check_memory(arrivals: Sequence[Arrivals]) -> None:

@@ -9,10 +9,26 @@ from kinetograph.errors import DataError
 
 
 def complete_linkage(distances: FloatArray, threshold: float) -> IntArray:
-    """Cluster labels, shape ``(N,)``, such that no two members of a cluster are further apart than ``threshold``.
+    """Clusters no two members of which are further apart than a threshold.
 
-    distances: symmetric, shape ``(N, N)``, any of them infinite. Raises DataError where that does not hold.
+    Parameters
+    ----------
+    distances : ndarray, shape (N, N)
+        Symmetric; any of them may be infinite.
+    threshold : float
 
+    Returns
+    -------
+    ndarray of int, shape (N,)
+        Labels, numbered by first appearance.
+
+    Raises
+    ------
+    DataError
+        For distances that are not a symmetric matrix, and a threshold below 0 or infinite.
+
+    Examples
+    --------
     >>> d = np.abs(np.subtract.outer([0.0, 1.0, 5.0], [0.0, 1.0, 5.0]))
     >>> complete_linkage(d, 2.0).tolist()
     [0, 0, 1]
@@ -36,7 +52,20 @@ def complete_linkage(distances: FloatArray, threshold: float) -> IntArray:
 
 
 def representatives(distances: FloatArray, labels: IntArray, rng: np.random.Generator | None = None) -> IntArray:
-    """One member of each cluster, ascending: its medoid or, where ``rng`` is given, a random one as in the thesis."""
+    """One member of each cluster.
+
+    Parameters
+    ----------
+    distances : ndarray, shape (N, N)
+    labels : ndarray of int, shape (N,)
+    rng : numpy.random.Generator, optional
+        Draws the members, as the thesis does; without it they are the medoids.
+
+    Returns
+    -------
+    ndarray of int
+        Indices of the members, ascending.
+    """
     chosen = []
     for label in np.unique(labels):
         members = np.flatnonzero(labels == label)

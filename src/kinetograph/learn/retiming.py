@@ -1,4 +1,4 @@
-"""The constrained programme that puts a coarse solution's borders right at full rate (Hsu 2004, section 4.4.3).
+"""The constrained programme that corrects a coarse solution's borders at full rate (Hsu 2004, section 4.4.3).
 
 The sequence of segments is kept and only the borders between them move, each within a window of steps. What is left
 is a chain: a piece's state is the pair of its borders, and neighbours share one.
@@ -18,8 +18,12 @@ from kinetograph.arrays import FloatArray, IntArray
 class Span:
     """One piece over its candidate borders, A starts times B stops.
 
-    costs ``(A, B)``: D, infinite where the pair is illegal. heads, tails ``(A, B, K)``: the placed, weighted target at
-    either border.
+    Parameters
+    ----------
+    costs : ndarray, shape (A, B)
+        D, infinite where the pair is illegal.
+    heads, tails : ndarray, shape (A, B, K)
+        The placed, weighted target at either border.
     """
 
     costs: FloatArray
@@ -28,10 +32,32 @@ class Span:
 
 
 def retime(spans: list[Span], continuity: float) -> tuple[IntArray, float]:
-    """The best borders as indices into each border's candidates, shape ``(L + 1,)``, and their score.
+    """The best borders of L pieces.
 
-    The stops of a span and the starts of the next are the same candidates. The score is infinite where no legal
-    borders exist.
+    Parameters
+    ----------
+    spans : list of Span
+        The stops of a span and the starts of the next are the same candidates.
+    continuity : float
+        k of equation 4.5.
+
+    Returns
+    -------
+    borders : ndarray of int, shape (L + 1,)
+        Indices into each border's candidates.
+    score : float
+        Equation 4.5; infinite where no legal borders exist.
+
+    Examples
+    --------
+    A border between two pieces: alone, each of them would put it elsewhere.
+
+    >>> nowhere = np.zeros((1, 2, 1))
+    >>> first = Span(np.array([[0.0, 3.0]]), nowhere, nowhere)
+    >>> second = Span(np.array([[5.0], [1.0]]), nowhere.reshape(2, 1, 1), nowhere.reshape(2, 1, 1))
+    >>> borders, score = retime([first, second], continuity=1.0)
+    >>> borders.tolist(), score
+    ([0, 1, 0], 4.0)
     """
     scores = spans[0].costs
     links: list[IntArray] = []

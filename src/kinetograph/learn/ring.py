@@ -13,24 +13,30 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _group_kernels, _kernels
-
-Links = npt.NDArray[np.int32]
-Scored = tuple[FloatArray, Links]
-Control = tuple[FloatArray, SingleArray, float]
-"""Costs ``(S,)``, heads ``(S, K)`` and the continuity."""
+from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
 
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """The latest R steps, at index step % R.
+    """The latest R steps, at index step % R, of S states whose ends have K coordinates.
 
-    live ``(R,)``: states that may be continued; orders ``(R, S)``: those first; seeds ``(R, S + 1)``: each live state
-    itself, and the best one in place of the others and, last, of none; scores ``(R, S)``: Q; tails ``(R, S, K)``;
-    packed_scores ``(R, B, LANES)``, packed_tails ``(R, B, K, LANES)``: laid out for the kernels.
+    Parameters
+    ----------
+    live : ndarray of int, shape (R,)
+        How many states may be continued.
+    orders : ndarray of int, shape (R, S)
+        Those first.
+    seeds : ndarray of int, shape (R, S + 1)
+        Each live state itself, and the best one in place of the others and, last, of none.
+    scores : ndarray, shape (R, S)
+        Q.
+    tails : ndarray of float32, shape (R, S, K)
+    packed_scores : ndarray of float32, shape (R, B, LANES)
+        Laid out in blocks for the kernels.
+    packed_tails : ndarray of float32, shape (R, B, K, LANES)
     """
 
     live: IntArray
@@ -43,11 +49,11 @@ class Ring:
 
     @classmethod
     def empty(cls, reach: int, states: int, width: int) -> Ring:
-        """Room for ``reach`` steps."""
-        return cls(*_rows(reach, states, width))
+        """Room for ``reach`` steps of ``states`` states with ends of ``width`` coordinates."""
+        return cls(*_room(reach, states, width))
 
-    def arrays(self) -> tuple[npt.NDArray[np.generic], ...]:
-        """The arrays in the order that the kernels take them."""
+    def arrays(self) -> RingArrays:
+        """The arrays in the order in which the kernels take them."""
         return (
             self.live,
             self.orders,
@@ -59,26 +65,61 @@ class Ring:
         )
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
-        """Put a step in place of the oldest: its states that score at most ``limit``."""
-        _kernels.record(time, scores, tails, np.argsort(scores), limit, continuity, self.arrays())
+        """Put a step in place of the oldest.
+
+        Parameters
+        ----------
+        time : int
+            The step.
+        scores : ndarray, shape (S,)
+        tails : ndarray of float32, shape (S, K)
+        limit : float
+            States that score more cannot be continued.
+        continuity : float
+        """
+        _kernels.record(time, (scores, tails, np.argsort(scores)), limit, continuity, self.arrays())
 
     def extend(
-        self, time: int, spans: IntArray, control: Control, last: Links, out: Scored, enough: float | None = None
+        self, time: int, spans: IntArray, arriving: Arriving, last: Links, out: Scored, enough: float | None = None
     ) -> int:
-        """Equation 4.6 into ``out``, scores and back-pointers ``(S,)``; how many pairs were evaluated.
+        """Equation 4.6 for all states, whose segments end at a step.
 
-        last: the back-pointers of a step ago. enough: the score from which on lower bounds will do.
+        Parameters
+        ----------
+        time : int
+            The step.
+        spans : ndarray of int, shape (S,)
+            Steps from the segments' first to this one, ascending.
+        arriving : tuple
+            Costs ``(S,)``, heads ``(S, K)`` and the continuity.
+        last : ndarray of int32, shape (S,)
+            The back-pointers of a step ago.
+        out : tuple
+            Scores and back-pointers ``(S,)``, written in place.
+        enough : float, optional
+            The score from which on lower bounds are enough.
+
+        Returns
+        -------
+        int
+            How many pairs of states were evaluated.
         """
-        costs, heads, continuity = control
-        return int(_kernels.extend(time, spans, costs, heads, continuity, last, self.arrays(), *out))
+        return _kernels.extend(time, spans, arriving, last, self.arrays(), out)
 
 
 @dataclass(frozen=True, eq=False)
 class GroupedRing(Ring):
-    """A ring whose blocks hold like states: least_scores ``(R, B)``, boxes ``(R, 2, K, B)`` around their tails.
+    """A ring whose blocks hold like states.
 
-    share: of a step's states that are worked out. The others get what they score at least, where that is cheaper, and
-    back-pointers that say so (`inexact`).
+    Parameters
+    ----------
+    least_scores : ndarray of float32, shape (R, B)
+        The least score of each block.
+    boxes : ndarray of float32, shape (R, 2, K, B)
+        Corners of the box around the tails of each block.
+    share : float
+        Share of a step's states that are worked out. The others get a lower bound of their score, where that is
+        cheaper, and back-pointers that say so (`inexact`).
     """
 
     least_scores: SingleArray
@@ -87,17 +128,13 @@ class GroupedRing(Ring):
 
     @classmethod
     def empty(cls, reach: int, states: int, width: int, share: float = 1.0) -> GroupedRing:
-        """See `Ring`."""
+        """See `Ring.empty`."""
         blocks = -(-states // _kernels.LANES)
         boxes = np.zeros((reach, 2, width, blocks), dtype=np.float32)
-        return cls(*_rows(reach, states, width), np.zeros((reach, blocks), dtype=np.float32), boxes, share)
-
-    def arrays(self) -> tuple[npt.NDArray[np.generic], ...]:
-        """See `Ring`."""
-        return (*Ring.arrays(self), self.least_scores, self.boxes)
+        return cls(*_room(reach, states, width), np.zeros((reach, blocks), dtype=np.float32), boxes, share)
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
-        """See `Ring`."""
+        """See `Ring.record`."""
         slot = time % len(self.live)
         order = np.flatnonzero((scores <= limit) & (scores < _kernels.HUGE))
         best = int(np.argmin(scores))
@@ -113,26 +150,26 @@ class GroupedRing(Ring):
 
         def lay_out(part: int) -> None:
             low, high = int(borders[part]), int(borders[part + 1])
-            _group_kernels.group(scores, tails, continuity, order, low, high, _kernels.LANES)
+            _group_kernels.group(scores, tails, continuity, order, (low, high), _kernels.LANES)
             blocks = low // _kernels.LANES, -(-high // _kernels.LANES)
-            _group_kernels.pack(scores, tails, least, root, order, *blocks, packed)
+            _group_kernels.pack((scores, tails), least, root, order, blocks, packed)
 
         list(self.threads.map(lay_out, range(len(borders) - 1)))
         self.orders[slot, : len(order)] = order
 
     def extend(
-        self, time: int, spans: IntArray, control: Control, last: Links, out: Scored, enough: float | None = None
+        self, time: int, spans: IntArray, arriving: Arriving, last: Links, out: Scored, enough: float | None = None
     ) -> int:
-        """See `Ring`."""
-        costs, heads, continuity = control
-        scaled, bound = heads * np.float32(np.sqrt(continuity)), np.empty(len(spans), dtype=np.float32)
-        given, arrays, last = (costs, heads, scaled, continuity), self.arrays(), predecessors(last)
+        """See `Ring.extend`."""
+        costs, heads, continuity = arriving
+        given = costs, heads, heads * np.float32(np.sqrt(continuity)), continuity
+        ring = self.arrays(), self.least_scores, self.boxes
+        before, bound = (predecessors(last), ring), np.empty(len(spans), dtype=np.float32)
         borders = np.linspace(0, len(spans), 4 * self.workers + 1).astype(np.int64)
-        parts = list(pairwise(borders))
-        kernels = _group_kernels
-        list(self.threads.map(lambda p: kernels.seed_groups(time, spans, given, last, arrays, bound, out, p), parts))
-        room = bound, self._enough(out[0]) if enough is None else enough
-        return sum(self.threads.map(lambda p: kernels.extend_groups(time, spans, given, arrays, room, out, p), parts))
+        parts, kernels = list(pairwise(borders)), _group_kernels
+        list(self.threads.map(lambda p: kernels.seed_groups(time, spans, given, before, (bound, out), p), parts))
+        room = bound, self._enough(out[0]) if enough is None else enough, out
+        return sum(self.threads.map(lambda p: int(kernels.extend_groups(time, spans, given, ring, room, p)), parts))
 
     def _enough(self, seeded: FloatArray) -> float:
         """The score from which on lower bounds do: that of the ``share`` of the states which score best so far."""
@@ -150,7 +187,7 @@ class GroupedRing(Ring):
         return ThreadPoolExecutor(self.workers)
 
 
-def inexact(back: Links) -> npt.NDArray[np.bool_]:
+def inexact(back: Links) -> BoolArray:
     """Whether back-pointers belong to lower bounds."""
     return np.asarray(back < -1)
 
@@ -160,9 +197,7 @@ def predecessors(back: Links) -> Links:
     return np.where(inexact(back), -2 - back, back).astype(np.int32)
 
 
-def _rows(
-    reach: int, states: int, width: int
-) -> tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray]:
+def _room(reach: int, states: int, width: int) -> RingArrays:
     blocks = -(-states // _kernels.LANES)
     return (
         np.zeros(reach, dtype=np.int64),

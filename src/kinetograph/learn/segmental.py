@@ -1,8 +1,8 @@
 """The segmental dynamic programme of Hsu 2004, chapter 4, exact.
 
 Notation follows the thesis. A *state* is a legal pair (s, d): segment s stretched to d steps. ``Q[t]`` holds, for
-every state, the score of the best sequence that ends at step t with that state (4.6, 4.7). ``cost`` is D (4.1),
-``head`` and ``tail`` are alpha and omega of the placed target (4.4), already weighted, so that C is the squared
+every state, the score of the best sequence that ends at step t with that state (4.6, 4.7). ``costs`` are D (4.1),
+``heads`` and ``tails`` are alpha and omega of the placed target (4.4), already weighted, so that C is the squared
 distance between them; ``continuity`` is k.
 
 Differences from the thesis, each of them exact:
@@ -16,6 +16,8 @@ Differences from the thesis, each of them exact:
   same code run while the control still arrives.
 - Predecessors are scanned in order of their score, up to the point where the score alone exceeds the best total.
 - Of many states (`GROUPED`), like ones are scanned together, and most need not be worked out: see `prove`.
+
+Sizes: S states, ends of K coordinates, T steps, a best sequence of L states.
 """
 
 from __future__ import annotations
@@ -25,9 +27,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from kinetograph.arrays import FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
-from kinetograph.learn.ring import GroupedRing, Links, Ring, inexact, predecessors
+from kinetograph.learn._kernels import Links
+from kinetograph.learn.ring import GroupedRing, Ring, inexact, predecessors
 
 GROUPED = 5000
 """States from which on like ones are grouped."""
@@ -40,9 +43,22 @@ SHARES = (0.1, 0.4, 1.0)
 class SegmentalSearch:
     """Configuration of a search.
 
-    durations: shape ``(S,)`` steps of each state, ascending. continuity: k of equation 4.5. beam: w of section 4.4.1,
-    or None for the exact search: predecessors scoring above the best of their step plus w are dropped. share: of many
-    states, how many of a step are worked out; the rest get lower bounds on their scores.
+    Parameters
+    ----------
+    durations : ndarray of int, shape (S,)
+        Steps of each state, ascending.
+    continuity : float
+        k of equation 4.5.
+    beam : float, optional
+        w of section 4.4.1: predecessors that score above the best of their step plus w are dropped. None searches
+        exactly.
+    share : float
+        Of many states, the share of a step's states that are worked out; the others get lower bounds of their scores.
+
+    Raises
+    ------
+    DataError
+        For durations that are not ascending whole numbers of 1 or more, and for weights out of range.
     """
 
     durations: IntArray
@@ -65,10 +81,17 @@ class SegmentalSearch:
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
-    """One step's input: for each state, if its segment ends here, the cost ``(S,)`` and the placed ends ``(S, K)``.
+    """One step's input: for each state, what it costs if its segment ends here, and where that is placed.
 
-    States of d > t steps are partial at the control's start; an illegal state has an infinite cost. Ends narrower than
-    the kernels take are filled up with zeros.
+    States of d > t steps are partial at the control's start. Ends narrower than the kernels take are filled up with
+    zeros.
+
+    Parameters
+    ----------
+    costs : ndarray, shape (S,)
+        D; infinite for an illegal state.
+    heads, tails : ndarray of float32, shape (S, K)
+        The placed, weighted target at the segment's first and last sample.
     """
 
     costs: FloatArray
@@ -84,7 +107,19 @@ class Arrivals:
 
 @dataclass(eq=False)
 class SearchState:
-    """A search under way: the step reached, the steps still in reach, and the back-pointers of every step."""
+    """A search under way.
+
+    Parameters
+    ----------
+    time : int
+        The step reached.
+    ring : Ring, optional
+        The steps still in reach; None before the first.
+    back : list of ndarray of int32, shape (S,)
+        The back-pointers of every step.
+    pairs : int
+        How many pairs of states were evaluated.
+    """
 
     time: int = 0
     ring: Ring | None = None
@@ -94,10 +129,19 @@ class SearchState:
 
 @dataclass(frozen=True, eq=False)
 class SegmentalPath:
-    """The best sequence: states ``(L,)``, their first and last steps ``(L,)``, and the score of equation 4.5.
+    """The best sequence. Its first state may begin before step 0 and its last may end after step T: they are partial.
 
-    The first state may begin before step 0 and the last may end after the final step: they are partial. proved: whether
-    no sequence scores less; otherwise the score is a lower bound of them all, and this sequence scores more.
+    Parameters
+    ----------
+    states : ndarray of int, shape (L,)
+    starts, stops : ndarray of int, shape (L,)
+        First and last steps of the states.
+    score : float
+        Equation 4.5.
+    pairs : int
+        How many pairs of states were evaluated.
+    proved : bool
+        Whether no sequence scores less; otherwise the score is a lower bound of all, and this sequence scores more.
     """
 
     states: IntArray
@@ -106,6 +150,28 @@ class SegmentalPath:
     score: float
     pairs: int
     proved: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """How a sequence ends.
+
+    Parameters
+    ----------
+    state : int
+        The last state.
+    used : int
+        Steps of it that are used.
+    back : int
+        Its back-pointer.
+    score : float
+        The score of the sequence.
+    """
+
+    state: int
+    used: int
+    back: int
+    score: float = 0.0
 
 
 def padded_width(width: int) -> int:
@@ -127,55 +193,127 @@ def init(search: SegmentalSearch) -> SearchState:
 
 
 def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> SearchState:
-    """Advance by one step: equation 4.6 for every state that ends here. The given state is used up."""
+    """Advance by one step: equation 4.6 for every state that ends here.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+    state : SearchState
+        It is used up: go on with the one that is returned.
+    arrivals : Arrivals
+        Of the next step.
+
+    Returns
+    -------
+    SearchState
+    """
     time = state.time + 1
-    ring = state.ring or empty_ring(search, *arrivals.heads.shape)
-    scores, back, pairs = _extend(search, ring, state.back, arrivals, time, search.durations)
-    _record(search, ring, time, scores, arrivals.tails)
+    state.ring = state.ring or empty_ring(search, *arrivals.heads.shape)
+    scores, back, pairs = _extended(search, state, arrivals, time, search.durations)
+    record(search, state.ring, time, scores, arrivals.tails)
     state.back.append(back)
-    return SearchState(time, ring, state.back, state.pairs + pairs)
+    return SearchState(time, state.ring, state.back, state.pairs + pairs)
 
 
 def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arrivals] | None = None) -> SegmentalPath:
-    """Close the search: the best state at the last step, whole or, where ``partial`` is given, left early.
+    """Close the search: the best state at the last step, whole or left early.
 
-    partial: by number of steps used e, the arrivals of the states with d > e whose first e steps end here.
+    Parameters
+    ----------
+    search : SegmentalSearch
+    state : SearchState
+    partial : dict of int to Arrivals, optional
+        By the number of steps used e, the arrivals of the states with d > e whose first e steps end here. Without it
+        the last segment must end with the control.
+
+    Returns
+    -------
+    SegmentalPath
+
+    Raises
+    ------
+    DataError
+        Without any step, and where no sequence covers the control.
     """
     if state.ring is None:
         raise DataError("a search needs at least one step of control, found none")
     scores = state.ring.scores[state.time % len(state.ring.live)]
     winner = int(np.argmin(scores))
-    best, length, back = float(scores[winner]), int(search.durations[winner]), int(state.back[-1][winner])
+    best = Ending(winner, int(search.durations[winner]), int(state.back[-1][winner]), float(scores[winner]))
     pairs = state.pairs
     for used, arrivals in (partial or {}).items():
-        values, links, visited = left_early(search, state, arrivals, used, best)
+        values, links, visited = left_early(search, state, arrivals, used, best.score)
         pairs += visited
         candidate = int(np.argmin(values))
-        if values[candidate] < best:
-            winner, best, length, back = candidate, float(values[candidate]), used, int(links[candidate])
-    if not np.isfinite(best):
+        if values[candidate] < best.score:
+            best = Ending(candidate, used, int(links[candidate]), float(values[candidate]))
+    if not np.isfinite(best.score):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
-    return _trace(search, state, winner, length, back, best, pairs)
+    return replace(trace(search, state, best, state.time), pairs=pairs)
 
 
 def left_early(
     search: SegmentalSearch, state: SearchState, arrivals: Arrivals, used: int, enough: float | None = None
 ) -> tuple[FloatArray, Links, int]:
-    """Scores and back-pointers ``(S,)`` of the segments that the control leaves after ``used`` steps; pairs evaluated.
+    """What the segments score that the control leaves after so many steps.
 
-    enough: the score from which on lower bounds will do.
+    Parameters
+    ----------
+    search : SegmentalSearch
+    state : SearchState
+    arrivals : Arrivals
+        Of the states whose first ``used`` steps end at the latest step; those of fewer steps are left out.
+    used : int
+        Steps.
+    enough : float, optional
+        The score from which on lower bounds are enough.
+
+    Returns
+    -------
+    scores : ndarray, shape (S,)
+    back : ndarray of int32, shape (S,)
+        Back-pointers.
+    pairs : int
+        How many pairs of states were evaluated.
     """
-    if state.ring is None:
-        raise DataError("a search needs at least one step of control, found none")
     early = replace(arrivals, costs=np.where(search.durations > used, arrivals.costs, np.inf))
     spans = np.full(len(search.durations), used)
-    return _extend(search, state.ring, state.back, early, state.time, spans, enough)
+    return _extended(search, state, early, state.time, spans, enough)
 
 
 def solve(
     search: SegmentalSearch, arrivals: Iterable[Arrivals], partial: dict[int, Arrivals] | None = None
 ) -> SegmentalPath:
-    """The whole control at once: `step` folded over it, then `finish`."""
+    """The best sequence for a whole control: `step` folded over it, then `finish`.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+    arrivals : iterable of Arrivals
+        Of steps 1, 2, ..., T.
+    partial : dict of int to Arrivals, optional
+        See `finish`.
+
+    Returns
+    -------
+    SegmentalPath
+
+    Raises
+    ------
+    DataError
+        Without any step, and where no sequence covers the control.
+
+    Examples
+    --------
+    Segment 0 ends at step 2 or 4 at a cost of 1; segment 1 costs nothing at step 2, but ends where none begins:
+
+    >>> heads, tails = np.zeros((2, 1), np.float32), np.array([[0.0], [3.0]], np.float32)
+    >>> costs = ([np.inf, np.inf], [1.0, 0.0], [np.inf, np.inf], [1.0, np.inf])
+    >>> search = SegmentalSearch(np.array([2, 2]), continuity=1.0)
+    >>> path = solve(search, [Arrivals(np.array(c), heads, tails) for c in costs])
+    >>> path.states.tolist(), path.stops.tolist(), path.score
+    ([0, 0], [2, 4], 2.0)
+    """
     state = init(search)
     for arrival in arrivals:
         state = step(search, state, arrival)
@@ -185,12 +323,30 @@ def solve(
 def prove(
     search: SegmentalSearch, arrivals: Callable[[], Iterable[Arrivals]], partial: dict[int, Arrivals] | None = None
 ) -> SegmentalPath:
-    """The whole control at once where there are many states, most of which need not be worked out.
+    """The best sequence for a whole control where there are many states, most of which need not be worked out.
 
     A state that scores badly is given a lower bound of its score, from the boxes around its predecessors. Scores that
     build upon it are lower bounds as well, and the best sequence is the optimum if none of its own states has one. Such
     a sequence that is not best loses more than any share of the states would save, so that few are needed, however
-    long the control; where they were too few, more are worked out. arrivals: called for every attempt.
+    long the control; where they were too few, more are worked out.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+    arrivals : callable
+        Called for every attempt; gives the arrivals of steps 1, 2, ..., T.
+    partial : dict of int to Arrivals, optional
+        See `finish`.
+
+    Returns
+    -------
+    SegmentalPath
+        Proved to be best, unless the search has a beam.
+
+    Raises
+    ------
+    DataError
+        Without any step, and where no sequence covers the control.
     """
     for share in SHARES[:-1] if len(search.durations) >= GROUPED and search.beam is None else ():
         path = solve(replace(search, share=share), arrivals(), partial)
@@ -199,100 +355,17 @@ def prove(
     return solve(search, arrivals(), partial)
 
 
-def keep_only(search: SegmentalSearch, state: SearchState, time: int, kept: BoolArray) -> None:
-    """Forget, in place, the hypotheses that end at step ``time`` with another state than those ``kept``, ``(S,)``.
-
-    A step that no segment reaches back to any more is left as it is.
-    """
-    ring = state.ring
-    if ring is None or not state.time - len(ring.live) < time <= state.time or time < 1:
-        return
-    slot = time % len(ring.live)
-    scores = np.where(kept, ring.scores[slot], np.inf)
-    _record(search, ring, time, scores, ring.tails[slot].copy())
-
-
-def under_way(search: SegmentalSearch, state: SearchState, used: int, arrivals: Arrivals) -> tuple[FloatArray, Links]:
-    """Scores ``(S,)`` and predecessors ``(S,)`` of the segments whose first ``used`` steps end at the latest step."""
-    if state.ring is None:
-        raise DataError("a search needs at least one step of control, found none")
-    longer = Arrivals(np.where(search.durations > used, arrivals.costs, np.inf), arrivals.heads, arrivals.tails)
-    spans = np.full(len(search.durations), used)
-    scores, links, _ = _extend(search, state.ring, state.back, longer, state.time, spans)
-    return scores, predecessors(links)
-
-
-def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:
-    """The pieces (state, first step, last step) that all hypotheses share which later steps may continue.
-
-    They are looked for over eight of the longest segments; hypotheses that differ for longer share nothing yet.
-    """
-    ring, time, longest = state.ring, state.time, int(search.durations[-1])
-    if ring is None or time < longest:
-        return []
-    nodes: dict[int, BoolArray] = {}
-    for t in range(time - longest + 1, time + 1):
-        slot = t % len(ring.live)
-        if ring.live[slot]:
-            nodes[t] = np.zeros(len(search.durations), dtype=np.bool_)
-            nodes[t][ring.orders[slot, : ring.live[slot]]] = True
-    while len(nodes) > 1 or any(mask.sum() > 1 for mask in nodes.values()):
-        t = max(nodes)
-        last = np.flatnonzero(nodes.pop(t))
-        origins, back = t - search.durations[last], state.back[t - 1][last]
-        if (origins <= max(time - 8 * longest, 0)).any():
-            return []
-        for origin in np.unique(origins):
-            mask = nodes.setdefault(int(origin), np.zeros(len(search.durations), dtype=np.bool_))
-            mask[back[origins == origin]] = True
-    if not nodes:
-        return []
-    ((stop, mask),) = nodes.items()
-    winner = int(np.flatnonzero(mask)[0])
-    path = _trace(search, state, winner, int(search.durations[winner]), int(state.back[stop - 1][winner]), 0.0, 0, stop)
-    return [(int(s), int(a), int(b)) for s, a, b in zip(path.states, path.starts, path.stops, strict=True)]
-
-
-def _extend(
-    search: SegmentalSearch,
-    ring: Ring,
-    back: list[Links],
-    arrivals: Arrivals,
-    time: int,
-    spans: IntArray,
-    enough: float | None = None,
-) -> tuple[FloatArray, Links, int]:
-    """Scores and back-pointers of segments that end at ``time`` and span ``spans`` steps.
-
-    enough: the score from which on lower bounds will do.
-    """
-    scores = np.empty(len(spans))
-    links = np.empty(len(spans), dtype=np.int32)
-    last = back[-1] if back else np.full(len(spans), -1, dtype=np.int32)
-    control = (arrivals.costs, arrivals.heads, search.continuity)
-    return scores, links, ring.extend(time, spans, control, last, (scores, links), enough)
-
-
-def _record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:
-    """Put a step into the ring, in place of the one that no segment reaches back to any more."""
+def record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:
+    """Put the scores ``(S,)`` and tails ``(S, K)`` of a step into the ring, in place of a step out of reach."""
     limit = np.inf if search.beam is None else scores.min() + search.beam
     ring.record(time, scores, tails, limit, search.continuity)
 
 
-def _trace(
-    search: SegmentalSearch,
-    state: SearchState,
-    winner: int,
-    length: int,
-    back: int,
-    score: float,
-    pairs: int,
-    time: int | None = None,
-) -> SegmentalPath:
-    time = state.time if time is None else time
-    states, starts, stops, links = [winner], [time - length], [time], [back]
-    if length < search.durations[winner]:
-        stops[0] = starts[0] + int(search.durations[winner])
+def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int) -> SegmentalPath:
+    """The sequence that ends at step ``time`` in a known way, followed back to its beginning."""
+    states, starts, stops, links = [end.state], [time - end.used], [time], [end.back]
+    if end.used < search.durations[end.state]:
+        stops[0] = starts[0] + int(search.durations[end.state])
     while starts[-1] > 0:
         stop = starts[-1]
         states.append(int(predecessors(np.array(links[-1]))))
@@ -300,4 +373,22 @@ def _trace(
         stops.append(stop)
         links.append(int(state.back[stop - 1][states[-1]]))
     proved = search.beam is None and not inexact(np.array(links)).any()
-    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), score, pairs, proved)
+    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), end.score, 0, proved)
+
+
+def _extended(
+    search: SegmentalSearch,
+    state: SearchState,
+    arrivals: Arrivals,
+    time: int,
+    spans: IntArray,
+    enough: float | None = None,
+) -> tuple[FloatArray, Links, int]:
+    """Scores, back-pointers and evaluated pairs of segments that end at ``time`` and span ``spans`` steps."""
+    if state.ring is None:
+        raise DataError("a search needs at least one step of control, found none")
+    scores = np.empty(len(spans))
+    links = np.empty(len(spans), dtype=np.int32)
+    last = state.back[-1] if state.back else np.full(len(spans), -1, dtype=np.int32)
+    arriving = (arrivals.costs, arrivals.heads, search.continuity)
+    return scores, links, state.ring.extend(time, spans, arriving, last, (scores, links), enough)

@@ -23,7 +23,7 @@ from kinetograph.sensing.readings import (
     select_sensors,
     shifted,
 )
-from kinetograph.sensing.uniform import LiveUniform, Resampling, uniform
+from kinetograph.sensing.resampling import LiveUniform, Resampling, uniform
 from kinetograph.sensing.virtual import simulate, simulate_kinds, specific_force
 
 __all__ = [

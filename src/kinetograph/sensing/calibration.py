@@ -18,8 +18,8 @@ from kinetograph.motion import Motion
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.layout import Layout, keep_sensors
 from kinetograph.sensing.readings import Readings, check_names, check_units, select_sensors, shifted
+from kinetograph.sensing.resampling import uniform
 from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
-from kinetograph.sensing.uniform import uniform
 from kinetograph.sensing.virtual import simulate
 
 RATE = 60.0

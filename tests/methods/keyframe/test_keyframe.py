@@ -13,7 +13,7 @@ import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.evaluation.keyframe import key_miss
-from kinetograph.formats.keys_json import read_keys
+from kinetograph.formats import read_keys
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods.keyframe import (

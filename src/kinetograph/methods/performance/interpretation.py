@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn.k_best import k_best
+from kinetograph.learn.k_best import k_best_paths
 from kinetograph.learn.segmental import SegmentalPath, prove
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.rules import Rule, bind, bind_partial
@@ -94,4 +94,4 @@ def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Ru
     See `interpret` for the arguments. Sequences that differ more: `alternatives`.
     """
     bound = list(bind(fitted, rules, arrivals(fitted, x)))
-    return k_best(fitted.search, bound, bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1), count)
+    return k_best_paths(fitted.search, bound, bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1), count)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import commitment, segmental
+from kinetograph.learn import commitment, segmental, unfinished
 from kinetograph.learn.commitment import Commitment
 from kinetograph.learn.segmental import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
@@ -50,7 +50,7 @@ class LiveSearch:
         arrivals = self._window.arrivals_at(np.stack(self.samples[-self.fitted.instances.longest - 1 :]))
         self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations))
         if self.lag is None:
-            self.committed += segmental.shared(search, self._state)[len(self.committed) :]
+            self.committed += unfinished.shared(search, self._state)[len(self.committed) :]
         else:
             self._decide(time - self.lag)
 

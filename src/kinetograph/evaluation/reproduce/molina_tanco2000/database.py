@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from kinetograph import samples
 from kinetograph.formats import load
 from kinetograph.keys import Key, key_at
 from kinetograph.library import Library
 from kinetograph.motion import Motion, cut
-from kinetograph.samples import fetching as samples
 from kinetograph.take import Take
 
 ACTIONS = (("111_06", 240, 381), ("09_01", 0, 37), ("77_10", 180, 345), ("02_01", 0, 86))

@@ -99,7 +99,7 @@ def _figure(width: float, height: float) -> Figure:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    from kinetograph.formats.atomic import atomic_path
+    from kinetograph.formats import atomic_path
 
     with atomic_path(path, force=True) as draft:
         figure.savefig(draft, dpi=110, format="png")

@@ -84,7 +84,7 @@ def _draw(solved: FirstSolved, names: list[str], runs: int, folder: Path) -> Non
 
 
 def _contact_sheet(result: Synthesis, path: Path) -> None:
-    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.drawing import contact_sheet
 
     seams = [piece.start for piece in result.pieces[1:]]
     contact_sheet(result.motion, path, contacts=result.annotations, seams=seams, title="figure 9: the transition")

@@ -51,7 +51,7 @@ def _draw_rms(fold: Fold, results: Mapping[str, FloatArray], path: Path) -> None
 
 
 def _draw_poses(fold: Fold, name: str, rotations: FloatArray, frames: int, path: Path) -> None:
-    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.drawing import contact_sheet
 
     truth = replace(fold.truth, translation=fold.truth.translation[:frames], rotations=fold.truth.rotations[:frames])
     # the recording's root for both: figure 7.6 compares poses

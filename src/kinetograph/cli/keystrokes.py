@@ -19,7 +19,13 @@ Wait = Callable[[int, float], bool]
 
 @contextmanager
 def single_keys(file: int) -> Iterator[None]:
-    """Have a terminal give every key at once and unseen; as it was afterwards. Raises RequestError for another file."""
+    """Have a terminal send every key at once and show none; afterwards it is as before.
+
+    Raises
+    ------
+    RequestError
+        For a file that is no terminal.
+    """
     if not os.isatty(file):
         raise RequestError("tapping needs a terminal to press keys in; give the times in a file instead (--from CSV)")
     try:
@@ -54,25 +60,48 @@ def taps(
 ) -> list[float]:
     """Seconds from now at which keys are pressed, for ``duration`` seconds or until Enter or q.
 
-    Backspace takes the last one back; keys that send several characters at once (arrows) are none. draw is called
-    ``rate`` times a second with the time and the number of taps. Raises RequestError where the terminal goes away.
+    Backspace removes the last one; keys that send several characters at once (arrows) are ignored.
+
+    Parameters
+    ----------
+    file : int
+        The terminal's descriptor.
+    duration : float
+        Seconds.
+    draw : callable
+        Called with the time and the number of taps.
+    rate : float
+        Calls of ``draw`` per second.
+    clock : callable
+        The time in seconds.
+    wait : callable
+        Waits for a key of a file for some seconds; whether there is one.
+
+    Raises
+    ------
+    RequestError
+        Where the terminal goes away.
     """
-    began, times = clock(), list[float]()
-    while (now := clock() - began) < duration:
+    began, times, ended = clock(), list[float](), False
+    while not ended and (now := clock() - began) < duration:
         draw(now, len(times))
-        if not wait(file, min(1.0 / rate, duration - now)):
-            continue
-        at, keys = clock() - began, _read(file)
-        if keys[0] == _ESCAPE:
-            continue
-        for key in keys:
-            if key in _END:
-                return times
-            if key in _BACK:
-                times = times[:-1]
-            elif not times or at - times[-1] >= BOUNCE:
-                times.append(at)
+        if wait(file, min(1.0 / rate, duration - now)):
+            times, ended = _pressed(times, clock() - began, _read(file))
     return times
+
+
+def _pressed(times: list[float], now: float, keys: bytes) -> tuple[list[float], bool]:
+    """The taps after some keys, and whether these end the tapping."""
+    if keys[0] == _ESCAPE:
+        return times, False
+    for key in keys:
+        if key in _END:
+            return times, True
+        if key in _BACK:
+            times = times[:-1]
+        elif not times or now - times[-1] >= BOUNCE:
+            times = [*times, now]
+    return times, False
 
 
 def _read(file: int) -> bytes:

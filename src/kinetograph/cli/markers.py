@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from kinetograph.cli._shell import note, table
+from kinetograph.cli.output import note, notes, table
 
 if TYPE_CHECKING:
     from kinetograph.markers import MarkerFit
     from kinetograph.take import Take
 
-Fit = Annotated[
-    bool, typer.Option("--fit-markers", help="Make markers of the Plug-in-Gait set a motion (a C3D file's).")
-]
 _ONLY_MOTIONS = (".bvh", ".glb", ".fbx", ".usd", ".usda", ".usdc")
 
 
@@ -40,18 +35,17 @@ def fitted(take: Take, source: Path) -> tuple[Take, dict[str, MarkerFit]]:
             f"{source}: {name}: fitted to {len(fit.places)} markers, which miss by "
             f"{whole['mean_mm']:.1f} mm in the mean, {whole['p95_mm']:.1f} for 95 %, {whole['max_mm']:.1f} at most"
         )
-        for text in fit.notes:
-            note(f"{source}: {name}: {text}")
+        notes(fit.notes, f"{source}: {name}")
     return take, fits
 
 
 def list_residuals(fits: dict[str, MarkerFit]) -> None:
-    """A table of how far each marker is off."""
+    """Show the distance of each marker from its place on the body."""
     for name, fit in fits.items():
         rows: list[dict[str, Any]] = [dict(row) for row in fit.residuals()]
         table(rows, as_json=False, title=f"{name}: how far markers are from their places on the body")
 
 
 def residuals(fits: dict[str, MarkerFit]) -> dict[str, Any]:
-    """The same for machines, nothing where nothing was fitted."""
+    """The distances of the markers as part of a JSON object; nothing where nothing was fitted."""
     return {"residuals": {name: fit.residuals() for name, fit in fits.items()}} if fits else {}
