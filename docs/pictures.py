@@ -22,7 +22,7 @@ from kinetograph.formats import body_of
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import cut, resample
 from kinetograph.post import retarget
-from kinetograph.samples.characters import human
+from kinetograph.samples import human
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 300)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import kinetograph as kg
-from kinetograph.samples.fetching import fetch
+from kinetograph.samples import fetch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

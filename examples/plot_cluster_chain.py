@@ -12,7 +12,7 @@ import numpy as np
 
 import kinetograph as kg
 from clips import picture, rises, save_figure
-from kinetograph.drawing.pictures import contact_sheet
+from kinetograph.drawing import contact_sheet
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions, velocities
 from kinetograph.methods.keyframe import ClusterChain

@@ -11,7 +11,7 @@ import numpy as np
 
 import kinetograph as kg
 from clips import picture, save_figure, walks
-from kinetograph.drawing.pictures import strobe
+from kinetograph.drawing import strobe
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import place, repeat, resample
 

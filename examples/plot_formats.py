@@ -10,7 +10,7 @@ import numpy as np
 
 import kinetograph as kg
 from clips import clip_file, picture
-from kinetograph.drawing.pictures import strobe
+from kinetograph.drawing import strobe
 from kinetograph.formats import ReadOptions, WriteOptions, read
 from kinetograph.kinematics import joint_positions
 

@@ -8,7 +8,7 @@ both poses are met exactly.
 
 import kinetograph as kg
 from clips import picture, rises
-from kinetograph.drawing.pictures import contact_sheet
+from kinetograph.drawing import contact_sheet
 from kinetograph.keys import key_at
 
 # %%

@@ -6,8 +6,7 @@ Numbers pass while knees bend backwards: look at what you make. There are three 
 """
 
 from clips import clip, picture
-from kinetograph.drawing.film import film, sheet
-from kinetograph.drawing.pictures import contact_sheet, strobe
+from kinetograph.drawing import character_film, character_sheet, contact_sheet, strobe
 from kinetograph.motion import repeat
 from kinetograph.segmentation import detect_contacts
 
@@ -36,7 +35,7 @@ strobe(clip("humanoid3d_backflip"), picture("look_at_motion_strobe.png"))
 # With a body: capsules on any skeleton, or a character with a skin (``--character human``, after ``kinetograph data
 # fetch character``).
 
-sheet(clip("humanoid3d_spinkick"), picture("look_at_motion_person.png"), frames=6)
+character_sheet(clip("humanoid3d_spinkick"), picture("look_at_motion_person.png"), frames=6)
 
 # %%
 # A film
@@ -44,4 +43,4 @@ sheet(clip("humanoid3d_spinkick"), picture("look_at_motion_person.png"), frames=
 #
 # One cycle of the run, in real time.
 
-film(clip("humanoid3d_run"), picture("look_at_motion_film.gif"), seconds=0.8)
+character_film(clip("humanoid3d_run"), picture("look_at_motion_film.gif"), seconds=0.8)

@@ -7,7 +7,7 @@ rotation of its partner on the other side.
 """
 
 from clips import clip, picture
-from kinetograph.drawing.pictures import strobe
+from kinetograph.drawing import strobe
 from kinetograph.mirroring import mirror
 from kinetograph.motion import place, repeat
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from clips import clip, picture
-from kinetograph.drawing.pictures import strobe
+from kinetograph.drawing import strobe
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import place, repeat
 from kinetograph.post import retarget

@@ -17,7 +17,7 @@ import numpy as np
 import kinetograph as kg
 from clips import library, picture, save_figure
 from kinetograph import rotations as rot
-from kinetograph.drawing.pictures import contact_sheet
+from kinetograph.drawing import contact_sheet
 from kinetograph.motion import repeat, resample
 from kinetograph.sensing import preset, simulate
 

@@ -17,7 +17,7 @@ import numpy as np
 
 import kinetograph as kg
 from clips import picture, walks
-from kinetograph.drawing.pictures import contact_sheet, strobe
+from kinetograph.drawing import contact_sheet, strobe
 
 RADIUS, SPEED, FPS = 2.0, 0.95, 30.0
 

@@ -35,11 +35,30 @@ def grow_library(
 ) -> list[Growth]:
     """Cut the takes of a library that have no cuts by those that have, and store cuts, labels, contacts and handholds.
 
-    examples: the takes to learn from; without names, all that a person has cut. Those a person has cut are grown
-    without their own cuts, and compared. join: see `grow_takes`. rest: what lies before the first and after the last
-    cut of the examples is cut too. again: what was grown before is grown anew; it is left as it is otherwise, since a
-    person may have edited it. No cut or label of a person's is changed. Raises RequestError where there is nothing to
-    grow from.
+    Takes that a person has cut are grown without their own cuts, and compared. No cut or label of a person's is
+    changed.
+
+    Parameters
+    ----------
+    library : Library
+    method : PerformanceSettings, optional
+    examples : sequence of str
+        Names of the takes to learn from; without names, all that a person has cut.
+    join : bool
+        See `grow_takes`.
+    rest : bool
+        Cut what lies before the first and after the last cut of the examples too.
+    again : bool
+        Grow anew what was grown before; it is left as it is otherwise, since a person may have edited it.
+    tolerance : float
+        Seconds that two cuts which agree may be apart.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Raises
+    ------
+    RequestError
+        Where there is nothing to grow from.
     """
     takes = {name: library.take(name) for name in library.names()}
     hand = [by_hand(take) for take in takes.values() if any(_of_hand(note) for note in take.annotations)]

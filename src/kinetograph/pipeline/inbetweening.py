@@ -20,9 +20,27 @@ def inbetween(
     track: str | None = None,
     seed: int = 0,
 ) -> tuple[Synthesis, ...]:
-    """Motions through keys, made of a library's recordings: the best, and up to ``count`` - 1 that differ from it.
+    """Motions through keys, made of a library's recordings.
 
-    seed: of the paper's clusters. Raises RequestError.
+    Parameters
+    ----------
+    keys : tuple of Key
+        Two or more, in order of time.
+    library : Library
+    method : KeyframeControl, optional
+    count : int
+        How many motions at most: the best, and others that differ from it.
+    exclude : tuple of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the motions' track; needed where takes have several motions.
+    seed : int
+        Of the cluster chain's clusters.
+
+    Raises
+    ------
+    RequestError
+        Where there is no motion, with the reason.
     """
     method = method or KeyframeControl()
     model = method.fit(library, exclude=exclude, track=track, rng=np.random.default_rng(seed))

@@ -18,7 +18,13 @@ from kinetograph.take import Take
 
 @dataclass(frozen=True)
 class Smoothing:
-    """How a drawn path is calmed before it is performed: Gaussian widths in seconds and in metres, 0 for none."""
+    """How a drawn path is smoothed before it is performed.
+
+    Parameters
+    ----------
+    time, space : float
+        Widths of the Gaussians in seconds and in metres; 0 for none.
+    """
 
     time: float = 0.0
     space: float = 0.0

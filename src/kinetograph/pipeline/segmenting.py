@@ -28,8 +28,24 @@ def segment_take(
 ) -> tuple[Annotation, ...]:
     """Cuts and contacts of one motion, and the handholds with the take's other motion, as annotations.
 
-    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``; parts: cuts
-    a beat, for ``"beats"``, which are those of all the take's motions together.
+    Parameters
+    ----------
+    take : Take
+    track : str
+        Name of the motion.
+    by : str
+        One of `CUT_BY`.
+    length : float
+        Seconds of a segment, for ``"fixed"``.
+    label : str
+        Kind of the annotations, for ``"labels"``.
+    parts : int
+        Cuts per beat, for ``"beats"``, which are those of all the take's motions together.
+
+    Raises
+    ------
+    RequestError
+        For another ``by``.
     """
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
@@ -64,10 +80,26 @@ def segment_library(
     parts: int = 1,
     progress: Progress | None = None,
 ) -> dict[str, int]:
-    """Cut every motion of a library and store cuts, contacts and handholds as annotations; number of cuts by take.
+    """Cut every motion of a library and store cuts, contacts and handholds as annotations.
 
     Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
     cycles.
+
+    Parameters
+    ----------
+    library : Library
+    by : str
+    length : float
+    label : str
+    parts : int
+        See `segment_take`.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    dict of str to int
+        Number of cuts by take.
     """
     names = library.names()
     counts: dict[str, int] = {}
@@ -97,10 +129,28 @@ def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:
 
 
 def cut_by_hand(library: Library, take: Take, tracks: Sequence[str], times: Iterable[float]) -> tuple[float, ...]:
-    """Store a person's cuts on some motions of a take, in place of those there are; their seconds, in order.
+    """Store a person's cuts on some motions of a take, in place of those there are.
 
-    Contacts and handholds are stored where there are none. Raises RequestError for fewer than two times, or one
-    outside the take.
+    Contacts and handholds are stored where there are none.
+
+    Parameters
+    ----------
+    library : Library
+    take : Take
+    tracks : sequence of str
+        Names of the motions.
+    times : iterable of float
+        Seconds.
+
+    Returns
+    -------
+    tuple of float
+        The cuts' seconds, in order.
+
+    Raises
+    ------
+    RequestError
+        For fewer than two times, or one outside the take.
     """
     cuts = tuple(sorted(set(times)))
     shortest = min(take.tracks[track].duration for track in tracks)

@@ -73,7 +73,13 @@ class ClusterChain:
 
 @dataclass(frozen=True, eq=False)
 class FittedClusterChain:
-    """The cluster chain of a library's examples."""
+    """The cluster chain of a library's examples.
+
+    Parameters
+    ----------
+    settings : ClusterChain
+    model : TwoLevelModel
+    """
 
     settings: ClusterChain
     model: TwoLevelModel
@@ -84,7 +90,16 @@ class FittedClusterChain:
         return False
 
     def solve(self, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
-        """The motion from one key to the other; ``post`` is not used, for the paper has a blend of its own.
+        """The motion from one key to the other.
+
+        Parameters
+        ----------
+        keys : tuple of Key
+            Two.
+        count : int
+            1: the chain has one answer.
+        post : PostSettings
+            Not used: the paper has a blend of its own.
 
         Raises
         ------

@@ -114,7 +114,7 @@ def adopt_named(motion: Motion, skeleton: Skeleton, name: str) -> Motion:
     Parameters
     ----------
     motion : Motion
-        With the skeleton's joints; see `kinetograph.methods.recordings.adopt` for bones of other lengths.
+        With the skeleton's joints; see ``kinetograph.methods.recordings.adopt`` for bones of other lengths.
     skeleton : Skeleton
     name : str
         What an error calls the motion.

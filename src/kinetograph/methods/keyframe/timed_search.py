@@ -108,7 +108,14 @@ class TimedSearch:
 
 @dataclass(frozen=True, eq=False)
 class FittedTimedSearch:
-    """The timed search over a library's examples."""
+    """The timed search over a library's examples.
+
+    Parameters
+    ----------
+    settings : TimedSearch
+    index : PoseIndex
+        Features and transitions of every frame.
+    """
 
     settings: TimedSearch
     index: PoseIndex
@@ -119,7 +126,16 @@ class FittedTimedSearch:
         return True
 
     def solve(self, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
-        """Up to ``count`` motions from key to key, the best first; each avoids transitions like those before.
+        """Motions from key to key, the best first; each avoids transitions like those before.
+
+        Parameters
+        ----------
+        keys : tuple of Key
+            Two or more, in order.
+        count : int
+            How many different motions to look for.
+        post : PostSettings
+            How the pieces are joined.
 
         Raises
         ------

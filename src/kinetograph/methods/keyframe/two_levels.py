@@ -172,6 +172,15 @@ def key_coordinates(model: TwoLevelModel, key: Key) -> FloatArray:
 def state_sequence(model: TwoLevelModel, first: Key, last: Key) -> StateSequence:
     """Both stages of section 3.5: the states from key to key, and the examples that they are most likely seen in.
 
+    Parameters
+    ----------
+    model : TwoLevelModel
+    first, last : Key
+
+    Returns
+    -------
+    StateSequence
+
     Raises
     ------
     RequestError

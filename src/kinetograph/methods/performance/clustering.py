@@ -17,10 +17,21 @@ SAMPLES = 16
 def segment_distances(
     sources: tuple[Source, ...], segments: tuple[Segment, ...], settings: PerformanceSettings
 ) -> FloatArray:
-    """Root-mean-square distances in metres, ``(N, N)``, between segments.
+    """Root-mean-square distances between segments.
 
     Control and target points are compared together, after the best alignment (4.1), both segments stretched to one
     length. Segments whose durations no stretch can bring together are infinitely far apart.
+
+    Parameters
+    ----------
+    sources : tuple of Source
+    segments : tuple of Segment
+    settings : PerformanceSettings
+
+    Returns
+    -------
+    ndarray, shape (N, N)
+        Metres.
     """
     rows = []
     for segment in segments:

@@ -47,9 +47,16 @@ class ControlPoints(Protocol):
         """Whether the points lie in space, where examples may be rotated and moved."""
 
     def warnings(self, points: FloatArray, fps: float, speeds: tuple[float, float]) -> tuple[str, ...]:
-        """What a person should know of a control that the library, of these least and greatest ``speeds``, cannot meet.
+        """What a person should know of a control that the library cannot meet.
 
-        points ``(F, P, 3)`` are the control's, at ``fps``.
+        Parameters
+        ----------
+        points : ndarray, shape (F, P, 3)
+            The control's.
+        fps : float
+            Their rate.
+        speeds : tuple of float
+            The library's least and greatest, m/s.
         """
 
 

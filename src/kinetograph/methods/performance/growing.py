@@ -89,10 +89,19 @@ def growing_control(partners: bool = False) -> PerformanceSettings:
 
 
 def fit_examples(settings: PerformanceSettings, takes: Sequence[Take], track: str) -> Fitted:
-    """The segments of takes that have cuts on ``track``, by the points of all their characters.
+    """The segments of takes that have cuts on a track, by the points of all their characters.
 
-    Of the settings those of the search are used, not the control points. Raises RequestError where the takes have no
-    segment, or motions of different names.
+    Parameters
+    ----------
+    settings : PerformanceSettings
+        Those of the search are used, not the control points.
+    takes : sequence of Take
+    track : str
+
+    Raises
+    ------
+    RequestError
+        Where the takes have no segment, or motions of different names.
     """
     tracks = tuple(name for name, value in takes[0].tracks.items() if isinstance(value, Motion))
     motions = [_motion(take, name) for take in takes for name in tracks]
@@ -144,6 +153,14 @@ def grow(fitted: Fitted, take: Take, progress: Progress | None = None) -> Grown:
 
     Borders of segments, and cuts within those of several, become cuts where they lie in the take; a border is as fine
     as the constrained search of section 4.4.3 makes it.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The examples.
+    take : Take
+    progress : Progress, optional
+        Called with the steps done and their number.
     """
     compared, track = fitted.settings.control_points, fitted.sources[0].track
     assert isinstance(compared, PointsByRole)
@@ -254,6 +271,13 @@ def grow_rest(settings: PerformanceSettings, examples: Sequence[Take], take: Tak
     """Cuts and labels of what comes before a take's first and after its last cut, by examples of which it is one.
 
     The whole take is interpreted: where it is cut it explains itself, at no cost, and the rest joins on to that.
+
+    Parameters
+    ----------
+    settings : PerformanceSettings
+    examples : sequence of Take
+        Takes with cuts, ``take`` among them.
+    take : Take
     """
     grown = _grow_all(_fits(settings, list(examples)), take)
     tracks = {track: _outside(each, cuts_of(take, track)) for track, each in grown.tracks.items()}

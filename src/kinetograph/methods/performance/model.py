@@ -136,10 +136,23 @@ class PerformanceModel:
     def alternatives(
         self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
     ) -> tuple[Synthesis, ...]:
-        """The best motion for a control and up to ``count`` - 1 others.
+        """The best motion for a control and others, each the best that shares no piece with those before it.
 
-        Each is the best that shares no piece with those before. With ``alike`` they are the best of all instead, which
-        may differ by a border only. Raises RequestError as `synthesize` does.
+        Parameters
+        ----------
+        control : Take or Signal or Motion
+            See `synthesize`.
+        count : int
+            How many motions at most.
+        rules : sequence of Rule
+            What is pinned or forbidden.
+        alike : bool
+            The best of all instead, which may differ by a border only.
+
+        Raises
+        ------
+        RequestError
+            As `synthesize` does.
         """
         read = read_control(self.method, control)
         search = interpretation.best_sequences if alike else interpretation.alternatives

@@ -44,9 +44,24 @@ def _coarse_borders(path: SegmentalPath) -> FloatArray:
 
 
 def fine_borders(fitted: Fitted, x: FloatArray, rate: float, path: SegmentalPath) -> FloatArray:
-    """Borders, shape ``(L + 1,)`` in steps of ``rate``, of the constrained search of section 4.4.3.
+    """Borders of the constrained search of section 4.4.3.
 
     Each border between two pieces may move by less than a step of the coarse rate; the control's two ends stay.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    x : ndarray, shape (T + 1, P, 3)
+        Control points at the fine rate, metres.
+    rate : float
+        The fine rate, Hz.
+    path : SegmentalPath
+        The sequence that was found at the coarse rate.
+
+    Returns
+    -------
+    ndarray, shape (L + 1,)
+        In steps of the fine rate.
     """
     ratio = rate / fitted.settings.rate
     slack = int(np.ceil(ratio)) - 1

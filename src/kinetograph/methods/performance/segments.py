@@ -53,7 +53,15 @@ class Source:
 
 @dataclass(frozen=True)
 class Segment:
-    """An interval of a source, in seconds."""
+    """An interval of a source.
+
+    Parameters
+    ----------
+    source : int
+        Which source it is of.
+    start, stop : float
+        Seconds in the source.
+    """
 
     source: int
     start: float
@@ -103,10 +111,22 @@ class Instances:
 
 
 def cut_segments(sources: tuple[Source, ...], longest: float, span: int = 1) -> tuple[Segment, ...]:
-    """The segments from every cut to the ``span``-th after it, those longer than ``longest`` seconds left out.
+    """The segments from every cut to the ``span``-th after it.
 
-    A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it. Raises
-    RequestError where there is no segment.
+    A looping clip is cut over one of its middle cycles, so that every segment has motion before and after it.
+
+    Parameters
+    ----------
+    sources : tuple of Source
+    longest : float
+        Seconds; longer segments are left out.
+    span : int
+        Cuts that a segment goes on for.
+
+    Raises
+    ------
+    RequestError
+        Where there is no segment.
     """
     segments = []
     for index, source in enumerate(sources):

@@ -42,7 +42,7 @@ class Stage:
     examples_used : float
         Mean over the results.
     seam_jump : float
-        Median over the results, see `kinetograph.evaluation.keyframe.seam_jump`.
+        Median over the results, see ``kinetograph.evaluation.keyframe.seam_jump``.
     """
 
     examples: int

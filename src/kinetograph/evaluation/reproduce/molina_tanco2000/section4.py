@@ -51,7 +51,7 @@ class Numbers:
         Of the result.
     examples_used : tuple of str
     seam_jump : float
-        See `kinetograph.evaluation.keyframe.seam_jump`.
+        See ``kinetograph.evaluation.keyframe.seam_jump``.
     """
 
     examples_in_library: int
