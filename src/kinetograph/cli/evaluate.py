@@ -54,10 +54,7 @@ def performance(
 
     Example: kinetograph evaluate performance -l dances --target follower
     """
-    from kinetograph.evaluation.dance import leave_one_dance_out
-    from kinetograph.evaluation.dance import mean_rows as mean_dances
-    from kinetograph.evaluation.protocol import leave_one_take_out
-    from kinetograph.evaluation.protocol import mean_rows as mean_walks
+    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, mean_rows, mean_walks
     from kinetograph.pipeline import has_partners, open_library
 
     takes = open_library(library)
@@ -69,7 +66,7 @@ def performance(
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
             dances = leave_one_dance_out(method, takes, target, baselines=baselines, progress=progress)
-            rows = [vars(row) for row in (*dances, *mean_dances(dances))]
+            rows = [vars(row) for row in (*dances, *mean_rows(dances))]
         else:
             walks = leave_one_take_out(method, takes, track=target, baselines=baselines, progress=progress)
             rows = [vars(row) for row in (*walks, *mean_walks(walks))]
