@@ -1,8 +1,7 @@
-"""The recordings that benchmarks run on: data/walks where it is at hand, else the sample's walks."""
+"""The recordings that benchmarks run on: walks in a folder that ``KINETOGRAPH_DATA`` names, else the sample's walks."""
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -10,18 +9,16 @@ from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.pipeline import read_take
-from kinetograph.samples import fetching as samples
+from kinetograph.samples import data_folders, fetch
 
 
 def data_folder() -> Path | None:
-    """The folder of real recordings, if any."""
-    named = [Path(p) for p in os.environ.get("KINETOGRAPH_DATA", "").split(os.pathsep) if p]
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
-    return next((folder for folder in [*named, beside] if (folder / "walks").is_dir()), None)
+    """The first folder with recordings of walks that ``KINETOGRAPH_DATA`` names, if any."""
+    return next((folder for folder in data_folders() if (folder / "walks").is_dir()), None)
 
 
 class Walker:
-    """A library of walks, in a folder that goes with the process, and a model of it."""
+    """A library of walks, in a temporary folder, and a model of it."""
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory()
@@ -47,7 +44,7 @@ class Walker:
         folder = data_folder()
         if folder:
             return sorted((folder / "walks").glob("15_*.bvh"))
-        clips = samples.where("deepmimic-clips") or samples.fetch("deepmimic-clips")
+        clips = fetch("deepmimic-clips")
         return [clips / f"{n}.txt" for n in ("0walk_forward", "turn_left0", "turn_left1", "turn_right0", "turn_right1")]
 
 

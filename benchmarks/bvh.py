@@ -1,4 +1,4 @@
-"""Time of reading a BVH file of 31 joints and 20,000 frames, beside pybvh's: ``python -m benchmarks bvh``."""
+"""Time of reading a BVH file of 31 joints and 20,000 frames, compared with pybvh: ``python -m benchmarks bvh``."""
 
 from __future__ import annotations
 

@@ -12,21 +12,14 @@ import numpy as np
 
 from benchmarks._recordings import data_folder
 from kinetograph import rotations as rot
+from kinetograph import samples
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.inbetweening import Score
-from kinetograph.evaluation.keyframe import (
-    PairFigures,
-    inbetween_held_out,
-    judge_pair,
-    key_miss,
-    recorded_jumps,
-)
+from kinetograph.evaluation import PairFigures, Score, inbetween_held_out, judge_pair, key_miss, recorded_jumps
 from kinetograph.formats import load
 from kinetograph.keys import key_at
 from kinetograph.library import Library
-from kinetograph.methods.keyframe.model import KeyframeControl
+from kinetograph.methods.keyframe import ClusterChain, KeyframeControl, TimedSearch
 from kinetograph.motion import Motion, sample
-from kinetograph.samples import fetching as samples
 from kinetograph.take import Take
 
 GETTING_UP = ("111_06", "111_07", "111_08", "113_08", "114_02", "140_01", "140_02", "140_04", "140_08")
@@ -35,6 +28,7 @@ RUNNING = ("02_03", "09_01", "127_06", "35_17", "38_03", "143_42")
 LYING_AT = {"113_08": 4.5}  # it begins upright
 RUNNING_AT = {"143_42": 3.0}  # it stands half of the time
 FRAMES = 500_000
+SOLVERS = {"search": TimedSearch(), "paper": ClusterChain()}
 
 
 def main() -> None:
@@ -63,23 +57,23 @@ def from_lying_to_running(folder: Path) -> None:
     first, last = (library.take(name).motion() for name in ("getup_facedown", "run"))
     keys = [key_at(first, 0.0, label="lying"), key_at(last, 0.4, label="running")]
     print("from lying to running on the sample")
-    for mode in ("search", "paper"):
+    for name, solver in SOLVERS.items():
         try:
-            result = KeyframeControl(mode=mode).fit(library).synthesize(keys)
+            result = KeyframeControl(solver=solver).fit(library).synthesize(keys)
         except RequestError as error:
-            print(f"  {mode:6s} refused: {error}")
+            print(f"  {name:6s} refused: {error}")
             continue
         miss = [1000 * key_miss(result, k, f) for k, f in zip(keys, (0, len(result.motion) - 1), strict=True)]
         takes = ", ".join(p.take for p in result.pieces)
-        print(f"  {mode:6s} {result.motion.duration:.1f} s of {takes}; keys met within {max(miss):.3f} mm")
+        print(f"  {name:6s} {result.motion.duration:.1f} s of {takes}; keys met within {max(miss):.3f} mm")
 
 
 def pairs(folder: Path, data: Path) -> None:
     library = library_of(folder / "actions", sorted((data / "actions").glob("*.bvh")))
     print(f"data/actions: {len(GETTING_UP)} getting up x {len(RUNNING)} running")
-    print("  mode    solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm")
-    for mode in ("search", "paper"):
-        model = KeyframeControl(mode=mode).fit(library)
+    print("  solver  solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm")
+    for solver_name, solver in SOLVERS.items():
+        model = KeyframeControl(solver=solver).fit(library)
         recorded = recorded_jumps(model.examples)
         rows, began = [], time.perf_counter()
         for lying in GETTING_UP:
@@ -88,14 +82,14 @@ def pairs(folder: Path, data: Path) -> None:
                 first = key_at(a, LYING_AT.get(lying, 0.0), label=lying)
                 last = key_at(b, RUNNING_AT.get(running, b.duration / 2), label=running)
                 rows.append(judge_pair(model, first, last, recorded))
-        _print_pairs(mode, rows, (time.perf_counter() - began) / len(rows))
+        _print_pairs(solver_name, rows, (time.perf_counter() - began) / len(rows))
 
 
-def _print_pairs(mode: str, rows: list[PairFigures], each: float) -> None:
+def _print_pairs(solver: str, rows: list[PairFigures], each: float) -> None:
     solved = [row for row in rows if row.solved]
     jump, skate = np.array([r.jump for r in solved]), np.array([r.skate for r in solved])
     print(
-        f"  {mode:7s} {len(solved)}/{len(rows)}   {each:.2f}               {np.median(jump):.2f}  "
+        f"  {solver:7s} {len(solved)}/{len(rows)}   {each:.2f}               {np.median(jump):.2f}  "
         f"{np.quantile(jump, 0.9):.2f}  {jump.max():.2f}           {np.median(skate):.2f}  {skate.max():.2f}"
         f"        {np.mean([r.untouched for r in solved]):.2f}        {1000 * max(r.miss for r in solved):.3f}"
     )
@@ -108,12 +102,12 @@ def gaps(folder: Path, data: Path) -> None:
     library = library_of(folder / "walks", sorted((data / "walks").glob("15_*.bvh")))
     names = library.names()
     print("held-out gaps at 30 Hz, one take of data/walks left out at a time (not LAFAN1's data)")
-    found: dict[tuple[str, int], list[Score]] = {}
+    by_gap: dict[tuple[str, int], list[Score]] = {}
     for name in names:
         for key, scored in inbetween_held_out(library, (name,)).items():
-            found.setdefault(key, []).append(scored)
+            by_gap.setdefault(key, []).append(scored)
     print("  method           gap   NPSS    L2Q    L2P   windows  refused")
-    for (method, gap), scores in found.items():
+    for (method, gap), scores in by_gap.items():
         weights = np.array([s.windows for s in scores])
         npss, l2q, l2p = (np.average([getattr(s, f) for s in scores], weights=weights) for f in ("npss", "l2q", "l2p"))
         refused = sum(s.refused for s in scores)

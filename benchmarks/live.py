@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import dances
-from kinetograph.evaluation.metrics import joint_error
+from kinetograph.evaluation import joint_error
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.motion import Motion, cut, resample

@@ -1,8 +1,8 @@
 """How far joints fitted to markers are from the truth, and how long it takes: ``python -m benchmarks markers``.
 
 Bodies whose joints are known move as people do; the markers are on them exactly, or misplaced by a standard deviation
-of 10 mm along every axis and moved about by skin (5 mm in the mean square). Without the fit of centres, joints are
-where the regressions have them.
+of 10 mm along every axis and moved by skin (5 mm in the mean square). ``regression`` is the fit with joint centres as
+first estimated, ``fitted`` the fit with centres measured from the movement.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.kinematics import forward
-from kinetograph.markers import fit_markers, solver
+from kinetograph.markers import fit_markers
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 
@@ -26,14 +26,14 @@ PARTS = ("hip", "knee", "foot", "shoulder", "elbow", "hand")
 BODIES = 3
 
 
-def errors(truth: Motion, signal: Signal) -> tuple[np.ndarray, np.ndarray]:
-    """Millimetres and, but for constant turns, degrees that limbs' joints are off, each ``(F, 12)``."""
-    fit = fit_markers(signal).motion
+def errors(truth: Motion, signal: Signal, measure: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Millimetres and, up to constant rotations, degrees that limbs' joints are off, each ``(F, 12)``."""
+    fit = (fit_markers(signal) if measure else fit_markers(signal, rounds=0)).motion
     names = [f"{side}_{part}" for part in PARTS for side in ("left", "right")]
-    (here, turns), (there, found) = forward(truth), forward(fit)
+    (here, recorded), (there, fitted) = forward(truth), forward(fit)
     mine, theirs = ([body.skeleton.index(name) for name in names] for body in (truth, fit))
     apart = 1000 * np.linalg.norm(here[:, mine] - there[:, theirs], axis=-1)
-    between = rot.multiply(rot.conjugate(turns[:, mine]), found[:, theirs])
+    between = rot.multiply(rot.conjugate(recorded[:, mine]), fitted[:, theirs])
     angles = []
     for joint in range(len(names)):
         mean = np.linalg.eigh(between[:, joint].T @ between[:, joint])[1][:, -1]
@@ -61,13 +61,11 @@ def main() -> None:
         "exact": [markers(body) for body in bodies],
         "misplaced, on skin": [skinned(body, np.random.default_rng(seed)) for seed, body in enumerate(bodies)],
     }
-    rounds = solver._ROUNDS
     print(f"{'markers':20s} {'centres':12s} {'mean mm':>8s} {'p95 mm':>8s} {'max mm':>8s} {'mean deg':>9s}")
     for name, signals in cases.items():
-        for label, count in (("regression", 0), ("fitted", rounds)):
-            solver._ROUNDS = count
-            found = [errors(body, signal) for body, signal in zip(bodies, signals, strict=True)]
-            apart, angles = (np.concatenate([pair[i] for pair in found]) for i in (0, 1))
+        for label, measure in (("regression", False), ("fitted", True)):
+            pairs = [errors(body, signal, measure) for body, signal in zip(bodies, signals, strict=True)]
+            apart, angles = (np.concatenate([pair[i] for pair in pairs]) for i in (0, 1))
             figures = f"{apart.mean():8.1f} {np.percentile(apart, 95):8.1f} {apart.max():8.1f} {angles.mean():9.2f}"
             print(f"{name:20s} {label:12s} {figures}")
     began = time.process_time()

@@ -14,8 +14,7 @@ import numba as nb
 import numpy as np
 
 from benchmarks._recordings import walker
-from kinetograph.learn import segmental
-from kinetograph.learn.segmental import Arrivals, SegmentalSearch
+from kinetograph.learn import Arrivals, SegmentalSearch, segmental
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, arrivals, interpret
 from kinetograph.methods.performance import segments as cutting
 from kinetograph.sampling import interpolate

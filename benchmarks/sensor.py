@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._recordings import data_folder
-from kinetograph.evaluation.sensor import timed
+from kinetograph.arrays import FloatArray
+from kinetograph.evaluation import timed
 from kinetograph.formats import ReadOptions
-from kinetograph.learn.mixture import fit_mixture
-from kinetograph.learn.reduction import fit_pca
+from kinetograph.learn import fit_mixture, fit_pca
 from kinetograph.library import Library
-from kinetograph.methods.sensor.model import SYNTHESES, SensorControl
+from kinetograph.methods.sensor import SYNTHESES, SensorControl
 from kinetograph.pipeline import read_take
 from kinetograph.sensing import simulate
 
@@ -36,52 +36,48 @@ def main() -> None:
             library.add(read_take(path, ReadOptions())[0])
         fits(library)
         frames(library)
-    needs(library_poses)
-
-
-library_poses: list[np.ndarray[tuple[int, int], np.dtype[np.float64]]] = []
+        needs(SensorControl().fit(library).fitted.examples.poses)
 
 
 def fits(library: Library) -> None:
     """Time and memory of fitting everything."""
     print("fit                wall s  processor s   frames   peak MB")
-    for synthesis in SYNTHESES:
+    for name, synthesis in SYNTHESES.items():
         began, worked = time.perf_counter(), time.process_time()
         model = SensorControl(synthesis=synthesis).fit(library)
         wall, processor = time.perf_counter() - began, time.process_time() - worked
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(f"{synthesis:16s} {wall:8.1f} {processor:12.1f} {len(model.examples.poses):8d} {peak:9.0f}")
-        if model.local is not None:
-            print(f"   {model.local.notes[0]}; worst condition of a solve {model.local.condition:.2g}")
-    library_poses[:] = [model.examples.poses]
+        print(f"{name:16s} {wall:8.1f} {processor:12.1f} {len(model.fitted.examples.poses):8d} {peak:9.0f}")
+        if local := model.fitted.local:
+            print(f"   {local.notes[0]}; worst condition of a solve {local.condition:.2g}")
 
 
 def frames(library: Library) -> None:
-    """Time of a frame, readings taken in as they come, by the clock on the wall and the thread's own."""
+    """Time of a frame, readings taken as they come, by the clock on the wall and the thread's own."""
     print("\nframe              wall p50 ms   p99 ms   processor p50 ms   p99 ms   latency ms")
-    for synthesis in SYNTHESES:
+    for name, synthesis in SYNTHESES.items():
         model = SensorControl(synthesis=synthesis).fit(library, exclude=HELD_OUT)
-        found = []
+        quantiles = []
         for clock in (time.perf_counter, time.thread_time):
             times: list[float] = []
-            for name in HELD_OUT:
-                readings = simulate(library.take(name).motion(), model.method.layout)
+            for take in HELD_OUT:
+                readings = simulate(library.take(take).motion(), model.method.layout)
                 times += timed(model, readings, clock)[1][30:]
-            found += [float(q) * 1e3 for q in np.quantile(times, [0.5, 0.99])]
-        print(f"{synthesis:16s} {found[0]:13.3f} {found[1]:8.3f} {found[2]:18.3f} {found[3]:8.3f}"
-              f" {1e3 * model.latency:12.0f}")  # fmt: skip
+            quantiles += [float(q) * 1e3 for q in np.quantile(times, [0.5, 0.99])]
+        wall_p50, wall_p99, p50, p99 = quantiles
+        print(f"{name:16s} {wall_p50:13.3f} {wall_p99:8.3f} {p50:18.3f} {p99:8.3f} {1e3 * model.latency:12.0f}")
 
 
-def needs(poses: list[np.ndarray[tuple[int, int], np.dtype[np.float64]]]) -> None:
+def needs(poses: FloatArray) -> None:
     """Coordinates for a share of variance, and clusters by how oversampled the data are."""
-    pca = fit_pca(poses[0], 0.99)
+    pca = fit_pca(poses, 0.99)
     shares = np.cumsum(pca.variances) / pca.variances.sum()
-    print(f"\npose vectors have {poses[0].shape[1]} components; ", end="")
+    print(f"\npose vectors have {poses.shape[1]} components; ", end="")
     print(
         ", ".join(f"{int(np.searchsorted(shares, s)) + 1} coordinates hold {s:.0%}" for s in (0.9, 0.95, 0.99)), end=""
     )
     print(f", 7 hold {shares[6]:.1%}")
-    leading = pca.encode(poses[0])[:, :7]
+    leading = pca.encode(poses)[:, :7]
     for every in (4, 8, 16, 32):
-        found = fit_mixture(leading[::every], 1, 50, np.random.default_rng(0))
-        print(f"every {every:2d}th frame, {len(leading[::every]):5d} of them: {len(found)} clusters")
+        mixture = fit_mixture(leading[::every], 1, 50, np.random.default_rng(0))
+        print(f"every {every:2d}th frame, {len(leading[::every]):5d} of them: {len(mixture)} clusters")

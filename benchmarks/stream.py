@@ -1,6 +1,6 @@
 """An hour of 120 Hz BVH, 31 joints, into a library: ``python -m benchmarks stream``.
 
-Prints frames a second and the peak of memory over that of the interpreter with the package imported.
+Prints frames per second and the peak of memory, less that of the interpreter with the package imported.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._recordings import data_folder, walker
-from kinetograph.evaluation.protocol import leave_one_take_out
+from kinetograph.evaluation import leave_one_take_out
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library

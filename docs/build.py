@@ -56,7 +56,7 @@ def picture() -> None:
     import tempfile
 
     from kinetograph.cli.demo import sample_library
-    from kinetograph.drawing.pictures import strobe
+    from kinetograph.drawing import strobe
     from kinetograph.methods.performance.model import PerformanceControl
     from kinetograph.motion import cut
     from kinetograph.pipeline import perform, winding_path

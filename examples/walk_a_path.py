@@ -6,7 +6,7 @@ Run after ``make demo``:  python examples/walk_a_path.py
 import numpy as np
 
 import kinetograph as kg
-from kinetograph.drawing.pictures import contact_sheet
+from kinetograph.drawing import contact_sheet
 from kinetograph.signal import Signal
 
 # a quarter circle of 3 m radius, walked at 1 m/s

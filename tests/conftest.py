@@ -1,4 +1,4 @@
-"""Fixtures that every test may use: where real recordings lie, and how hypothesis runs."""
+"""Fixtures that every test may use: where recordings are (``KINETOGRAPH_DATA``), and how hypothesis runs."""
 
 from __future__ import annotations
 
@@ -15,20 +15,15 @@ settings.register_profile("default", deadline=None, suppress_health_check=[Healt
 settings.register_profile("ci", settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")
 
-_BESIDE_THE_PROJECT = Path(__file__).resolve().parents[2] / "shared" / "data"
-
-
-def _data_entries() -> list[Path]:
-    named = [Path(entry) for entry in os.environ.get("KINETOGRAPH_DATA", "").split(os.pathsep) if entry]
-    return [*named, _BESIDE_THE_PROJECT]
-
 
 @pytest.fixture(scope="session")
 def data_folder() -> Path:
     """A folder of real recordings (``walks/``, ``salsa/``, ``actions/``, ...); the test is skipped without one."""
-    for entry in _data_entries():
-        if (entry / "walks").is_dir():
-            return entry
+    from kinetograph.samples import data_folders
+
+    for folder in data_folders():
+        if (folder / "walks").is_dir():
+            return folder
     pytest.skip("no recordings: set KINETOGRAPH_DATA to a folder that holds walks/, salsa/, ...")
 
 
@@ -36,9 +31,9 @@ def data_folder() -> Path:
 def clips_folder() -> Path:
     """The ``deepmimic-clips`` sample, found or fetched; the test is skipped where it cannot be had."""
     from kinetograph.errors import FetchError
-    from kinetograph.samples import fetching as samples
+    from kinetograph.samples import fetch
 
     try:
-        return samples.where("deepmimic-clips") or samples.fetch("deepmimic-clips")
+        return fetch("deepmimic-clips")
     except FetchError as error:
         pytest.skip(f"no deepmimic-clips sample: {error}")

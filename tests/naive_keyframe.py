@@ -32,10 +32,10 @@ def viterbi(transitions: np.ndarray, outputs: np.ndarray, observed: np.ndarray, 
     return best
 
 
-def cheapest_walk(graph, goals, steps: int) -> float:
-    """The least cost of a walk of exactly ``steps`` steps from the first goal to the last, in between at their times.
+def cheapest_route(graph, goals, steps: int) -> float:
+    """The least cost of a route of exactly ``steps`` steps from the first goal to the last, in between at their times.
 
-    graph: `kinetograph.learn.transitions.Graph`; goals with exact windows and without places.
+    graph: a `kinetograph.learn.transitions.Graph`; goals: with exact windows and without places.
     """
     due = [int(goal.window[0]) for goal in goals]
     costs = [dict(zip(goal.frames.tolist(), goal.costs.tolist(), strict=True)) for goal in goals]

@@ -16,12 +16,12 @@ def path_costs(
     for query in queries:
         new = np.zeros(count)
         for i in range(count):
-            ways = [costs[i] + warp, costs.min() + jump]
+            before = [costs[i] + warp, costs.min() + jump]
             if not first[i]:
-                ways.append(costs[i - 1])
+                before.append(costs[i - 1])
                 if i > 1 and not first[i - 1]:
-                    ways.append(costs[i - 2] + warp)
-            new[i] = decay * min(ways) + np.mean((examples[i] - query) ** 2)
+                    before.append(costs[i - 2] + warp)
+            new[i] = decay * min(before) + np.mean((examples[i] - query) ** 2)
         costs = new - new.min()
     return costs
 

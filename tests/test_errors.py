@@ -19,9 +19,8 @@ from kinetograph.errors import (
     LibraryError,
     RequestError,
 )
-from kinetograph.learn.alignment import align
 from kinetograph.motion import Motion, cut
-from kinetograph.post.blend import join
+from kinetograph.post import join
 from kinetograph.skeleton import Landmark, Skeleton, with_roles
 from kinetograph.take import Annotation, Take
 
@@ -73,7 +72,6 @@ def test_a_format_error_says_where() -> None:
         lambda: Take("t", {"motion": _motion()}, (Annotation(_LINES, "cut", "", 0, 0),)),
         lambda: Take(_LINES, {"motion": _motion()}).motion(_LINES),
         lambda: rot.from_euler(np.zeros(3), _LINES),
-        lambda: align(_LINES, np.zeros((1, 2, 1, 3)), np.zeros((1, 2, 1, 3)), np.ones((2, 1))),
         lambda: join([], 30.0, 1, _LINES),
     ],
 )

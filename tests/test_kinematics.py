@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from kinetograph import rotations as rot
@@ -12,6 +14,7 @@ from kinetograph.kinematics import (
     forward,
     joint_positions,
     landmark_positions,
+    on_ground,
     role_positions,
     velocities,
 )
@@ -87,14 +90,25 @@ def test_kinematics_agree_with_products_of_matrices() -> None:
     np.testing.assert_allclose(rot.to_matrix(turns[0]), [m[:3, :3] for m in world], atol=1e-12)
 
 
+@given(st.integers(0, 2**32 - 1))
+def test_points_on_the_ground_lie_below_where_they_were(seed: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(4, 2, 3))
+    ground = on_ground(points)
+    np.testing.assert_array_equal(ground[..., [0, 2]], points[..., [0, 2]])
+    np.testing.assert_array_equal(ground[..., 1], 0.0)
+    np.testing.assert_array_equal(on_ground(ground), ground)
+    angle = rot.about("y", 0.7)
+    np.testing.assert_allclose(on_ground(rot.rotate(angle, points)), rot.rotate(angle, ground), atol=1e-12)
+
+
 def test_velocities_are_central_differences() -> None:
     times = np.arange(6) / 10
     positions = np.stack([3 * times, times**2, np.ones(6)], axis=1)
-    found = velocities(positions, 10.0)
-    np.testing.assert_allclose(found[:, 0], 3.0)
-    np.testing.assert_allclose(found[1:-1, 1], 2 * times[1:-1])
-    np.testing.assert_allclose(found[[0, -1], 1], [0.1, 0.9])
-    np.testing.assert_allclose(found[:, 2], 0.0)
+    rates = velocities(positions, 10.0)
+    np.testing.assert_allclose(rates[:, 0], 3.0)
+    np.testing.assert_allclose(rates[1:-1, 1], 2 * times[1:-1])
+    np.testing.assert_allclose(rates[[0, -1], 1], [0.1, 0.9])
+    np.testing.assert_allclose(rates[:, 2], 0.0)
     np.testing.assert_array_equal(velocities(positions[:1], 10.0), np.zeros((1, 3)))
 
 

@@ -223,10 +223,10 @@ def test_recordings_are_reflected(data_folder: Path, name: str, tolerance: float
     motion = load(data_folder / name).motion()
     expected = joint_positions(motion) * _REFLECT
     plan = mirror_plan(motion.skeleton)
-    found = joint_positions(plan.apply(motion))
+    mirrored = joint_positions(plan.apply(motion))
     paired = (plan.partners != np.arange(len(plan.partners))) | (
         plan.partners[motion.skeleton.parents] == motion.skeleton.parents
     )
-    off = np.linalg.norm(found - expected[:, plan.partners], axis=-1)[:, paired]
+    off = np.linalg.norm(mirrored - expected[:, plan.partners], axis=-1)[:, paired]
     assert off.max() < tolerance
     assert _same_turn(mirror(mirror(motion)).rotations, motion.rotations) < 1e-7

@@ -17,13 +17,13 @@ from kinetograph.motion import (
     close_loop,
     concatenate,
     cut,
-    heading,
     loop_step,
     place,
     repeat,
     resample,
     sample,
     transform,
+    unwrapped_headings,
 )
 from kinetograph.skeleton import Skeleton
 from walkers import slide, stick_figure, walk
@@ -138,12 +138,17 @@ def test_transform_moves_every_joint_rigidly(seed: int) -> None:
 def test_place_turns_about_the_vertical_and_then_moves() -> None:
     motion = _random(0)
     _same(place(motion, 0.7, (1, 2, 3)), transform(motion, rot.about("y", 0.7), (1, 2, 3)))
-    turned = heading(place(walk(), 0.7, (0, 0, 0)))
-    np.testing.assert_allclose(turned, heading(walk()) + 0.7, atol=1e-9)
+    placed = unwrapped_headings(place(walk(), 0.7, (0, 0, 0)))
+    np.testing.assert_allclose(placed, unwrapped_headings(walk()) + 0.7, atol=1e-9)
 
 
-def test_heading_is_unwrapped() -> None:
-    np.testing.assert_allclose(heading(walk(8.0, turn_rate=1.5)), 1.5 * np.arange(241) / 30, atol=1e-9)
+def test_headings_can_be_unwrapped() -> None:
+    circling, angles = walk(8.0, turn_rate=1.5), 1.5 * np.arange(241) / 30
+    np.testing.assert_allclose(unwrapped_headings(circling), angles, atol=1e-9)
+    wrapped = rot.heading(circling.rotations[:, 0])
+    assert np.abs(wrapped).max() <= np.pi
+    np.testing.assert_allclose(np.exp(1j * wrapped), np.exp(1j * angles), atol=1e-9)
+    assert np.abs(np.diff(wrapped)).max() > 6.0  # a full rotation back, which unwrapping takes out
 
 
 def test_concatenate_puts_frames_one_after_another() -> None:
@@ -205,7 +210,7 @@ def test_closing_spreads_the_gap_and_keeps_path_and_heading() -> None:
     np.testing.assert_allclose(moved[0], moved[-1], atol=1e-6)
     assert np.all(moved <= moved[0] + 1e-6)
     assert moved[15].max() < 1e-6
-    assert np.abs(heading(closed) - heading(motion)).max() < 0.01
+    assert np.abs(unwrapped_headings(closed) - unwrapped_headings(motion)).max() < 0.01
 
 
 def test_closing_a_loop_that_is_closed_changes_nothing() -> None:
@@ -229,7 +234,8 @@ def test_cycles_go_on_where_the_last_one_ended(turn_rate: float) -> None:
     # nothing jumps at a border: a step there is no longer than the steps within a cycle
     steps = np.linalg.norm(np.diff(joint_positions(long), axis=0), axis=-1).max(axis=1)
     assert steps[29:31].max() < 1.5 * np.delete(steps, [29, 30, 59, 60]).max()
-    np.testing.assert_allclose(heading(long)[[30, 60, 90]] - heading(long)[0], turn * np.arange(1, 4), atol=1e-6)
+    faced = unwrapped_headings(long)
+    np.testing.assert_allclose(faced[[30, 60, 90]] - faced[0], turn * np.arange(1, 4), atol=1e-6)
 
 
 def test_a_clip_is_repeated_once_or_more() -> None:

@@ -216,8 +216,8 @@ _add(
 @pytest.mark.parametrize("title", BODIES)
 def test_the_names_of_a_convention_are_understood(title: str) -> None:
     skeleton, expected = BODIES[title]
-    found = {role: skeleton.names[mark.joint] for role, mark in find_roles(skeleton).items()}
-    assert found == expected
+    roles = {role: skeleton.names[mark.joint] for role, mark in find_roles(skeleton).items()}
+    assert roles == expected
 
 
 def test_sides_prefixes_and_numbers_are_read_apart_from_the_word() -> None:
@@ -235,10 +235,10 @@ def test_sides_prefixes_and_numbers_are_read_apart_from_the_word() -> None:
 
 def test_deepmimic_roles_are_found_as_its_reader_states_them() -> None:
     stated = deepmimic.skeleton()
-    found = find_roles(stated)
-    assert set(found) == set(stated.roles)
+    roles = find_roles(stated)
+    assert set(roles) == set(stated.roles)
     for role, mark in stated.roles.items():
-        assert (found[role].joint, found[role].offset.tolist()) == (mark.joint, mark.offset.tolist())
+        assert (roles[role].joint, roles[role].offset.tolist()) == (mark.joint, mark.offset.tolist())
 
 
 def _anonymous(skeleton: Skeleton) -> Skeleton:
@@ -248,8 +248,8 @@ def _anonymous(skeleton: Skeleton) -> Skeleton:
 
 def test_a_body_whose_names_say_nothing_is_read_from_its_shape() -> None:
     named = deepmimic.skeleton()
-    found = find_roles(_anonymous(named))
-    assert {role: mark.joint for role, mark in found.items()} == {r: m.joint for r, m in named.roles.items()}
+    roles = find_roles(_anonymous(named))
+    assert {role: mark.joint for role, mark in roles.items()} == {r: m.joint for r, m in named.roles.items()}
 
 
 def test_sides_are_left_out_where_the_body_may_face_either_way() -> None:
@@ -272,8 +272,8 @@ def test_any_tree_has_roles_on_its_own_joints(data: st.DataObject, joints: int) 
     names = [f"{data.draw(st.sampled_from(_SOME_NAMES))} {i}" for i in range(joints)]
     offsets = np.random.default_rng(joints).integers(-1, 2, size=(joints, 3)).astype(float)
     tree = Skeleton(tuple(names), np.array(parents), offsets, np.array([joints - 1]), np.ones((1, 3)))
-    found = with_found_roles(tree).roles
-    limbs = [mark.joint for role, mark in found.items() if role.startswith(("left", "right")) and "toe" not in role]
+    roles = with_found_roles(tree).roles
+    limbs = [mark.joint for role, mark in roles.items() if role.startswith(("left", "right")) and "toe" not in role]
     assert len(set(limbs)) == len(limbs)
 
 

@@ -127,12 +127,12 @@ def test_angle_between_is_the_geodesic(seed: int) -> None:
 def test_euler_angles_agree_with_scipy(order: str, angles: tuple[float, float, float]) -> None:
     q = rot.from_euler(np.array(angles), order)
     _same(q, Rotation.from_euler(order.upper(), angles).as_quat()[[3, 0, 1, 2]])
-    found = rot.to_euler(q, order)
-    assert abs(found[1]) <= np.pi / 2
-    _same(rot.from_euler(found, order), q, atol=2e-6)
+    angles_back = rot.to_euler(q, order)
+    assert abs(angles_back[1]) <= np.pi / 2
+    _same(rot.from_euler(angles_back, order), q, atol=2e-6)
     if abs(np.cos(angles[1])) > 1e-3:
         # pi and -pi are one angle
-        np.testing.assert_allclose(np.sin((found - _scipy(q).as_euler(order.upper())) / 2), 0.0, atol=1e-6)
+        np.testing.assert_allclose(np.sin((angles_back - _scipy(q).as_euler(order.upper())) / 2), 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("order", _ORDERS)
@@ -140,10 +140,10 @@ def test_euler_angles_agree_with_scipy(order: str, angles: tuple[float, float, f
 @given(st.tuples(_ANGLES, _ANGLES), st.sampled_from([0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-3]))
 def test_at_the_poles_the_turn_is_kept(order: str, pole: float, outer: tuple[float, float], off: float) -> None:
     q = rot.from_euler(np.array([outer[0], pole - np.sign(pole) * off, outer[1]]), order)
-    found = rot.to_euler(q, order)
-    _same(rot.from_euler(found, order), q, atol=2e-6)
+    angles_back = rot.to_euler(q, order)
+    _same(rot.from_euler(angles_back, order), q, atol=2e-6)
     if off < 1e-7:
-        assert found[2] == 0.0
+        assert angles_back[2] == 0.0
 
 
 @pytest.mark.parametrize("order", ["y", "xy", "zx", "zxz"])
@@ -244,3 +244,20 @@ def test_twist_is_what_is_left_beside_the_swing(angle: float, direction: float, 
     q = rot.multiply(rot.exp(swing * level), rot.about("y", angle))
     assert rot.twist(q, "y") == pytest.approx(angle, abs=1e-9)
     assert rot.twist(-q, "y") == pytest.approx(angle, abs=1e-9)
+
+
+@given(_SEEDS)
+def test_without_heading_what_is_left_faces_ahead(seed: int) -> None:
+    q = _random(seed, 5)
+    level = rot.without_heading(q)
+    np.testing.assert_allclose(rot.heading(level), 0.0, atol=1e-9)
+    _same(rot.multiply(rot.about("y", rot.heading(q)), level), q)
+    # whatever the heading was, the same is left
+    _same(rot.without_heading(rot.multiply(rot.about("y", 1.3), q)), level)
+
+
+@given(_SEEDS, _ANGLES)
+def test_a_rotation_about_the_vertical_adds_to_the_heading(seed: int, angle: float) -> None:
+    q = _random(seed)
+    ahead = float(rot.heading(rot.multiply(rot.about("y", angle), q)) - rot.heading(q))
+    assert np.exp(1j * ahead) == pytest.approx(np.exp(1j * angle), abs=1e-9)

@@ -54,8 +54,8 @@ def test_a_frame_before_the_first_piece_belongs_to_it() -> None:
 
 
 def test_every_frame_says_where_it_came_from() -> None:
-    found = _result().provenance()
-    assert len(found) == 21
-    assert [take for take, _ in found] == ["early"] * 10 + ["late"] * 11
-    np.testing.assert_allclose([second for _, second in found[:10]], 3.5 + np.arange(10) / 10)
-    np.testing.assert_allclose([second for _, second in found[10:]], 10.0 + np.arange(11) / 20)
+    sources = _result().provenance()
+    assert len(sources) == 21
+    assert [take for take, _ in sources] == ["early"] * 10 + ["late"] * 11
+    np.testing.assert_allclose([second for _, second in sources[:10]], 3.5 + np.arange(10) / 10)
+    np.testing.assert_allclose([second for _, second in sources[10:]], 10.0 + np.arange(11) / 20)

@@ -29,6 +29,26 @@ def test_the_only_track_of_a_kind_needs_no_name() -> None:
     assert take.signal() is take.tracks["speed"] is take.signal("speed")
 
 
+def test_a_motion_is_named_by_its_track() -> None:
+    take = _take()
+    assert take.named_motion() == ("motion", take.tracks["motion"])
+    two = _take(leader=walk(1.0), follower=walk(1.0))
+    assert two.named_motion("follower") == ("follower", two.tracks["follower"])
+    with pytest.raises(RequestError, match=r"name one of its motions \(leader, follower\), found None"):
+        two.named_motion()
+    with pytest.raises(RequestError, match=r"name one of its motions \(motion\), found 'speed'"):
+        take.named_motion("speed")
+
+
+def test_one_motion_on_two_tracks_has_the_name_that_was_asked_for() -> None:
+    same = walk(1.0)
+    take = _take(first=same, second=same)
+    assert [take.named_motion(name)[0] for name in ("first", "second")] == ["first", "second"]
+    assert take.named_motion("second")[1] is same
+    nameless = _take(**{"first": same, "": same})
+    assert nameless.named_motion("")[0] == ""
+
+
 def test_tracks_cannot_be_changed() -> None:
     with pytest.raises(TypeError):
         _take().tracks["other"] = _signal()  # type: ignore[index]

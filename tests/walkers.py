@@ -1,4 +1,4 @@
-"""A stick figure that walks on sinusoids: motion whose plants, speeds and turns are known because they were put in."""
+"""A stick figure that walks on sinusoids: motion whose plants, speeds and headings are known."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from kinetograph.formats import load, save
     from kinetograph.keys import Key
     from kinetograph.library import Library
-    from kinetograph.methods.keyframe.model import KeyframeControl
+    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.methods.performance.model import PerformanceControl
     from kinetograph.methods.sensor.model import SensorControl
     from kinetograph.motion import Motion

@@ -11,17 +11,34 @@ from kinetograph.errors import DataError
 from kinetograph.skeleton import Skeleton
 
 Colour = tuple[float, float, float]
+"""Linear red, green and blue from 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Triangles in the rest pose and the joints that carry their corners.
+    """Triangles in the rest pose and the joints that move their corners.
 
-    points, normals: shape ``(V, 3)``, metres about the root joint, unit length. triangles: ``(T, 3)``, counter-
-    clockwise seen from outside. joints, weights: ``(V, 4)``, each row's weights sum to 1. tints: ``(T,)``, an index
-    into ``palette``, whose entries are a name and a linear colour.
+    Parameters
+    ----------
+    points : ndarray, shape (V, 3)
+        Corners in metres, relative to the root joint.
+    normals : ndarray, shape (V, 3)
+        Unit length.
+    triangles : ndarray of int, shape (T, 3)
+        Indices of points, counter-clockwise seen from outside.
+    joints : ndarray of int, shape (V, 4)
+        Indices of the joints that move each point.
+    weights : ndarray, shape (V, 4)
+        Their weights; each row sums to 1.
+    tints : ndarray of int, shape (T,)
+        Index into ``palette`` of each triangle.
+    palette : tuple of (str, Colour)
+        Names and linear RGB colours from 0 to 1.
 
-    Raises DataError where these do not agree.
+    Raises
+    ------
+    DataError
+        If these do not agree.
     """
 
     points: FloatArray
@@ -45,7 +62,14 @@ class Skin:
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """A skeleton and its skin; motions of the skeleton, or of one with the same joints, can wear it."""
+    """A skeleton and its skin, with which motions of that skeleton are drawn and exported.
+
+    Parameters
+    ----------
+    name : str
+    skeleton : Skeleton
+    skin : Skin
+    """
 
     name: str
     skeleton: Skeleton

@@ -31,6 +31,17 @@ class FetchError(KinetographError):
 class FormatError(KinetographError, ValueError):
     """A file that cannot be read, with the place in it where reading stopped.
 
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    message : str
+        What was expected, what was found and what to try.
+    line : int, optional
+        The line in the file, counted from 1.
+
+    Examples
+    --------
     >>> str(FormatError("walk.bvh", "expected 96 values, found 95; is a line cut short?", line=7))
     'walk.bvh:7: expected 96 values, found 95; is a line cut short?'
     """

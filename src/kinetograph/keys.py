@@ -1,4 +1,4 @@
-"""Keys: poses that a motion is to pass through, and what is asked of them."""
+"""Keys: poses that a motion is to pass through, and when and where."""
 
 from __future__ import annotations
 
@@ -14,13 +14,27 @@ from kinetograph.motion import Motion, sample
 class Key:
     """A pose to be met.
 
-    clip, frame: the pose is that frame; its neighbours in the clip, where it has any, tell how fast it moves. time:
-    the earliest and latest second of the result at which it is to be met, from the first key's on; None leaves it
-    free. position: ``(x, z)`` metres where the root joint is to be above the ground; None leaves it free. heading:
-    the root's turn about the vertical in radians, see `kinetograph.motion.heading`; None leaves it free. roles: the
-    parts of the body that count; None for the whole pose. label: what messages call it.
+    Parameters
+    ----------
+    clip : Motion
+        Holds the pose; the neighbours of its frame, where there are any, give the velocity of the pose.
+    frame : int, optional
+        The frame of the pose in the clip.
+    time : tuple of float, (earliest, latest), optional
+        Seconds after the first key between which it is to be met; free unless given.
+    position : tuple of float, (x, z), optional
+        Where the root joint is to be above the ground, in metres; free unless given.
+    heading : float, optional
+        Heading of the root in radians, see `kinetograph.rotations.heading`; free unless given.
+    roles : tuple of str, optional
+        The parts of the body that count; the whole pose unless given.
+    label : str, optional
+        What messages call it.
 
-    Raises RequestError for a frame outside its clip, or times that are negative or out of order.
+    Raises
+    ------
+    RequestError
+        If the frame is outside the clip, times are negative or out of order, or no joint plays one of the roles.
     """
 
     clip: Motion
@@ -55,9 +69,24 @@ def key_at(
     roles: tuple[str, ...] | None = None,
     label: str = "key",
 ) -> Key:
-    """The pose of a clip at a second of it, with its neighbours half a second either side.
+    """A key from the pose of a clip at a given second, with the half second on either side of it.
 
-    Raises RequestError for a second outside the clip.
+    Parameters
+    ----------
+    clip : Motion
+    second : float
+        Seconds in the clip.
+    time, position, heading, roles, label
+        As those of `Key`.
+
+    Returns
+    -------
+    Key
+
+    Raises
+    ------
+    RequestError
+        If the second is outside the clip.
     """
     if not 0 <= second <= clip.duration + 1e-6:
         raise RequestError(f"{label}: {second:g} s is outside its clip, which lasts from 0 to {clip.duration:.3f} s")
@@ -68,7 +97,17 @@ def key_at(
 
 
 def check_order(keys: tuple[Key, ...]) -> None:
-    """Raises RequestError unless there are two keys or more whose times can follow one another."""
+    """Check that there are two keys or more, in an order that their times allow.
+
+    Parameters
+    ----------
+    keys : tuple of Key
+
+    Raises
+    ------
+    RequestError
+        If there are fewer than two, or one would have to be met before an earlier one.
+    """
     if len(keys) < 2:
         raise RequestError(f"keyframe control goes from one key to another: expected 2 keys or more, found {len(keys)}")
     earliest, before = 0.0, keys[0].label

@@ -13,17 +13,37 @@ from kinetograph.skeleton import Landmark
 
 
 def forward(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """World positions ``(F, J, 3)`` in metres and world rotations ``(F, J, 4)`` of every joint."""
+    """Position and rotation of every joint in the world.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    positions : ndarray, shape (F, J, 3)
+        Metres.
+    rotations : ndarray, shape (F, J, 4)
+        Unit quaternions.
+
+    Examples
+    --------
+    >>> from kinetograph.skeleton import Skeleton
+    >>> bone = Skeleton(("root", "tip"), np.array([-1, 0]), np.array([[0.0, 0, 0], [1, 0, 0]]))
+    >>> raised = Motion(bone, np.zeros((1, 3)), rot.about("z", [[np.pi / 2, 0.0]]), 30.0)
+    >>> forward(raised)[0].round(6).tolist()
+    [[[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]
+    """
     frames, joints = len(motion), len(motion.skeleton)
     positions = np.empty((frames, joints, 3))
-    turns = np.empty((frames, joints, 4))
+    rotations = np.empty((frames, joints, 4))
     positions[:, 0] = motion.translation
-    turns[:, 0] = motion.rotations[:, 0]
+    rotations[:, 0] = motion.rotations[:, 0]
     for joint, parent in enumerate(motion.skeleton.parents[1:], start=1):
         bone = motion.skeleton.offsets[joint] if motion.bones is None else motion.bones[:, joint]
-        positions[:, joint] = positions[:, parent] + rot.rotate(turns[:, parent], bone)
-        turns[:, joint] = rot.multiply(turns[:, parent], motion.rotations[:, joint])
-    return positions, turns
+        positions[:, joint] = positions[:, parent] + rot.rotate(rotations[:, parent], bone)
+        rotations[:, joint] = rot.multiply(rotations[:, parent], motion.rotations[:, joint])
+    return positions, rotations
 
 
 def joint_positions(motion: Motion) -> FloatArray:
@@ -33,33 +53,85 @@ def joint_positions(motion: Motion) -> FloatArray:
 
 def end_positions(motion: Motion) -> FloatArray:
     """World positions, shape ``(F, E, 3)`` metres, of the end sites."""
-    positions, turns = forward(motion)
+    positions, rotations = forward(motion)
     parents = motion.skeleton.end_parents
-    return positions[:, parents] + rot.rotate(turns[:, parents], motion.skeleton.end_offsets)
+    return positions[:, parents] + rot.rotate(rotations[:, parents], motion.skeleton.end_offsets)
 
 
 def landmark_positions(motion: Motion, landmarks: Sequence[Landmark]) -> FloatArray:
-    """World positions, shape ``(F, L, 3)`` metres, of points that move with joints."""
-    positions, turns = forward(motion)
-    joints = np.array([mark.joint for mark in landmarks], dtype=np.int64)
-    offsets = np.array([mark.offset for mark in landmarks]).reshape(-1, 3)
-    return positions[:, joints] + rot.rotate(turns[:, joints], offsets)
+    """World positions of points that move with joints.
+
+    Parameters
+    ----------
+    motion : Motion
+    landmarks : sequence of Landmark
+
+    Returns
+    -------
+    ndarray, shape (F, L, 3)
+        Metres.
+    """
+    positions, rotations = forward(motion)
+    joints = np.array([landmark.joint for landmark in landmarks], dtype=np.int64)
+    offsets = np.array([landmark.offset for landmark in landmarks]).reshape(-1, 3)
+    return positions[:, joints] + rot.rotate(rotations[:, joints], offsets)
 
 
 def role_positions(motion: Motion, roles: Sequence[str]) -> FloatArray:
-    """World positions, shape ``(F, R, 3)`` metres, of the joints that play ``roles``."""
+    """World positions of the joints, or points on joints, that play some roles.
+
+    Parameters
+    ----------
+    motion : Motion
+    roles : sequence of str
+        See `kinetograph.skeleton.ROLES`.
+
+    Returns
+    -------
+    ndarray, shape (F, R, 3)
+        Metres.
+
+    Raises
+    ------
+    RequestError
+        If the skeleton has no such role.
+    """
     return landmark_positions(motion, [motion.skeleton.landmark(role) for role in roles])
 
 
 def velocities(positions: FloatArray, fps: float) -> FloatArray:
-    """Rate of change a second of samples along axis 0: central differences, one-sided at the two ends."""
+    """Rate of change of samples: central differences, one-sided at the two ends.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (F, ...)
+    fps : float
+        Samples per second.
+
+    Returns
+    -------
+    ndarray, shape (F, ...)
+        Units of ``positions`` per second; 0 for a single sample.
+    """
     if len(positions) < 2:
         return np.zeros_like(positions)
     return np.asarray(np.gradient(positions, 1.0 / fps, axis=0))
 
 
 def angular_velocities(rotations: FloatArray, fps: float) -> FloatArray:
-    """Angular velocity in radians a second, shape ``(F, ..., 3)``, of ``(F, ..., 4)``, in the parent's frame."""
+    """Angular velocities of rotations over time: central differences, one-sided at the two ends.
+
+    Parameters
+    ----------
+    rotations : ndarray, shape (F, ..., 4)
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    ndarray, shape (F, ..., 3)
+        Radians per second in the parent's frame; 0 for a single frame.
+    """
     if len(rotations) < 2:
         return np.zeros((*rotations.shape[:-1], 3))
     steps = rot.log(rot.multiply(rotations[1:], rot.conjugate(rotations[:-1]))) * fps
@@ -68,8 +140,18 @@ def angular_velocities(rotations: FloatArray, fps: float) -> FloatArray:
 
 
 def on_ground(points: FloatArray) -> FloatArray:
-    """Points ``(..., 3)`` moved straight down, or up, to the ground: Y is up.
+    """Points projected along the vertical onto the ground, the plane y = 0.
 
+    Parameters
+    ----------
+    points : ndarray, shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Examples
+    --------
     >>> on_ground(np.array([1.0, 2.0, 3.0])).tolist()
     [1.0, 0.0, 3.0]
     """

@@ -23,7 +23,7 @@ from kinetograph.skeleton import Skeleton, opposite
 _S: FloatArray = np.diag([-1.0, 1.0, 1.0])
 _SIMPLE: tuple[FloatArray, ...] = (
     *(_S, np.diag([1.0, 1.0, -1.0]), np.diag([1.0, -1.0, 1.0])),
-    -np.eye(3),  # rigs whose right side has every axis turned round
+    -np.eye(3),  # rigs whose right side has every axis reversed
 )
 _EXACT = 1e-4  # relative misfit that the digits of a file explain
 _NEAR = 0.25  # relative misfit that the unlike sides of a real body explain
@@ -33,7 +33,16 @@ _FLAT = 0.05  # second singular value over the first, below which bones lie on o
 
 @dataclass(frozen=True, eq=False)
 class MirrorPlan:
-    """How one skeleton mirrors: its joints' partners, shape ``(J,)``, and their frames' reflections, ``(J, 3, 3)``."""
+    """How motions of one skeleton are mirrored.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    partners : ndarray of int, shape (J,)
+        The joint on the other side of each joint; those of the midline are their own.
+    reflections : ndarray, shape (J, 3, 3)
+        The reflection that takes the frame of each joint to that of its partner.
+    """
 
     skeleton: Skeleton
     partners: IntArray
@@ -42,15 +51,26 @@ class MirrorPlan:
     def apply(self, motion: Motion) -> Motion:
         """The mirrored motion, on the same skeleton; mirroring it again gives the motion back.
 
-        Raises RequestError where the motion has other joints than the plan.
+        Parameters
+        ----------
+        motion : Motion
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        RequestError
+            If the motion has other joints than the plan.
         """
         if motion.skeleton.names != self.skeleton.names:
             raise RequestError("this mirror plan is for a skeleton with other joints; make one for this motion's")
-        turns = rot.from_matrix(_S @ self.reflections)
-        above = np.concatenate([rot.identity(1), turns[self.skeleton.parents[1:]]])
-        turned = _flip(rot.multiply(rot.multiply(above, motion.rotations), rot.conjugate(turns)))
+        frames = rot.from_matrix(_S @ self.reflections)
+        above = np.concatenate([rot.identity(1), frames[self.skeleton.parents[1:]]])
+        flipped = _flip(rot.multiply(rot.multiply(above, motion.rotations), rot.conjugate(frames)))
         props = _props(self.skeleton, self.partners)
-        rotations = np.where(props[:, None], motion.rotations, turned[:, self.partners])
+        rotations = np.where(props[:, None], motion.rotations, flipped[:, self.partners])
         bones = motion.bones
         if bones is not None:
             bones = np.where(props[:, None], bones, self._bones(bones, motion.skeleton.offsets))
@@ -64,17 +84,45 @@ class MirrorPlan:
 
 
 def mirror(motion: Motion) -> Motion:
-    """The motion seen in a mirror: left and right exchange by role, and the world is reflected in x.
+    """A motion seen in a mirror: left and right are exchanged, and the world is reflected in the plane x = 0.
 
-    Works on any skeleton whose sides are reflections of each other, whatever the axes of its joints: joints are
-    paired by role and, below roles, by name. Raises RequestError where a left joint has no partner.
+    Works on any skeleton whose sides are reflections of each other, whatever the axes of its joints. Joints are paired
+    by role and, where they have none, by name.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If a left or right joint has no partner.
     """
     return mirror_plan(motion.skeleton).apply(motion)
 
 
 def mirror_plan(skeleton: Skeleton) -> MirrorPlan:
-    """How motions of a skeleton mirror. Raises RequestError where a left or right joint has no partner.
+    """How motions of a skeleton are mirrored.
 
+    Parameters
+    ----------
+    skeleton : Skeleton
+
+    Returns
+    -------
+    MirrorPlan
+
+    Raises
+    ------
+    RequestError
+        If a left or right joint has no partner.
+
+    Examples
+    --------
     >>> offsets = np.array([[0.0, 0, 0], [1, 0, 0], [-1, 0, 0]])
     >>> mirror_plan(Skeleton(("hips", "l_leg", "r_leg"), np.array([-1, 0, 0]), offsets)).partners.tolist()
     [0, 2, 1]
@@ -122,10 +170,10 @@ def _no_partner(skeleton: Skeleton, names: tuple[JointName, ...], joint: int, wh
 def _pairs_by_role(skeleton: Skeleton) -> dict[int, int]:
     roles = {**find_roles(skeleton), **skeleton.roles}
     pairs: dict[int, int] = {}
-    for role, mark in roles.items():
+    for role, landmark in roles.items():
         partner = roles.get(opposite(role))
-        if opposite(role) != role and partner is not None and partner.joint != mark.joint:
-            pairs.setdefault(mark.joint, partner.joint)
+        if opposite(role) != role and partner is not None and partner.joint != landmark.joint:
+            pairs.setdefault(landmark.joint, partner.joint)
     return {joint: partner for joint, partner in pairs.items() if pairs.get(partner) == joint}
 
 
@@ -169,14 +217,14 @@ def _joint_by_joint(
     skeleton: Skeleton, partners: IntArray, bones: list[tuple[FloatArray, FloatArray]]
 ) -> list[FloatArray]:
     """M of every joint by itself; those that bones on one line leave open follow their limb, or else their parent."""
-    found = [_determined(*pair) for pair in bones]
+    known = [_determined(*pair) for pair in bones]
     out: list[FloatArray] = []
     for joint, (here, there) in enumerate(bones):
-        guesses = [m for j in _relatives(skeleton, partners, joint) if (m := found[j]) is not None]
-        known = found[joint]
-        m = _likeliest(here, there, [*guesses, *_SIMPLE]) if known is None else known
-        found[joint] = m
-        found[partners[joint]] = m.T  # mirroring twice is the identity
+        guesses = [m for j in _relatives(skeleton, partners, joint) if (m := known[j]) is not None]
+        own = known[joint]
+        m = _likeliest(here, there, [*guesses, *_SIMPLE]) if own is None else own
+        known[joint] = m
+        known[partners[joint]] = m.T  # mirroring twice is the identity
         out.append(m)
     return out
 
@@ -204,7 +252,7 @@ def _relatives(skeleton: Skeleton, partners: IntArray, joint: int) -> list[int]:
 
 
 def _misfit(m: FloatArray, here: FloatArray, there: FloatArray) -> float:
-    """How far ``m`` takes bones beside their partners, relative to their length."""
+    """How far ``m`` takes bones from their partners, relative to their length."""
     size = float(np.linalg.norm(here) + np.linalg.norm(there)) / 2
     return float(np.linalg.norm(here @ m.T - there)) / size if size > 0 else 0.0
 

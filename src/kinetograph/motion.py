@@ -1,4 +1,7 @@
-"""Motions: one character over time, and what can be done to one without knowing what it means."""
+"""Motions: one character over time, and the operations that need no knowledge of what the motion means.
+
+Resampling, cutting, placing in the world, joining, and closing and repeating of clips that loop.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import numpy.typing as npt
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.sampling import bracket, interpolate
+from kinetograph.sampling import bracket, interpolate, sample_times
 from kinetograph.skeleton import Skeleton
 
 
@@ -18,12 +21,24 @@ from kinetograph.skeleton import Skeleton
 class Motion:
     """One character over ``F`` frames.
 
-    translation: shape ``(F, 3)`` metres, the root joint in the world, Y up. rotations: shape ``(F, J, 4)`` unit
-    quaternions, each joint in its parent's frame (the root's in the world). fps: frames a second. bones: ``None``
-    where every bone is rigid, else shape ``(F, J, 3)`` metres, which replace the skeleton's offsets frame by frame
-    (the root's row is unused).
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The joints, ``J`` of them.
+    translation : ndarray, shape (F, 3)
+        Position of the root joint in the world in metres, Y up.
+    rotations : ndarray, shape (F, J, 4)
+        Unit quaternions ``(w, x, y, z)``, each joint in its parent's frame, the root in the world.
+    fps : float
+        Frames per second.
+    bones : ndarray, shape (F, J, 3), optional
+        Offsets in metres that replace the skeleton's frame by frame, for bones that are not rigid. The root's row is
+        unused.
 
-    Raises DataError for shapes that disagree, values that are not finite, or quaternions off unit length by > 1e-3.
+    Raises
+    ------
+    DataError
+        If shapes disagree, a value is not finite, or the length of a quaternion differs from 1 by more than 1e-3.
     """
 
     skeleton: Skeleton
@@ -73,7 +88,23 @@ class Motion:
 
 
 def cut(motion: Motion, start: int, stop: int) -> Motion:
-    """Frames ``start`` to ``stop - 1``. Raises RequestError where that is empty or outside the motion."""
+    """Frames ``start`` to ``stop - 1`` of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+    start, stop : int
+        First frame, and the frame after the last.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If the interval is empty or outside the motion.
+    """
     if not 0 <= start < stop <= len(motion):
         raise RequestError(f"frames {start} to {stop} are not within this motion's 0 to {len(motion)}")
     bones = None if motion.bones is None else motion.bones[start:stop]
@@ -83,9 +114,22 @@ def cut(motion: Motion, start: int, stop: int) -> Motion:
 
 
 def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
-    """The motion at ``times``, shape ``(T,)`` seconds, as a motion of rate ``fps``.
+    """A motion at given times.
 
     Translations are interpolated linearly and rotations by slerp; times beyond the ends hold the end pose.
+
+    Parameters
+    ----------
+    motion : Motion
+    times : array_like, shape (T,)
+        Seconds in the motion.
+    fps : float
+        Frames per second of the result.
+
+    Returns
+    -------
+    Motion
+        ``T`` frames, one per time.
     """
     position = np.asarray(times, dtype=np.float64) * motion.fps
     lower, upper, u = bracket(position, len(motion))
@@ -95,20 +139,47 @@ def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
 
 
 def resample(motion: Motion, fps: float) -> Motion:
-    """The motion at another rate, up or down; the first frame stays, the last is the last that the rate meets.
+    """A motion at another rate, up or down.
 
-    Raises RequestError unless ``fps`` is positive and finite.
+    The first frame is kept; the last one is the last that the new rate reaches within the motion.
+
+    Parameters
+    ----------
+    motion : Motion
+    fps : float
+        Frames per second of the result.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If ``fps`` is not positive and finite.
     """
     if not (np.isfinite(fps) and fps > 0):
         raise RequestError(f"fps must be a positive number, found {fps}")
     if fps == motion.fps:
         return motion
-    count = int(np.floor(motion.duration * fps * (1 + 1e-12) + 1e-6)) + 1
-    return sample(motion, np.arange(count) / fps, fps)
+    return sample(motion, sample_times(motion.duration, fps), fps)
 
 
 def transform(motion: Motion, rotation: npt.ArrayLike, shift: npt.ArrayLike) -> Motion:
-    """Turn about the origin by a quaternion, shape ``(4,)``, then move by ``shift``, shape ``(3,)`` metres."""
+    """Rotate a motion about the origin and then move it.
+
+    Parameters
+    ----------
+    motion : Motion
+    rotation : array_like, shape (4,)
+        Unit quaternion.
+    shift : array_like, shape (3,)
+        Metres.
+
+    Returns
+    -------
+    Motion
+    """
     q = np.asarray(rotation, dtype=np.float64)
     translation = rot.rotate(q, motion.translation) + np.asarray(shift, dtype=np.float64)
     rotations = motion.rotations.copy()
@@ -116,19 +187,48 @@ def transform(motion: Motion, rotation: npt.ArrayLike, shift: npt.ArrayLike) -> 
     return replace(motion, translation=translation, rotations=rotations)
 
 
-def place(motion: Motion, turn: float, shift: npt.ArrayLike) -> Motion:
-    """Turn about the vertical through the origin (radians, Y up), then move by ``shift``, shape ``(3,)`` metres.
+def place(motion: Motion, angle: float, shift: npt.ArrayLike) -> Motion:
+    """Rotate a motion about the vertical through the origin and then move it.
 
+    Parameters
+    ----------
+    motion : Motion
+    angle : float
+        Radians about +Y.
+    shift : array_like, shape (3,)
+        Metres.
+
+    Returns
+    -------
+    Motion
+
+    Examples
+    --------
     >>> stick = Motion(Skeleton(("root",), np.array([-1]), np.zeros((1, 3))), np.array([[1.0, 1, 0]]),
     ...                rot.identity(1, 1), 30.0)
     >>> place(stick, np.pi / 2, (0, 0, 0.5)).translation.round(6).tolist()
     [[0.0, 1.0, -0.5]]
     """
-    return transform(motion, rot.about("y", turn), shift)
+    return transform(motion, rot.about("y", angle), shift)
 
 
 def concatenate(motions: list[Motion]) -> Motion:
-    """Motions of one skeleton and rate, one after another. Raises RequestError where those differ."""
+    """Motions of one skeleton and one rate, one after another.
+
+    Parameters
+    ----------
+    motions : list of Motion
+        At least one. Where some have bones that are not rigid, the others get the offsets of their skeleton.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If joints or rates differ.
+    """
     first = motions[0]
     for motion in motions[1:]:
         if motion.skeleton.names != first.skeleton.names or motion.fps != first.fps:
@@ -146,49 +246,96 @@ def concatenate(motions: list[Motion]) -> Motion:
     )
 
 
-def heading(motion: Motion) -> FloatArray:
-    """Turn of the root about the vertical, shape ``(F,)`` radians, unwrapped over time."""
+def unwrapped_headings(motion: Motion) -> FloatArray:
+    """Heading of the root at every frame, without jumps of 2 pi from frame to frame.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Radians; the first lies between -pi and pi, as `kinetograph.rotations.heading` gives it.
+    """
     return np.unwrap(rot.heading(motion.rotations[:, 0]))
 
 
 def close_loop(motion: Motion) -> Motion:
-    """A clip that loops, made to end exactly in the pose it began with, turned and moved on by one cycle.
+    """A clip that loops, changed to end in exactly the pose it began with, one cycle further on.
 
-    What is missing at the end is spread evenly over the cycle, half of it taken from the beginning: every frame moves
-    by at most half of the gap. The root keeps its path on the ground and its heading.
+    The gap at the end is spread evenly over the cycle, half of it before and half after the middle, so that every
+    frame is changed by at most half of the gap. The root keeps its path on the ground and its heading.
+
+    Parameters
+    ----------
+    motion : Motion
+        One cycle; its last frame is nearly the pose of its first.
+
+    Returns
+    -------
+    Motion
+        As many frames.
     """
     ramp = np.linspace(-0.5, 0.5, len(motion))
-    turn, _ = loop_step(motion)
+    angle, _ = loop_step(motion)
     last = motion.rotations[-1].copy()
-    last[0] = rot.multiply(rot.about("y", -turn), last[0])
+    last[0] = rot.multiply(rot.about("y", -angle), last[0])
     gap = rot.log(rot.multiply(motion.rotations[0], rot.conjugate(last)))
     rise = motion.translation[0, 1] - motion.translation[-1, 1]
     correction = rot.exp(ramp[:, None, None] * gap)
-    # the root's gap was measured after the cycle's turn was taken off; it is turned back on as far as a frame has got
-    on = rot.about("y", turn * (ramp + 0.5))
+    # the root's gap is measured without the cycle's change of heading; each frame is rotated by its share of that
+    on = rot.about("y", angle * (ramp + 0.5))
     correction[:, 0] = rot.multiply(rot.multiply(on, correction[:, 0]), rot.conjugate(on))
     translation = motion.translation + np.outer(ramp, [0.0, rise, 0.0])
     return replace(motion, translation=translation, rotations=rot.multiply(correction, motion.rotations))
 
 
 def loop_step(motion: Motion) -> tuple[float, FloatArray]:
-    """Turn about the vertical in radians and shift ``(3,)`` in metres that take a looping clip's start to its end."""
-    turn = float(rot.heading(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0]))))
-    shift = motion.translation[-1] - rot.rotate(rot.about("y", turn), motion.translation[0])
+    """The placement that takes the start of a looping clip to its end.
+
+    Parameters
+    ----------
+    motion : Motion
+        One cycle.
+
+    Returns
+    -------
+    angle : float
+        Radians about the vertical, as `place` takes them.
+    shift : ndarray, shape (3,)
+        Metres along the ground.
+    """
+    angle = float(rot.heading(rot.multiply(motion.rotations[-1, 0], rot.conjugate(motion.rotations[0, 0]))))
+    shift = motion.translation[-1] - rot.rotate(rot.about("y", angle), motion.translation[0])
     shift[1] = 0.0
-    return turn, shift
+    return angle, shift
 
 
 def repeat(motion: Motion, times: int) -> Motion:
-    """A clip that loops, played ``times`` times, each cycle going on where and in the direction the last one ended.
+    """A clip that loops, played several times; every cycle starts where the one before ended, in its direction.
 
-    The clip's last frame is taken to be the pose of its first one, a cycle later; see `close_loop` for the rest.
-    Raises RequestError unless ``times`` is at least 1.
+    Parameters
+    ----------
+    motion : Motion
+        One cycle. Its last frame is taken to be the pose of its first one, a cycle later; the gap between the two is
+        spread over the cycle, see `close_loop`.
+    times : int
+        How often it is played.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    RequestError
+        If ``times`` is less than 1.
     """
     if times < 1:
         raise RequestError(f"a clip can be repeated 1 time or more, found {times}")
     cycles = [close_loop(motion)]
-    turn, shift = loop_step(motion)
+    angle, shift = loop_step(motion)
     for _ in range(times - 1):
-        cycles.append(place(cycles[-1], turn, shift))
+        cycles.append(place(cycles[-1], angle, shift))
     return concatenate([cycle if i == 0 else cut(cycle, 1, len(cycle)) for i, cycle in enumerate(cycles)])

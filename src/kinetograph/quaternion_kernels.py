@@ -1,6 +1,6 @@
 """Compiled quaternion arithmetic for other kernels: arrays in, arrays out, no validation.
 
-Quaternions are ``(w, x, y, z)``. `kinetograph.rotations` is the same for whole arrays.
+Quaternions are ``(w, x, y, z)``. `kinetograph.rotations` has the same functions for whole arrays.
 """
 
 from __future__ import annotations
@@ -12,7 +12,14 @@ from kinetograph.arrays import FloatArray
 
 @numba.njit(cache=True, nogil=True)
 def multiply(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    """The product of two quaternions ``(4,)``, into ``out``."""
+    """Hamilton product: the rotation ``b`` followed by the rotation ``a``.
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (4,)
+    out : ndarray, shape (4,)
+        Is overwritten; must be neither ``a`` nor ``b``.
+    """
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
@@ -21,7 +28,14 @@ def multiply(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def conjugate(q: FloatArray, out: FloatArray) -> None:
-    """The inverse rotation ``(4,)``, into ``out``."""
+    """The inverse of a rotation.
+
+    Parameters
+    ----------
+    q : ndarray, shape (4,)
+    out : ndarray, shape (4,)
+        Is overwritten.
+    """
     out[0] = q[0]
     for i in range(1, 4):
         out[i] = -q[i]
@@ -29,7 +43,15 @@ def conjugate(q: FloatArray, out: FloatArray) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def rotate(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
-    """A vector ``(3,)`` rotated by ``q``, into ``out``."""
+    """A vector rotated by a quaternion.
+
+    Parameters
+    ----------
+    q : ndarray, shape (4,)
+    v : ndarray, shape (3,)
+    out : ndarray, shape (3,)
+        Is overwritten; must not be ``v``.
+    """
     tx = 2.0 * (q[2] * v[2] - q[3] * v[1])
     ty = 2.0 * (q[3] * v[0] - q[1] * v[2])
     tz = 2.0 * (q[1] * v[1] - q[2] * v[0])

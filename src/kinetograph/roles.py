@@ -1,10 +1,10 @@
 """Which joint plays which role: by name first, then by the shape of the tree.
 
 Names differ by more than spelling: ``LeftShoulder`` is the collar bone where a ``LeftArm`` hangs on it, and the upper
-arm where a ``left_elbow`` does. So names only say what a joint may be; an arm is read upward from its hand and a leg
-upward from its foot, and the nearest joint that may be the next bone is. A body whose names say nothing is read from
-its rest pose: legs are the pair of equal long chains nearest the root, arms the pair above them, and left is up x
-forward. A role that neither way shows is left out.
+arm where a ``left_elbow`` does. So a name only gives the roles that a joint may have. An arm is followed upward from
+its hand and a leg upward from its foot, and the nearest joint that may be the next bone is taken. A body whose names
+give nothing is read from its rest pose: legs are the pair of equal long chains nearest the root, arms the pair above
+them, and left is up x forward. A role that neither names nor shape show is left out.
 """
 
 from __future__ import annotations
@@ -41,7 +41,17 @@ _HEAD, _UPPER_NECK = {"head"}, {"upperneck", "neckupper"}
 
 @dataclass(frozen=True)
 class JointName:
-    """A joint's name read: its side (``"left"``, ``"right"`` or ``""``), its words in one, and its number."""
+    """What the name of a joint says.
+
+    Parameters
+    ----------
+    side : str
+        ``"left"``, ``"right"`` or ``""``.
+    word : str
+        The other words, in lower case and without spaces.
+    number : str
+        The numbers in it, with dots between them.
+    """
 
     side: str
     word: str
@@ -55,8 +65,19 @@ class JointName:
 
 
 def read_names(names: Sequence[str]) -> tuple[JointName, ...]:
-    """What the names of a skeleton's joints say, without namespaces, prefixes, separators and case.
+    """The names of a skeleton's joints, read without namespaces, prefixes, separators and case.
 
+    Parameters
+    ----------
+    names : sequence of str
+        All of them: a first word that most share is taken to be the name of the character.
+
+    Returns
+    -------
+    tuple of JointName
+
+    Examples
+    --------
     >>> [(n.side, n.word) for n in read_names(["mixamorig:LeftUpLeg", "upper_arm.R", "lowerback"])]
     [('left', 'upleg'), ('right', 'upperarm'), ('', 'lowerback')]
     """
@@ -92,8 +113,18 @@ def _read_name(words: list[str], glued: Collection[str]) -> JointName:
 
 
 def with_found_roles(skeleton: Skeleton) -> Skeleton:
-    """The same skeleton with the roles that its names and shape show, in place of those it had.
+    """A skeleton with the roles that its names and shape show, instead of those it had.
 
+    Parameters
+    ----------
+    skeleton : Skeleton
+
+    Returns
+    -------
+    Skeleton
+
+    Examples
+    --------
     >>> stick = Skeleton(("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot"), np.array([-1, 0, 1, 2]), np.zeros((4, 3)))
     >>> sorted(with_found_roles(stick).roles)
     ['left_foot', 'left_hip', 'left_knee']
@@ -102,7 +133,18 @@ def with_found_roles(skeleton: Skeleton) -> Skeleton:
 
 
 def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
-    """The joint, or the point on a joint, that plays each role; roles that cannot be told are absent."""
+    """The joint, or the point on a joint, that plays each role.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its own roles are ignored.
+
+    Returns
+    -------
+    dict of str to Landmark
+        Without the roles that neither names nor shape show.
+    """
     names = read_names(skeleton.names)
     joints: dict[str, int] = {}
     for side in ("left", "right"):
@@ -110,9 +152,8 @@ def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
     if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
         joints = _limbs_by_shape(skeleton) | joints
     joints |= _midline(skeleton, names, joints)
-    marks = {role: Landmark(joint) for role, joint in joints.items()}
-    marks |= _tips(skeleton, names, joints)
-    return marks
+    roles = {role: Landmark(joint) for role, joint in joints.items()}
+    return roles | _tips(skeleton, names, joints)
 
 
 # ---- names ----
@@ -152,14 +193,14 @@ def _ancestors(skeleton: Skeleton, joint: int) -> Iterator[int]:
 
 def _above(skeleton: Skeleton, names: Sequence[JointName], joint: int, side: str, words: Collection[str]) -> int | None:
     """The nearest ancestor so named; of a bone in several pieces (upperarm01, upperarm02) the first piece."""
-    found: int | None = None
+    bone: int | None = None
     for ancestor in _ancestors(skeleton, joint):
         name = names[ancestor]
-        if found is None:
-            found = ancestor if name.side == side and name.word in words else None
-        elif (name.side, name.word) == (side, names[found].word):
-            found = ancestor
-    return found
+        if bone is None:
+            bone = ancestor if name.side == side and name.word in words else None
+        elif (name.side, name.word) == (side, names[bone].word):
+            bone = ancestor
+    return bone
 
 
 def _below(skeleton: Skeleton, joint: int) -> Iterator[int]:
@@ -289,7 +330,7 @@ def _limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
     forward = np.mean([leg.tip - rest[leg.lower] for leg in legs], axis=0)
     left = np.cross(up, forward)
     if np.linalg.norm(left) < 0.3 * np.linalg.norm(up) * np.linalg.norm(forward) or not np.any(left):
-        return {}  # no feet, or feet along the legs: the body may face either way
+        return {}  # no feet, or feet along the legs: the body may face forward or backward
     out = _sided(skeleton, rest, legs, left, ("hip", "knee", "foot"))
     return out | _sided(skeleton, rest, arms, left, ("shoulder", "elbow", "hand"))
 

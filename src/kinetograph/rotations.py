@@ -1,8 +1,8 @@
 """Rotations as unit quaternions.
 
-Conventions (docs/conventions.md): quaternions are ``(..., 4)`` in the order w, x, y, z, Hamilton product, and act
-on column vectors, so ``multiply(a, b)`` turns by ``b`` first. Angles are radians, counter-clockwise seen against the
-axis. Every function is batch-first and broadcasts over leading dimensions.
+Conventions: quaternions are ``(..., 4)`` in the order w, x, y, z, with the Hamilton product, and act on column
+vectors, so that ``multiply(a, b)`` rotates by ``b`` first. Angles are radians, counter-clockwise seen against the axis.
+Every function is batch-first and broadcasts over leading dimensions.
 """
 
 from __future__ import annotations
@@ -23,12 +23,21 @@ def identity(*shape: int) -> FloatArray:
 
 
 def normalize(q: FloatArray) -> FloatArray:
-    """Scale quaternions, shape ``(..., 4)``, to unit length."""
+    """Quaternions, shape ``(..., 4)``, scaled to unit length."""
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
 def multiply(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Hamilton product, shape ``(..., 4)``: the turn ``b`` followed by the turn ``a``."""
+    """Hamilton product: the rotation ``b`` followed by the rotation ``a``.
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+    """
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
@@ -40,13 +49,25 @@ def multiply(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def conjugate(q: FloatArray) -> FloatArray:
-    """Inverse of unit quaternions, shape ``(..., 4)``."""
+    """The inverse rotations of unit quaternions, shape ``(..., 4)``."""
     return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
-    """Turn vectors ``v``, shape ``(..., 3)``, by quaternions ``q``, shape ``(..., 4)``.
+    """Vectors rotated by quaternions.
 
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+        Unit quaternions.
+    v : ndarray, shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Examples
+    --------
     >>> rotate(about("z", np.pi / 2), np.array([1.0, 0.0, 0.0])).round(6).tolist()
     [0.0, 1.0, 0.0]
     """
@@ -65,7 +86,23 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def about(axis: str, angle: npt.ArrayLike) -> FloatArray:
-    """Turn about a coordinate axis, ``"x"``, ``"y"`` or ``"z"``; angle in radians, shape ``(...)`` -> ``(..., 4)``."""
+    """Rotations about a coordinate axis.
+
+    Parameters
+    ----------
+    axis : {"x", "y", "z"}
+    angle : array_like, shape (...)
+        Radians.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+
+    Examples
+    --------
+    >>> about("y", np.pi).round(6).tolist()
+    [0.0, 0.0, 1.0, 0.0]
+    """
     half = 0.5 * np.asarray(angle, dtype=np.float64)
     out = np.zeros((*half.shape, 4))
     out[..., 0] = np.cos(half)
@@ -74,14 +111,35 @@ def about(axis: str, angle: npt.ArrayLike) -> FloatArray:
 
 
 def exp(v: FloatArray) -> FloatArray:
-    """Quaternion, shape ``(..., 4)``, of a rotation vector, shape ``(..., 3)`` in radians."""
+    """Quaternions of rotation vectors.
+
+    Parameters
+    ----------
+    v : ndarray, shape (..., 3)
+        Axes times angles in radians.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+    """
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.concatenate([np.cos(angle / 2), v * (0.5 * np.sinc(angle / (2 * np.pi)))], axis=-1)
 
 
 def log(q: FloatArray) -> FloatArray:
-    """Rotation vector, shape ``(..., 3)`` in radians, at most pi long, of unit quaternions, shape ``(..., 4)``.
+    """Rotation vectors of unit quaternions.
 
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Axes times angles in radians, at most pi long.
+
+    Examples
+    --------
     >>> log(exp(np.array([0.1, -0.2, 0.3]))).round(9).tolist()
     [0.1, -0.2, 0.3]
     """
@@ -93,13 +151,35 @@ def log(q: FloatArray) -> FloatArray:
 
 
 def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Geodesic angle in radians, shape ``(...)``, between two turns, shape ``(..., 4)``."""
+    """Geodesic angle between rotations.
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Radians, from 0 to pi.
+    """
     return np.asarray(np.linalg.norm(log(multiply(conjugate(a), b)), axis=-1))
 
 
 def slerp(a: FloatArray, b: FloatArray, u: npt.ArrayLike) -> FloatArray:
-    """Spherical interpolation, the short way, from ``a`` at ``u = 0`` to ``b`` at 1; shapes ``(..., 4)`` and ``(...)``.
+    """Spherical linear interpolation along the shorter arc.
 
+    Parameters
+    ----------
+    a, b : ndarray, shape (..., 4)
+        Rotations at ``u`` of 0 and of 1.
+    u : array_like, shape (...)
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+
+    Examples
+    --------
     >>> slerp(about("y", 0.0), about("y", 1.0), 0.25).round(9).tolist() == about("y", 0.25).round(9).tolist()
     True
     """
@@ -115,7 +195,19 @@ def slerp(a: FloatArray, b: FloatArray, u: npt.ArrayLike) -> FloatArray:
 
 
 def unroll(q: FloatArray, axis: int = 0) -> FloatArray:
-    """Choose the signs of quaternions so that neighbours along ``axis`` are less than half a turn apart in 4-D."""
+    """Quaternions with signs chosen such that neighbours lie on the same side of the sphere.
+
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+    axis : int
+        The axis along which neighbours follow one another.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        The same rotations; the first keep their sign, and the dot product of neighbours is never negative.
+    """
     q = np.moveaxis(q, axis, 0)
     dots = np.sum(q[1:] * q[:-1], axis=-1)
     signs = np.concatenate([np.ones((1, *dots.shape[1:])), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)])
@@ -131,10 +223,24 @@ def _check_order(order: str) -> str:
 
 
 def from_euler(angles: FloatArray, order: str) -> FloatArray:
-    """Quaternions, shape ``(..., 4)``, from intrinsic Euler angles, shape ``(..., len(order))`` in radians.
+    """Quaternions of intrinsic Euler angles.
 
-    ``order="zxy"`` is the product Z X Y, the meaning of BVH channels ``Zrotation Xrotation Yrotation``: the last
-    turn acts on the vector first. The order has no default.
+    Parameters
+    ----------
+    angles : ndarray, shape (..., N)
+        Radians, one per letter of ``order``.
+    order : str
+        One to three letters of x, y, z. ``"zxy"`` is the product Z X Y, the meaning of BVH channels ``Zrotation
+        Xrotation Yrotation``: the last rotation acts on the vector first. There is no default.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+
+    Raises
+    ------
+    RequestError
+        If the order is none.
     """
     order = _check_order(order)
     out = about(order[0], angles[..., 0])
@@ -144,10 +250,24 @@ def from_euler(angles: FloatArray, order: str) -> FloatArray:
 
 
 def to_euler(q: FloatArray, order: str) -> FloatArray:
-    """Intrinsic Euler angles, shape ``(..., 3)`` in radians, of quaternions, shape ``(..., 4)``.
+    """Intrinsic Euler angles of quaternions.
 
-    Tait-Bryan orders only (three different axes). The middle angle lies in [-pi/2, pi/2]. At the poles, where the
-    outer angles are not unique, the last one is zero.
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+    order : str
+        Three different letters of x, y, z (Tait-Bryan angles), as `from_euler` takes them.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Radians. The middle angle lies in [-pi/2, pi/2]. At the poles, where the outer angles are not unique, the last
+        one is 0.
+
+    Raises
+    ------
+    RequestError
+        If the order does not name three different axes.
     """
     order = _check_order(order)
     if len(set(order)) != 3:
@@ -201,9 +321,17 @@ def from_matrix(m: FloatArray) -> FloatArray:
 
 
 def between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Shortest turn, shape ``(..., 4)``, that takes the direction of ``a`` to that of ``b``, both ``(..., 3)``.
+    """The smallest rotations that take one direction to another.
 
-    Opposite directions have no shortest turn; half a turn about some axis square to ``a`` is returned.
+    Parameters
+    ----------
+    a, b : ndarray, shape (..., 3)
+        Vectors of any length but 0.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        For opposite directions, which have no smallest one, a rotation by pi about some axis perpendicular to ``a``.
     """
     a = a / np.linalg.norm(a, axis=-1, keepdims=True)
     b = b / np.linalg.norm(b, axis=-1, keepdims=True)
@@ -216,23 +344,58 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def twist(q: FloatArray, axis: str) -> FloatArray:
-    """Angle in radians, shape ``(...)``, of the part of ``q`` that turns about a coordinate axis (swing-twist).
+    """Angle of the twist of rotations about a coordinate axis, by swing-twist decomposition.
 
-    ``twist(q, "y")`` is the heading: the turn about the vertical that is nearest to ``q``.
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+    axis : {"x", "y", "z"}
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Radians from -pi to pi. The rotation about the axis by it is, of all rotations about that axis, the nearest
+        to ``q``.
     """
     return np.asarray(_wrap(2.0 * np.arctan2(q[..., 1 + "xyz".index(axis)], q[..., 0])))
 
 
 def heading(q: FloatArray) -> FloatArray:
-    """Heading in radians, ``(...)``, of ``(..., 4)``: the rotation about the vertical nearest to ``q``.
+    """Heading of rotations: the angle of the rotation about the vertical that is nearest to each.
 
-    It is between -pi and pi, not unwrapped.
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Radians from -pi to pi, not unwrapped; 0 for a root joint that faces where its rest pose faces.
+
+    Examples
+    --------
+    >>> round(float(heading(multiply(about("y", 0.5), about("x", 0.2)))), 6)
+    0.5
     """
     return twist(q, "y")
 
 
 def without_heading(q: FloatArray) -> FloatArray:
-    """Rotations ``(..., 4)`` turned about the vertical so that their heading is 0."""
+    """Rotations followed by the one about the vertical that makes their heading 0.
+
+    Parameters
+    ----------
+    q : ndarray, shape (..., 4)
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+
+    Examples
+    --------
+    >>> round(abs(float(heading(without_heading(multiply(about("y", 2.0), about("x", 0.3)))))), 6)
+    0.0
+    """
     return multiply(about("y", -heading(q)), q)
 
 

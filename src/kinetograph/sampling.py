@@ -1,4 +1,4 @@
-"""Linear interpolation between samples of arrays, along the first axis."""
+"""Times of samples, and linear interpolation between samples of arrays, along the first axis."""
 
 from __future__ import annotations
 
@@ -56,3 +56,28 @@ def interpolate(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
     lower, upper, share = bracket(position, len(values))
     u = share.reshape(-1, *(1,) * (values.ndim - 1))
     return np.asarray((1 - u) * values[lower] + u * values[upper])
+
+
+def sample_times(duration: float, fps: float) -> FloatArray:
+    """Times of the samples of a rate, from 0 to the last that lies within a duration.
+
+    A duration that the rate divides is met at its end, however the numbers round.
+
+    Parameters
+    ----------
+    duration : float
+        Seconds.
+    fps : float
+        Samples per second.
+
+    Returns
+    -------
+    ndarray, shape (T,)
+        Seconds.
+
+    Examples
+    --------
+    >>> sample_times(0.5, 8.0).tolist()
+    [0.0, 0.125, 0.25, 0.375, 0.5]
+    """
+    return np.arange(int(np.floor(duration * fps * (1 + 1e-12) + 1e-6)) + 1) / fps

@@ -8,19 +8,33 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.sampling import bracket, interpolate
+from kinetograph.sampling import bracket, interpolate, sample_times
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A sampled control.
+    """A sampled control that is not a skeleton: points or channels.
 
-    values: shape ``(F, P, 3)`` for *points* in metres, which move with a rigid transform (a path, markers), or
-    ``(F, C)`` for *channels*, which do not (accelerations, speech features). names: one per point or channel.
-    units: the unit of the values (``"m"`` for points). valid: shape ``(F, P)`` or ``(F, C)``, false where a sample is
-    missing; the value there is 0.
+    *Points* move with a rigid transform (a path, markers, another dancer's hands); *channels* do not (accelerations,
+    speech features).
 
-    Raises DataError where shapes disagree or a valid value is not finite.
+    Parameters
+    ----------
+    values : ndarray, shape (F, P, 3) or (F, C)
+        Points in metres, or channels.
+    names : tuple of str
+        One per point or channel.
+    units : str
+        Unit of the values; ``"m"`` for points.
+    fps : float
+        Samples per second.
+    valid : ndarray of bool, shape (F, P) or (F, C), optional
+        False where a sample is missing; its value is then set to 0. All are valid unless given.
+
+    Raises
+    ------
+    DataError
+        If shapes disagree or a valid value is not finite.
     """
 
     values: FloatArray
@@ -67,16 +81,29 @@ class Signal:
 
 
 def resample_signal(signal: Signal, fps: float) -> Signal:
-    """The signal at another rate, by linear interpolation; a sample is valid where those it is made of are.
+    """A signal at another rate, by linear interpolation.
 
-    Raises RequestError unless ``fps`` is positive and finite.
+    Parameters
+    ----------
+    signal : Signal
+    fps : float
+        Samples per second of the result.
+
+    Returns
+    -------
+    Signal
+        A sample is valid where those that it is interpolated from are.
+
+    Raises
+    ------
+    RequestError
+        If ``fps`` is not positive and finite.
     """
     if not (np.isfinite(fps) and fps > 0):
         raise RequestError(f"fps must be a positive number, found {fps}")
     if fps == signal.fps:
         return signal
-    count = int(np.floor(signal.duration * fps * (1 + 1e-12) + 1e-6)) + 1
-    position = np.arange(count) / fps * signal.fps
+    position = sample_times(signal.duration, fps) * signal.fps
     lower, upper, share = bracket(position, len(signal))
     share = share[:, None]
     valid = (signal.valid[lower] | (share > 1 - 1e-9)) & (signal.valid[upper] | (share < 1e-9))

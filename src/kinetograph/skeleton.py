@@ -23,7 +23,15 @@ ROLES: tuple[str, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Landmark:
-    """A point that moves with a joint: the joint's index and an offset, shape ``(3,)`` metres, in the joint's frame."""
+    """A point that moves with a joint.
+
+    Parameters
+    ----------
+    joint : int
+        Index of the joint.
+    offset : ndarray, shape (3,), optional
+        Metres in the joint's frame; 0 for the joint itself.
+    """
 
     joint: int
     offset: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -33,12 +41,26 @@ class Landmark:
 class Skeleton:
     """A tree of joints.
 
-    names: one per joint, unique. parents: shape ``(J,)``, ``parents[i] < i``, the root (index 0) has -1.
-    offsets: shape ``(J, 3)`` metres, each joint in its parent's frame at rest (the root's is kept for files only: a
-    motion's translation replaces it). end_parents ``(E,)`` and end_offsets ``(E, 3)``: the tips of leaf bones.
-    roles: which joint, or point on a joint, plays each of `ROLES`; not every skeleton has every one.
+    Parameters
+    ----------
+    names : tuple of str
+        One per joint, unique.
+    parents : ndarray of int, shape (J,)
+        Index of each joint's parent, which comes before it; -1 for the root, which is the first.
+    offsets : ndarray, shape (J, 3)
+        Metres, each joint in its parent's frame at rest. The root's is kept for files only: the translation of a
+        motion replaces it.
+    end_parents : ndarray of int, shape (E,), optional
+        The joints that end sites, the tips of the last bones, hang on.
+    end_offsets : ndarray, shape (E, 3), optional
+        Metres, each end site in the frame of its joint.
+    roles : mapping of str to Landmark, optional
+        The joint, or point on a joint, that plays each of `ROLES`; a skeleton need not have all of them.
 
-    Raises DataError where these do not hold.
+    Raises
+    ------
+    DataError
+        If these do not hold.
     """
 
     names: tuple[str, ...]
@@ -97,7 +119,7 @@ class Skeleton:
     def height(self) -> float:
         """Rough standing height in metres: bones from the root down to the foot and up to the top of the head.
 
-        Where no joint plays those roles, the two longest chains from the root, which may be an arm and a leg.
+        Without joints in those roles, the two longest chains from the root, which may be an arm and a leg.
         """
         reach = self._reach()
         feet = [self.roles[role].joint for role in ("left_foot", "right_foot") if role in self.roles]
@@ -126,7 +148,22 @@ class Skeleton:
         return length
 
     def landmark(self, role: str) -> Landmark:
-        """The point that plays ``role``. Raises RequestError, naming the roles there are."""
+        """The joint, or point on a joint, that plays a role.
+
+        Parameters
+        ----------
+        role : str
+            One of `ROLES`.
+
+        Returns
+        -------
+        Landmark
+
+        Raises
+        ------
+        RequestError
+            If none does; the message names the roles that the skeleton has.
+        """
         try:
             return self.roles[role]
         except KeyError:
@@ -135,7 +172,21 @@ class Skeleton:
             raise RequestError(f"no joint plays the role {role!r}; {hint}; name it with --role") from None
 
     def index(self, name: str) -> int:
-        """Index of the joint ``name``. Raises RequestError, naming the nearest names."""
+        """Index of a joint.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        RequestError
+            If there is none; the message names the joints with the most similar names.
+        """
         import difflib
 
         try:
@@ -146,8 +197,25 @@ class Skeleton:
 
 
 def with_roles(skeleton: Skeleton, overrides: Mapping[str, str | Landmark]) -> Skeleton:
-    """The same skeleton with some roles given by joint name or as landmarks.
+    """A skeleton with some of its roles replaced.
 
+    Parameters
+    ----------
+    skeleton : Skeleton
+    overrides : mapping of str to str or Landmark
+        Role to the name of a joint, or to a point on one.
+
+    Returns
+    -------
+    Skeleton
+
+    Raises
+    ------
+    RequestError
+        If a role or a joint is unknown.
+
+    Examples
+    --------
     >>> bone = Skeleton(("a", "b"), np.array([-1, 0]), np.zeros((2, 3)))
     >>> with_roles(bone, {"head": "b"}).roles["head"].joint
     1
@@ -161,7 +229,18 @@ def with_roles(skeleton: Skeleton, overrides: Mapping[str, str | Landmark]) -> S
 
 
 def same_shape(a: Skeleton, b: Skeleton, tolerance: float = 1e-3) -> bool:
-    """Whether two skeletons have the same joints and, to ``tolerance`` metres, the same bones."""
+    """Whether two skeletons have the same joints and the same bones.
+
+    Parameters
+    ----------
+    a, b : Skeleton
+    tolerance : float
+        Metres by which the coordinates of offsets may differ.
+
+    Returns
+    -------
+    bool
+    """
     return (
         a.names == b.names
         and np.array_equal(a.parents, b.parents)
@@ -172,6 +251,8 @@ def same_shape(a: Skeleton, b: Skeleton, tolerance: float = 1e-3) -> bool:
 def opposite(role: str) -> str:
     """The role on the other side of the body; roles on the midline are their own.
 
+    Examples
+    --------
     >>> opposite("left_knee"), opposite("head")
     ('right_knee', 'head')
     """

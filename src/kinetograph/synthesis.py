@@ -1,4 +1,4 @@
-"""The result of every method: a motion, and where each of its frames came from."""
+"""The result of every method: a motion, and the recorded frame that each of its frames came from."""
 
 from __future__ import annotations
 
@@ -19,11 +19,28 @@ from kinetograph.take import Annotation
 class Piece:
     """A stretched and placed interval of a recording.
 
-    take, track: where it comes from; mirrored: whether left and right are exchanged. source_start, source_stop:
-    seconds in the take; in a looping clip they run on past its end, cycle after cycle. start, stop: seconds in the
-    result. rotation: the quaternion it is turned by (for the ground group a turn about the vertical); shift: metres
-    ``(x, y, z)``, after the turn; scale: by what its place on the ground is multiplied before the turn. cost: its
-    share of the interpretation; seam: of the continuity with its forerunner.
+    Parameters
+    ----------
+    take, track : str
+        Where it comes from.
+    source_start, source_stop : float
+        Seconds in the take. In a looping clip they run on past its end, cycle after cycle.
+    start, stop : float
+        Seconds in the result.
+    rotation : tuple of float, (w, x, y, z)
+        Unit quaternion that it is rotated by; about the vertical, for the ground group.
+    shift : tuple of float, (x, y, z)
+        Metres that it is moved by after the rotation.
+    mirrored : bool
+        Whether left and right are exchanged.
+    weight : float
+        Its share in the frames that it covers, from 0 to 1; every method leaves it at 1.
+    cost : float
+        Its part of the cost of interpreting the control.
+    seam : float
+        The cost of continuity with the piece before it.
+    scale : float
+        Factor of its place on the ground, applied before the rotation.
     """
 
     take: str
@@ -47,11 +64,22 @@ class Piece:
 
     @property
     def turn(self) -> float:
-        """Turn about the vertical, radians."""
+        """The rotation about the vertical, in radians."""
         return float(rot.heading(np.array(self.rotation)))
 
     def source_time(self, time: npt.ArrayLike) -> FloatArray:
-        """Seconds in the take of ``time``, shape ``(...)`` seconds, in the result."""
+        """Times in the take that times in the result come from.
+
+        Parameters
+        ----------
+        time : array_like, shape (...)
+            Seconds in the result.
+
+        Returns
+        -------
+        ndarray, shape (...)
+            Seconds in the take.
+        """
         return self.source_start + (np.asarray(time, dtype=np.float64) - self.start) / self.stretch
 
 
@@ -59,12 +87,27 @@ class Piece:
 class Synthesis:
     """A synthesised motion with its provenance.
 
-    pieces: in order of time, without gaps. annotations: those carried over from the pieces' takes (contacts, ...),
-    on track ``"motion"``. cost: the score of the optimisation, split into ``costs``. statistics: figures of the run.
-    warnings: what a person should know, each one line. edited: shape ``(F,)`` metres, how far each frame is from the
-    recording it came from (mean joint distance, the place on the ground and the heading put aside), where a method
-    tells; else empty. weights: shape ``(F,)``, the share that the recording of its piece has in each frame, the rest
-    being that of the neighbour it is blended with; empty where no frame mixes two recordings.
+    Parameters
+    ----------
+    motion : Motion
+    pieces : tuple of Piece
+        In order of time, without gaps.
+    cost : float
+        The score of the optimisation; lower is better.
+    costs : mapping of str to float, optional
+        The parts that it is the sum of.
+    annotations : tuple of Annotation, optional
+        Contacts and others carried over from the takes of the pieces, on track ``"motion"``.
+    statistics : mapping of str to float, optional
+        Figures of the run.
+    warnings : tuple of str, optional
+        What a person should know, each one line.
+    edited : ndarray, shape (F,), optional
+        Distance of each frame from the recording it came from: the mean distance of joints in metres, without the
+        place on the ground and the heading. Empty where a method does not measure it.
+    weights : ndarray, shape (F,), optional
+        The share of the recording of its piece in each frame; the rest is that of the neighbour it is blended with.
+        Empty where no frame mixes two recordings.
     """
 
     motion: Motion
@@ -78,14 +121,30 @@ class Synthesis:
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def piece_at(self, frame: int) -> Piece:
-        """The piece that frame ``frame`` came from; a frame on a seam belongs to the later piece."""
+        """The piece that a frame came from; a frame on a seam belongs to the later piece.
+
+        Parameters
+        ----------
+        frame : int
+            Frame of the result.
+
+        Returns
+        -------
+        Piece
+        """
         time = frame / self.motion.fps
         return self.pieces[max(bisect_right(self.pieces, time + 1e-9, key=lambda piece: piece.start) - 1, 0)]
 
     def provenance(self) -> list[tuple[str, float]]:
-        """For every frame, the take it came from and the second in that take."""
-        found = []
+        """For every frame, the name of the take it came from and the second in that take.
+
+        Returns
+        -------
+        list of (str, float)
+            One pair per frame.
+        """
+        sources = []
         for frame in range(len(self.motion)):
             piece = self.piece_at(frame)
-            found.append((piece.take, float(piece.source_time(frame / self.motion.fps))))
-        return found
+            sources.append((piece.take, float(piece.source_time(frame / self.motion.fps))))
+        return sources

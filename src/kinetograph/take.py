@@ -1,11 +1,11 @@
-"""Takes: what was recorded at one time, and what is known about it."""
+"""Takes: what was recorded at one time, and its annotations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,15 +13,29 @@ from kinetograph.errors import DataError, RequestError
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 
+_T = TypeVar("_T", Motion, Signal)
 Track = Motion | Signal
+"""What a take holds under a name."""
 
 
 @dataclass(frozen=True)
 class Annotation:
-    """A labelled interval of a track, in seconds from the take's start.
+    """A labelled interval of a track.
 
-    kind: what sort of thing it is (``"cut"``, ``"contact"``, ``"handhold"``, ``"move"``, ``"loop"``). label: which one
-    (``"left_toe"``, a move's name). A cut is an instant: ``start == stop``.
+    Parameters
+    ----------
+    track : str
+    kind : str
+        ``"cut"``, ``"contact"``, ``"handhold"``, ``"move"``, ``"loop"`` or another word.
+    label : str
+        Which one: ``"left_toe"``, the name of a move.
+    start, stop : float
+        Seconds from the start of the take. A cut is an instant, with both equal.
+
+    Raises
+    ------
+    DataError
+        Unless ``0 <= start <= stop`` and both are finite.
     """
 
     track: str
@@ -41,7 +55,21 @@ class Annotation:
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """Synchronised named tracks of one recording and their annotations; every track starts at time 0."""
+    """Synchronised named tracks of one recording and their annotations; every track starts at time 0.
+
+    Parameters
+    ----------
+    name : str
+    tracks : mapping of str to Motion or Signal
+        At least one.
+    annotations : tuple of Annotation, optional
+        Each on one of the tracks.
+
+    Raises
+    ------
+    DataError
+        If there is no track, or an annotation names none of them.
+    """
 
     name: str
     tracks: Mapping[str, Track]
@@ -67,31 +95,84 @@ class Take:
         return max(track.duration for track in self.tracks.values())
 
     def motion(self, track: str | None = None) -> Motion:
-        """The motion on ``track``, or the only motion. Raises RequestError, naming the motions there are."""
-        motions = {name: t for name, t in self.tracks.items() if isinstance(t, Motion)}
-        if track is None and len(motions) == 1:
-            return next(iter(motions.values()))
-        if track is None or track not in motions:
-            found = ", ".join(motions) or "none"
-            raise RequestError(f"take {self.name!r}: name one of its motions ({found}), found {track!r}")
-        return motions[track]
+        """The motion of a track.
+
+        Parameters
+        ----------
+        track : str, optional
+            May be left out where the take has only one motion.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        RequestError
+            If the take has no such motion; the message names those it has.
+        """
+        return self.named_motion(track)[1]
 
     def named_motion(self, track: str | None = None) -> tuple[str, Motion]:
-        """The name and the motion of ``track``, or of the only motion. Raises RequestError as `motion`."""
-        motion = self.motion(track)
-        return track or next(name for name, value in self.tracks.items() if value is motion), motion
+        """The motion of a track with the name of the track.
+
+        Parameters
+        ----------
+        track : str, optional
+            May be left out where the take has only one motion.
+
+        Returns
+        -------
+        name : str
+        motion : Motion
+
+        Raises
+        ------
+        RequestError
+            If the take has no such motion; the message names those it has.
+        """
+        return _pick(self.name, "motions", {n: t for n, t in self.tracks.items() if isinstance(t, Motion)}, track)
 
     def signal(self, track: str | None = None) -> Signal:
-        """The signal on ``track``, or the only signal. Raises RequestError, naming the signals there are."""
-        signals = {name: t for name, t in self.tracks.items() if isinstance(t, Signal)}
-        if track is None and len(signals) == 1:
-            return next(iter(signals.values()))
-        if track is None or track not in signals:
-            found = ", ".join(signals) or "none"
-            raise RequestError(f"take {self.name!r}: name one of its signals ({found}), found {track!r}")
-        return signals[track]
+        """The signal of a track.
+
+        Parameters
+        ----------
+        track : str, optional
+            May be left out where the take has only one signal.
+
+        Returns
+        -------
+        Signal
+
+        Raises
+        ------
+        RequestError
+            If the take has no such signal; the message names those it has.
+        """
+        signals = {n: t for n, t in self.tracks.items() if isinstance(t, Signal)}
+        return _pick(self.name, "signals", signals, track)[1]
 
     def annotated(self, track: str, kind: str) -> tuple[Annotation, ...]:
-        """The annotations of one kind on one track, by start."""
-        found = (note for note in self.annotations if note.track == track and note.kind == kind)
-        return tuple(sorted(found, key=lambda note: (note.start, note.stop, note.label)))
+        """The annotations of one kind on one track, sorted by start.
+
+        Parameters
+        ----------
+        track, kind : str
+
+        Returns
+        -------
+        tuple of Annotation
+        """
+        chosen = (note for note in self.annotations if note.track == track and note.kind == kind)
+        return tuple(sorted(chosen, key=lambda note: (note.start, note.stop, note.label)))
+
+
+def _pick(take: str, kind: str, tracks: Mapping[str, _T], name: str | None) -> tuple[str, _T]:
+    """The named one of some tracks, or the only one."""
+    if name is None and len(tracks) == 1:
+        return next(iter(tracks.items()))
+    if name is None or name not in tracks:
+        known = ", ".join(tracks) or "none"
+        raise RequestError(f"take {take!r}: name one of its {kind} ({known}), found {name!r}")
+    return name, tracks[name]

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import answer, run
 
 import kinetograph as kg
 from kinetograph.formats import read_character, save
 from kinetograph.formats.deepmimic import skeleton
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import cut
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def clip(folder: Path, clips_folder: Path) -> Path:
@@ -33,7 +27,7 @@ def test_a_table_is_written_edited_and_heeded(tmp_path: Path, clips_folder: Path
     arguments = ("convert", walk, tmp_path / "a.bvh", "--retarget", walk, "--joint-table", table, "--force")
     done = run(*arguments)
     assert done.returncode == 0, done.stderr
-    assert "15 of 15 joints mapped, way scaled by 1.000" in done.stderr
+    assert "15 of 15 joints mapped, root path scaled by 1.000" in done.stderr
     table.write_text(table.read_text().replace("left_knee\tleft_knee", "left_knee\t-"))
     done = run(*arguments, "--json")
     assert "14 of 15 joints mapped" in done.stderr
@@ -76,8 +70,8 @@ def test_a_very_long_file_is_read_in_blocks(
 
     walk = kg.load(clips_folder / "humanoid3d_walk.txt").motion()
     save(walk, tmp_path / "long.bvh")
-    monkeypatch.setattr(commands, "_LONG", 1000)
-    commands.create(tmp_path / "library", [tmp_path / "long.bvh"], units="metre", up="y")
+    monkeypatch.setattr(commands, "LONG", 1000)
+    answer("library", "create", tmp_path / "library", tmp_path / "long.bvh", "--units", "metre", "--up", "y")
     assert len(Library.open(tmp_path / "library").take("long").motion()) == len(walk)
 
 
@@ -170,11 +164,12 @@ def test_handholds_that_cannot_be(tmp_path: Path, clips_folder: Path) -> None:
 
 
 def test_annotations_go_with_what_is_cut_and_mirrored() -> None:
-    from kinetograph.cli.files import _moved
+    from kinetograph.cli.files import edited_annotations
     from kinetograph.take import Annotation
 
-    marks = (
+    annotations = (
         Annotation("a", "handhold", "left_hand:right_hand", 0.5, 2.0),
         Annotation("a", "contact", "left_toe", 0, 0.4),
     )
-    assert _moved(marks, 1.0, 0.7, True) == (Annotation("a", "handhold", "right_hand:left_hand", 0.0, 0.7),)
+    left = edited_annotations(annotations, 1.0, 0.7, True)
+    assert left == (Annotation("a", "handhold", "right_hand:left_hand", 0.0, 0.7),)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import answer
 
 import kinetograph as kg
-from kinetograph.cli.evaluate import performance
 from kinetograph.errors import RequestError
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -26,12 +26,11 @@ def _library(folder: Path, named: bool) -> Path:
     return library.path
 
 
-def test_every_method_and_measure_is_in_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    performance(_library(tmp_path, named=False), as_json=True)
-    told = capsys.readouterr()
-    assert "no moves are annotated: segment and pattern errors are left out" in told.err
-    assert "NaN" not in told.out
-    rows = json.loads(told.out)
+def test_every_method_and_measure_is_in_the_table(tmp_path: Path) -> None:
+    result = answer("evaluate", "performance", "-l", _library(tmp_path, named=False), "--json")
+    assert "no moves are annotated: segment and pattern errors are left out" in result.stderr
+    assert "NaN" not in result.stdout
+    rows = json.loads(result.stdout)
     assert [(r["take"], r["method"]) for r in rows] == [(t, m) for t in ("a", "b", "mean") for m in _METHODS]
     ours, constant = rows[0], rows[4]
     for measure in ("control_cm", "joint_cm", "relative_cm", "slide", "jerk", "distinct", "times_real_time"):
@@ -42,11 +41,10 @@ def test_every_method_and_measure_is_in_the_table(tmp_path: Path, capsys: pytest
     assert rows[10]["joint_cm"] == pytest.approx(0.5 * (rows[0]["joint_cm"] + rows[5]["joint_cm"]))
 
 
-def test_moves_give_error_rates(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    performance(_library(tmp_path, named=True), baselines=False)
-    told = capsys.readouterr()
-    assert "no moves" not in told.err
-    head, *lines = told.out.splitlines()
+def test_moves_give_error_rates(tmp_path: Path) -> None:
+    result = answer("evaluate", "performance", "-l", _library(tmp_path, named=True), "--no-baselines")
+    assert "no moves" not in result.stderr
+    head, *lines = result.stdout.splitlines()
     assert "segment errors  pattern errors" in head
     assert len(lines) == 3
     at = head.index("segment errors")
@@ -61,6 +59,6 @@ def test_a_signal_is_no_partner(tmp_path: Path) -> None:
         signal = kg.Signal(np.zeros((len(motion), 4, 3)), ends, "m", 30.0)
         cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(9) / 2)
         library.add(Take(name, {"body": motion, "markers": signal}, cuts))
-    points = [f"{role}=1" for role in ends]
+    points = [text for role in ends for text in ("--control-point", f"{role}=1", "--target-point", f"{role}=1")]
     with pytest.raises(RequestError, match="expected a character to control 'body', found a signal of left_toe"):
-        performance(library.path, target="body", control_point=points, target_point=points)
+        answer("evaluate", "performance", "-l", library.path, "--target", "body", *points)

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import answer, invoke, run
 
 import kinetograph as kg
-from kinetograph.cli import app
 from kinetograph.evaluation.reproduce import molina_tanco2000
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -51,27 +43,23 @@ def test_from_pose_to_pose(clips: Path, tmp_path: Path):
 def test_keys_from_a_file_and_what_contradicts_them(clips: Path, tmp_path: Path):
     keys = tmp_path / "keys.json"
     keys.write_text('{"keys": [{"pose": "take:humanoid3d_walk@0.2"}, {"pose": "take:humanoid3d_walk@0.9", "time": 3}]}')
-    done = CliRunner().invoke(app, ["inbetween", str(keys), "-l", str(clips), "-o", str(tmp_path / "walk.bvh")])
-    assert done.exit_code == 0, done.output
+    answer("inbetween", keys, "-l", clips, "-o", tmp_path / "walk.bvh")
     for arguments, wanted in (
         ((keys, "--to", "take:humanoid3d_walk@1"), "not both"),
         (("--to", "take:humanoid3d_walk@1"), "give --from and --to"),
         (("--from", "take:humanoid3d_walk@9", "--to", "take:humanoid3d_walk@1"), "9 s is outside its clip"),
     ):
-        line = ["inbetween", *map(str, arguments), "-l", str(clips), "-o", str(tmp_path / "no.bvh")]
-        assert wanted in str(CliRunner().invoke(app, line).exception)
+        refused = invoke("inbetween", *arguments, "-l", clips, "-o", tmp_path / "no.bvh").exception
+        assert wanted in str(refused)
 
 
 def test_held_out_takes_are_named_or_refused(clips: Path):
-    line = ["evaluate", "keyframe", "-l", str(clips), "--held-out", "*subject5"]
-    refused = CliRunner().invoke(app, line).exception
+    refused = invoke("evaluate", "keyframe", "-l", clips, "--held-out", "*subject5").exception
     assert "no take is called *subject5; there are humanoid3d_getup_facedown" in str(refused)
 
 
-def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(molina_tanco2000, "SEEDS", 2)
-    monkeypatch.setattr(molina_tanco2000, "RUNS", 6)
-    found = molina_tanco2000.reproduce(tmp_path / "paper")
+def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path):
+    found = molina_tanco2000.reproduce(tmp_path / "paper", seeds=2, runs=6)
     numbers = json.loads((tmp_path / "paper" / "numbers.json").read_text())["section 4"]
     assert numbers["examples_used"][0] == "getup_facedown"
     assert numbers["examples_used"][-1] == "run"

@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import answer
 
 import kinetograph as kg
-from kinetograph.cli.library import segment
-from kinetograph.cli.perform import perform
 from kinetograph.errors import KinetographError
 from kinetograph.motion import place
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
-_POINTS = ["left_toe", "right_toe", "hips"]  # the stick figure has no chest
+_ROLES = ("left_toe", "right_toe", "hips")  # the stick figure has no chest
+_TARGETS = tuple(text for role in _ROLES for text in ("--target-point", role))
+_CONTROLS = tuple(text for role in _ROLES for text in ("--control-point", role))
 
 
 def _cuts(track: str) -> tuple[Annotation, ...]:
@@ -60,14 +61,13 @@ Run = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture
-def run(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+def run(folder: Path, tmp_path: Path) -> Run:
     """The command on a control and a library; its answer."""
 
-    def performed(control: str, library: str, **options: Any) -> dict[str, Any]:
-        capsys.readouterr()
-        perform(folder / control, folder / library, [tmp_path / "out.bvh"], as_json=True, **options)
-        answer: dict[str, Any] = json.loads(capsys.readouterr().out)
-        return answer
+    def performed(control: str, library: str, *options: object) -> dict[str, Any]:
+        files = (folder / control, "-l", folder / library, "-o", tmp_path / "out.bvh")
+        values: dict[str, Any] = json.loads(answer("perform", *files, "--json", *options).stdout)
+        return values
 
     return performed
 
@@ -75,86 +75,108 @@ def run(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run
 @pytest.mark.parametrize(
     ("control", "library", "options", "says"),
     [
-        ("short.csv", "walks", {}, r"the control is too short: it lasts 0\.10 s, the library's shortest segment"),
-        ("nan.csv", "walks", {}, r"nan\.csv:3: expected a finite number in column 'x', found 'nan'"),
-        ("path.csv", "walks", {"target": "singer"}, "no take has a track 'singer'; their tracks are body"),
+        ("short.csv", "walks", (), r"the control is too short: it lasts 0\.10 s, the library's shortest segment"),
+        ("nan.csv", "walks", (), r"nan\.csv:3: expected a finite number in column 'x', found 'nan'"),
+        ("path.csv", "walks", ("--target", "singer"), "no take has a track 'singer'; their tracks are body"),
         (
             "leader.bvh",
             "pairs",
-            {"target": "singer"},
+            ("--target", "singer"),
             "no take has a track 'singer'; their tracks are follower, leader",
         ),
-        ("leader.bvh", "pairs", {}, r"several motions \(follower, leader\); name the one to make \(--target\)"),
-        ("path.csv", "walks", {"exclude": ["run"]}, "no take 'run' to leave out; there are walk"),
-        ("path.csv", "walks", {"alignment": "affine"}, "similarity, rigid, fixed or none, found 'affine'"),
-        ("gap.csv", "talks", {"target": "body"}, r"the control misses 1 samples, the first at 1\.\d+ s; fill them in"),
-        ("speech.csv", "walks", {}, r"a walk follows one point .* found 2 channels: loudness, pitch"),
-        ("speech.csv", "talks", {"target": "body", "alignment": "ground"}, "alignment must be none, found 'ground'"),
+        ("leader.bvh", "pairs", (), r"several motions \(follower, leader\); name the one to make \(--target\)"),
+        ("path.csv", "walks", ("--exclude", "run"), "no take 'run' to leave out; there are walk"),
+        ("path.csv", "walks", ("--alignment", "affine"), "similarity, rigid, fixed or none, found 'affine'"),
+        (
+            "gap.csv",
+            "talks",
+            ("--target", "body"),
+            r"the control misses 1 samples, the first at 1\.\d+ s; fill them in",
+        ),
+        ("speech.csv", "walks", (), r"a walk follows one point .* found 2 channels: loudness, pitch"),
+        (
+            "speech.csv",
+            "talks",
+            ("--target", "body", "--alignment", "ground"),
+            r"\(on the command line: none\), found Ground",
+        ),
         (
             "leader.bvh",
             "talks",
-            {"target": "body"},
+            ("--target", "body"),
             "take 'talk': the control has no point left_toe, .* its columns are loudness, pitch",
         ),
-        ("leader.bvh", "pairs", {"target": "follower", "transcript": "moves.csv"}, "the library names no moves"),
+        (
+            "leader.bvh",
+            "pairs",
+            ("--target", "follower", "--transcript", "moves.csv", *_CONTROLS),
+            "the library names no moves",
+        ),
     ],
 )
 def test_what_is_refused(
-    run: Run, tmp_path: Path, control: str, library: str, options: dict[str, Any], says: str
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    control: str,
+    library: str,
+    options: tuple[str, ...],
+    says: str,
 ) -> None:
-    if "transcript" in options:
-        options = {**options, "transcript": tmp_path / options["transcript"], "control_point": _POINTS}
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(KinetographError, match=says) as caught:
-        run(control, library, target_point=_POINTS, **options)
+        run(control, library, *_TARGETS, *options)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_channels_are_followed_without_a_transform(run: Run, tmp_path: Path) -> None:
-    run("speech.csv", "talks", target="body", target_point=_POINTS, report=tmp_path / "report.json")
+    run("speech.csv", "talks", "--target", "body", *_TARGETS, "--report", tmp_path / "report.json")
     pieces = json.loads((tmp_path / "report.json").read_text())["pieces"]
     assert {tuple(piece["shift"]) for piece in pieces} == {(0.0, 0.0, 0.0)}
     assert [piece["source_start"] for piece in pieces[:3]] == pytest.approx([piece["start"] for piece in pieces[:3]])
 
 
 def test_every_piece_says_where_it_is_from_and_what_it_costs(run: Run) -> None:
-    answer = run("path.csv", "walks", pieces=True)
-    rows = answer["breakdown"]
-    assert len(rows) == answer["pieces"]
+    summary = run("path.csv", "walks", "--pieces")
+    rows = summary["breakdown"]
+    assert len(rows) == summary["pieces"]
     assert {row["take"] for row in rows} == {"walk"}
-    assert sum(row["interpretation"] for row in rows) == pytest.approx(answer["cost_of_interpretation"])
-    assert sum(row["continuity"] for row in rows) == pytest.approx(answer["cost_of_continuity"])
+    assert sum(row["interpretation"] for row in rows) == pytest.approx(summary["cost_of_interpretation"])
+    assert sum(row["continuity"] for row in rows) == pytest.approx(summary["cost_of_continuity"])
     for row in rows:
         assert row["stretch"] == pytest.approx((row["stop"] - row["start"]) / (row["to"] - row["from"]))
-    assert "breakdown" not in run("path.csv", "walks", force=True)
+    assert "breakdown" not in run("path.csv", "walks", "--force")
 
 
 @pytest.mark.parametrize("alike", [False, True])
-def test_alternatives_are_written_beside_the_best(run: Run, tmp_path: Path, alike: bool) -> None:
+def test_alternatives_are_written_next_to_the_best(run: Run, tmp_path: Path, alike: bool) -> None:
     single = run("path.csv", "walks")
-    answer = run("path.csv", "walks", alternatives=3, alike=alike, report=tmp_path / "r.json", force=True)
+    sharing = ("--alike",) if alike else ()
+    options = ("--alternatives", 3, *sharing, "--report", tmp_path / "r.json", "--force")
+    summary = run("path.csv", "walks", *options)
     assert {p.name for p in tmp_path.iterdir()} >= {"out.bvh", "out_2.bvh", "out_3.bvh", "r_2.json", "r_3.json"}
     assert single["optimal"]
-    assert answer["cost"] == pytest.approx(single["cost"])
-    assert answer["cost"] <= answer["cost_2"] <= answer["cost_3"]
+    assert summary["cost"] == pytest.approx(single["cost"])
+    assert summary["cost"] <= summary["cost_2"] <= summary["cost_3"]
     lasting = {json.dumps(json.loads(p.read_text())["pieces"]) for p in tmp_path.glob("r*.json")}
     assert len(lasting) == 3
     (tmp_path / "out.bvh").unlink()
     with pytest.raises(KinetographError, match=r"out_2\.bvh"):
-        run("path.csv", "walks", alternatives=2)
+        run("path.csv", "walks", "--alternatives", 2)
 
 
-def test_pieces_are_told_as_a_table_too(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    perform(folder / "path.csv", folder / "walks", [tmp_path / "out.bvh"], pieces=True)
-    lines = capsys.readouterr().out.splitlines()
+def test_pieces_are_listed_as_a_table_too(folder: Path, tmp_path: Path) -> None:
+    done = answer("perform", folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "out.bvh", "--pieces")
+    lines = done.stdout.splitlines()
     assert lines[0].split() == ["start", "stop", "take", "from", "to", "stretch", "interpretation", "continuity"]
     assert lines[1].split()[2] == "walk"
 
 
 def test_what_the_recordings_are_annotated_with_comes_along(run: Run, tmp_path: Path) -> None:
     report, moves = tmp_path / "report.json", tmp_path / "moves.csv"
-    options = {"target_point": _POINTS, "control_point": _POINTS, "report": report, "transcript": moves}
-    run("leader.bvh", "danced", target="follower", stretch=0.0, span=1, rate=10.0, **options)
+    options = (*_TARGETS, *_CONTROLS, "--report", report, "--transcript", moves)
+    run("leader.bvh", "danced", "--target", "follower", "--stretch", 0, "--span", 1, "--rate", 10, *options)
     found = json.loads(report.read_text())["annotations"]
     spans = {(note["kind"], note["label"]): (note["start"], note["stop"]) for note in found}
     assert spans["style", "calm"] == pytest.approx((0.0, 6.0), abs=0.1)
@@ -164,18 +186,17 @@ def test_what_the_recordings_are_annotated_with_comes_along(run: Run, tmp_path: 
     assert moves.read_text().startswith("move,start,stop,margin\nbasic,0.000,")
 
 
-def test_a_library_is_grown_from_a_take_and_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_library_is_grown_from_a_take_and_compared(tmp_path: Path) -> None:
     library = kg.Library.create(tmp_path / "library")
     for name, turn, by_hand in (("a", 0.3, True), ("b", -0.2, True), ("c", 0.1, False)):
         steps = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(1, 12) / 2) if by_hand else ()
         library.add(Take(name, {"body": walk(6.0, turn_rate=turn)}, steps))
-    segment(library.path, by="examples", as_json=True)
-    rows = {row["take"]: row for row in json.loads(capsys.readouterr().out)}
+    line = ("library", "segment", library.path, "--by", "examples")
+    rows = {row["take"]: row for row in json.loads(answer(*line, "--json").stdout)}
     assert set(rows) == {"a", "b", "c"}
     assert min(rows["a"]["f1"], rows["b"]["f1"]) > 0.9
     assert (rows["c"]["f1"], rows["c"]["by_hand"]) == (None, None)
     assert {note.label for note in library.take("c").annotated("body", "cut")} == {"grown"}
-    segment(library.path, by="examples", example=["a"])
-    lines = capsys.readouterr().out.splitlines()
+    lines = answer(*line, "--example", "a").stdout.splitlines()
     assert lines[0].split()[:3] == ["take", "cuts", "metres"]
     assert [line.split()[0] for line in lines[1:]] == ["b"]

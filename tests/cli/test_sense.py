@@ -1,29 +1,21 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke, run
 
 import kinetograph as kg
 from kinetograph import rotations as rot
-from kinetograph.cli import app
 from kinetograph.errors import KinetographError
 from kinetograph.formats.readings import read_layout, write_layout, write_readings
 from kinetograph.library import Library
 from kinetograph.sensing import preset, simulate
 from kinetograph.take import Take
 from walkers import walk
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "kinetograph", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +35,18 @@ def test_a_motion_becomes_readings_and_readings_a_motion(folder: Path):
     done = run("sense", folder / "r.csv", "-l", folder / "lib", "-o", folder / "out.bvh", "--json",
                "--report", folder / "out.json")  # fmt: skip
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["frames"] == pytest.approx(120, abs=3)
-    assert told["uncertainty_degrees"] > 0
+    answer = json.loads(done.stdout)
+    assert answer["frames"] == pytest.approx(120, abs=3)
+    assert answer["uncertainty_degrees"] > 0
     assert json.loads((folder / "out.json").read_text())["pieces"]
     assert kg.load(folder / "out.bvh").motion().fps == pytest.approx(60.0)
 
 
-def invoke(*arguments: object):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 def worn(folder: Path) -> Path:
-    """A layout of sensors that are turned on their bones, and readings of a walk by it."""
+    """A layout of sensors that are rotated on their bones, and readings of a walk by it."""
     layout = preset("wii")
-    turns = rot.exp(np.random.default_rng(0).normal(size=(8, 3)))
-    sensors = tuple(replace(s, rotation=q) for s, q in zip(layout.sensors, turns, strict=True))
+    rotations = rot.exp(np.random.default_rng(0).normal(size=(8, 3)))
+    sensors = tuple(replace(s, rotation=q) for s, q in zip(layout.sensors, rotations, strict=True))
     write_layout(replace(layout, sensors=sensors), folder / "worn.toml")
     write_readings(simulate(walk(2.0), read_layout(folder / "worn.toml")), folder / "worn.csv")
     return folder / "worn.csv"
@@ -69,12 +57,12 @@ def test_sensors_are_calibrated_and_the_layout_goes_straight_into_sense(folder: 
     done = invoke("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
                   "--up", "y", "-o", folder / "mine.toml", "--json")  # fmt: skip
     assert done.exit_code == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert abs(told["clock_offset_ms"]) < 5
-    assert len(told["sensors"]) == 8
-    assert all(row["accepted"] and row["residual"] < 0.3 * row["before"] for row in told["sensors"])
-    found, truth = read_layout(folder / "mine.toml"), read_layout(folder / "worn.toml")
-    apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(found.sensors, truth.sensors, strict=True)]
+    answer = json.loads(done.stdout)
+    assert abs(answer["clock_offset_ms"]) < 5
+    assert len(answer["sensors"]) == 8
+    assert all(row["accepted"] and row["residual"] < 0.3 * row["before"] for row in answer["sensors"])
+    calibrated, truth = read_layout(folder / "mine.toml"), read_layout(folder / "worn.toml")
+    apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(calibrated.sensors, truth.sensors, strict=True)]
     assert np.degrees(apart).max() < 5.0
     done = invoke("sense", readings, "-l", folder / "lib", "--layout", folder / "mine.toml", "-o", folder / "mine.bvh")
     assert done.exit_code == 0, done.stderr
@@ -124,7 +112,7 @@ def test_bad_rows_are_one_line_and_nothing_is_written(folder: Path, rows: str, m
     assert not (folder / "bad.bvh").exists()
 
 
-def test_a_stream_that_stops_is_held_and_a_joint_that_is_not_there_is_told(folder: Path):
+def test_a_stream_that_stops_is_held_and_a_missing_joint_is_named(folder: Path):
     rows = "".join(f"{t:.2f},{UP}\n" for t in np.concatenate([np.arange(0, 1, 0.02), np.arange(3, 4, 0.02)]))
     (folder / "stop.csv").write_text("t,sensor,ax,ay,az\n" + rows)
     command = ["sense", folder / "stop.csv", "-l", folder / "lib", "-o", folder / "stop.bvh", "--force"]

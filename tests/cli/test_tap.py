@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import answer, run
 
 import kinetograph as kg
-from kinetograph.cli import _keys
-from kinetograph.cli.tap import tap
+from kinetograph.cli import keystrokes
 from kinetograph.drawing.text import bones_over_time, draw_bones
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.library.annotations_csv import read_times
@@ -51,13 +51,13 @@ class Person:
         if due is None:
             return False
         os.write(self._terminal, self._keys.pop(due))
-        return _keys.pressed(file, 10.0)
+        return keystrokes.pressed(file, 10.0)
 
 
 def _tapped(terminal: tuple[int, int], keys: dict[float, bytes], duration: float = 3.0) -> tuple[list[float], int]:
     person, drawn = Person(terminal[0], keys), []
-    with _keys.single_keys(terminal[1]):
-        times = _keys.taps(
+    with keystrokes.single_keys(terminal[1]):
+        times = keystrokes.taps(
             terminal[1], duration, lambda now, count: drawn.append(count), clock=person.clock, wait=person.wait
         )
     return times, len(drawn)
@@ -86,12 +86,12 @@ def test_keys_that_mean_something(terminal: tuple[int, int], keys: dict[float, b
 def test_a_terminal_is_left_as_it_was_and_one_that_goes_away_is_an_error() -> None:
     person, program = pty.openpty()
     before = termios.tcgetattr(program)
-    with _keys.single_keys(program):
+    with keystrokes.single_keys(program):
         assert termios.tcgetattr(program) != before
     assert termios.tcgetattr(program) == before
     os.close(person)
     with pytest.raises(RequestError, match="the terminal went away while a take was tapped; nothing was written"):
-        _keys.taps(program, 1.0, lambda now, count: None)
+        keystrokes.taps(program, 1.0, lambda now, count: None)
     os.close(program)
 
 
@@ -159,18 +159,18 @@ def test_stopping_writes_nothing(library: kg.Library, terminal: tuple[int, int])
 
 
 def test_without_a_terminal_times_come_from_a_file(library: kg.Library, tmp_path: Path) -> None:
-    with open(os.devnull) as nothing, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "stdin", nothing)
-        with pytest.raises(RequestError, match=r"tapping needs a terminal .* in a file instead \(--from CSV\)"):
-            tap(library.path, "walk")
+    done = run("library", "tap", library.path, "walk")
+    assert done.returncode == 1
+    assert "tapping needs a terminal to press keys in; give the times in a file instead (--from CSV)" in done.stderr
     times = tmp_path / "beats.csv"
     times.write_text("seconds\n0.5\n1.0\n1.5\n")
-    tap(library.path, "walk", times)
+    line = ("library", "tap", library.path, "walk", "--from", times)
+    answer(*line)
     assert _cuts(library) == [0.5, 1.0, 1.5]
     times.write_text("0.7\n1.2\n")
     with pytest.raises(RequestError, match="take 'walk' has 3 cuts on 'body'; keep a copy"):
-        tap(library.path, "walk", times)
-    tap(library.path, "walk", times, force=True)
+        answer(*line)
+    answer(*line, "--force")
     assert _cuts(library) == [0.7, 1.2]
 
 
@@ -199,7 +199,7 @@ def test_times_are_read_from_what_editors_export(tmp_path: Path) -> None:
         ("0.5\nhalf\n", r"beats\.csv:2: expected seconds, 0 or more, in the first column, found 'half'"),
         ("0.5\nnan\n", r"beats\.csv:2: .* found 'nan'"),
         ("-1\n", r"beats\.csv:1: .* found '-1'"),
-        ("seconds\n", "expected seconds, one a line, found none"),
+        ("seconds\n", "expected seconds, one per line, found none"),
     ],
 )
 def test_times_that_are_none(tmp_path: Path, text: str, says: str) -> None:

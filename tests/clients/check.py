@@ -1,10 +1,10 @@
-"""Writes motions in every format and has other programs say where they see the joints.
+"""Writes motions in every format and compares the joints that other programs read from them.
 
     make check-clients        or: python tests/clients/check.py [--keep FOLDER] [--blender PYTHON]
 
 Needs node with the packages of package.json, Chromium, and a Python that has bpy 5.0.1 (its own environment: it pins an
 older numpy). What is missing is skipped, with a reason. A row fails where joints are more than 1 mm from ours, or rate
-or duration differ.
+or duration differ. Recordings in a folder that ``KINETOGRAPH_DATA`` names are used as well.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ import kinetograph as kg
 from kinetograph.formats import WriteOptions, read, save
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion, cut
+from kinetograph.post import retarget
+from kinetograph.samples import data_folders, fetch, human
 from kinetograph.take import Take
 
 HERE = Path(__file__).resolve().parent
@@ -52,41 +54,33 @@ def main() -> int:
     return int(failed)
 
 
-# ---- what is looked at ----
+# ---- what is written ----
 
 
 def subjects() -> dict[str, tuple[Take, WriteOptions]]:
-    """A walk, a pair, a human and awkward names; recordings at hand, else those of the registry sample."""
-    from kinetograph.samples import fetching as samples
-
-    data = next((p for p in (Path(os.environ.get("KINETOGRAPH_DATA", "")), HERE.parents[2] / "shared" / "data")
-                 if (p / "walks").is_dir()), None)  # fmt: skip
-    clips = samples.where("deepmimic-clips") or samples.fetch("deepmimic-clips")
+    """A walk, a pair, a human and awkward names; from recordings where there are any, else from the sample."""
+    data = next((folder for folder in data_folders() if (folder / "walks").is_dir()), None)
+    clips = fetch("deepmimic-clips")
     walk = kg.load(clips / "humanoid3d_walk.txt").motion()
     leader = follower = kg.load(clips / "humanoid3d_dance_a.txt").motion()
     if data is not None:
         walk = cut(kg.load(sorted((data / "walks").glob("15_*.bvh"))[0]).motion(), 0, 900)
         pair = (kg.load(data / "salsa" / f"Easy_01_{who}.bvh").motion() for who in ("leader", "follower"))
         leader, follower = (cut(motion, 0, 1200) for motion in pair)
-    found = {
+    out = {
         "walk": (Take("walk", {"motion": walk}), WriteOptions()),
         "pair": (Take("pair", {"leader": leader, "follower": follower}), WriteOptions()),
     }
     awkward = ["Hüfte links", "Arm:L", "a.b", "腕", "with  two spaces", "slash/name"]
     names = tuple(awkward[i] if i < len(awkward) else name for i, name in enumerate(walk.skeleton.names))
-    found["names"] = (
+    out["names"] = (
         Take("names", {"motion": dc.replace(walk, skeleton=dc.replace(walk.skeleton, names=names))}),
         WriteOptions(),
     )
-    try:
-        from kinetograph.post.retarget import retarget
-        from kinetograph.samples.characters import human
-    except ImportError:
-        return found
     body = human()
     worn = retarget(walk, body.skeleton).motion
-    found["human"] = (Take("human", {"motion": worn}), WriteOptions(character=body))
-    return found
+    out["human"] = (Take("human", {"motion": worn}), WriteOptions(character=body))
+    return out
 
 
 def write_all(folder: Path) -> dict[str, Entry]:
@@ -101,10 +95,11 @@ def write_all(folder: Path) -> dict[str, Entry]:
                 print(f"skipped {path.name}: {error}")
                 continue
             reference[str(path)] = entry_of(take)
-    fbx = HERE.parents[2] / "shared" / "data" / "fbx" / "135_01.fbx"
-    if fbx.is_file():  # a file of another program, read by us and by others
-        # its keys begin after 84 frames; Blender fills the time before them in its own way
-        reference[str(fbx)] = entry_of(read(fbx).take, first=90)
+    for data in data_folders():
+        fbx = data / "fbx" / "135_01.fbx"  # a file of another program
+        if fbx.is_file():
+            # its keys begin after 84 frames; Blender fills the time before them differently
+            reference[str(fbx)] = entry_of(read(fbx).take, first=90)
     return reference
 
 
@@ -170,9 +165,9 @@ def browser(reference: dict[str, Entry], folder: Path, chromium: str) -> bool:
     ran = node("see_with_three.mjs", *map(str, paths), chromium)
     if ran is None or ran.returncode:
         return ran is not None
-    found = json.loads((folder / "browser.json").read_text())
-    failed = compare("browser", shown, found)
-    for name, seen in found.items():
+    drawn = json.loads((folder / "browser.json").read_text())
+    failed = compare("browser", shown, drawn)
+    for name, seen in drawn.items():
         # a figure covers a twentieth of its picture or so, and never all of it
         good = all(0.02 < share < 0.5 for share in seen["drawn"])
         failed |= not good
@@ -204,25 +199,25 @@ def blender(reference: dict[str, Entry], folder: Path, python: str) -> bool:
     return compare("Blender", reference, json.loads((folder / "blender.json").read_text()))
 
 
-def compare(client: str, reference: dict[str, Entry], found: dict[str, Entry]) -> bool:
-    """Print a row a file; whether any is off."""
+def compare(client: str, reference: dict[str, Entry], theirs: dict[str, Entry]) -> bool:
+    """Print one row per file; whether any is off."""
     failed = False
     for name, entry in reference.items():
-        seen = found[name]["positions"]
+        seen = theirs[name]["positions"]
         worst, missing = 0.0, 0
         for key, places in entry["positions"].items():
             match = [seen[label] for label in candidates(key, entry["tracks"]) if label in seen]
             missing += not match
             worst = max(worst, float(np.abs(np.array(places) - np.array(match[0])).max())) if match else worst
-        late = abs(found[name]["duration"] - entry["duration"])
-        rate = abs(found[name].get("fps", entry["fps"]) / entry["fps"] - 1)
-        # one program counts in whole frames a second only: its rate is off by 1 in 1000 where ours is 119.88
+        late = abs(theirs[name]["duration"] - entry["duration"])
+        rate = abs(theirs[name].get("fps", entry["fps"]) / entry["fps"] - 1)
+        # one program has whole frames per second only: its rate is off by 1 in 1000 where ours is 119.88
         good = worst < WITHIN and not missing and late < 1.01 / entry["fps"] and rate < 1.1e-3
         failed |= not good
         count = len(entry["positions"])
         print(
             f"{client:9} {Path(name).name:12} {'ok  ' if good else 'FAIL'} {count - missing}/{count} joints, "
-            f"worst {1000 * worst:.4f} mm, {found[name].get('fps', entry['fps']):.2f} fps, "
+            f"worst {1000 * worst:.4f} mm, {theirs[name].get('fps', entry['fps']):.2f} fps, "
             f"duration off by {1000 * late:.2f} ms"
         )
     return failed

@@ -16,9 +16,9 @@ import numpy as np
 def main() -> None:
     with open(sys.argv[1]) as file:
         reference = json.load(file)
-    found = {name: look(name, entry) for name, entry in reference.items()}
+    seen = {name: look(name, entry) for name, entry in reference.items()}
     with open(sys.argv[2], "w") as file:
-        json.dump(found, file)
+        json.dump(seen, file)
 
 
 def look(name: str, entry: dict) -> dict:
@@ -50,7 +50,7 @@ def measure(scene, times: list) -> dict:
     start = min((r[0] for r in ranges), default=scene.frame_start)
     stop = max((r[1] for r in ranges), default=scene.frame_end)
     fps = scene.render.fps / scene.render.fps_base
-    found = {}
+    positions = {}
     scene.frame_set(int(stop) + 7)  # a frame that is set already is not evaluated again
     for time in times:
         at = start + time * fps
@@ -59,9 +59,9 @@ def measure(scene, times: list) -> dict:
             for bone in armature.pose.bones:
                 x, y, z = armature.matrix_world @ bone.head
                 key = f"{armature.name}/{bone.name}" if len(armatures) > 1 else bone.name
-                found.setdefault(key, []).append([x, z, -y])
+                positions.setdefault(key, []).append([x, z, -y])
     meshes = [len(thing.data.vertices) for thing in bpy.data.objects if thing.type == "MESH"]
-    return {"fps": fps, "duration": (stop - start) / fps, "meshes": meshes, "positions": found}
+    return {"fps": fps, "duration": (stop - start) / fps, "meshes": meshes, "positions": positions}
 
 
 main()

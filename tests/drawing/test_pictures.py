@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from kinetograph import rotations as rot
-from kinetograph.drawing import figures
-from kinetograph.drawing.pictures import contact_sheet, strobe
+from kinetograph.drawing import contact_sheet, strobe
+from kinetograph.drawing.figures import cast_at, set_stage
+from kinetograph.drawing.views import course, view_along
 from kinetograph.errors import RequestError
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions
@@ -38,11 +39,11 @@ def walk(seconds: float = 3.0, fps: float = 30.0, skeleton: Skeleton | None = No
     """A stiff walk along +z at 1.2 m/s."""
     skeleton = skeleton or person()
     t = np.arange(round(seconds * fps) + 1) / fps
-    turns = rot.identity(len(t), len(skeleton))
+    rotations = rot.identity(len(t), len(skeleton))
     if len(skeleton) > 6:
-        turns[:, 3], turns[:, 6] = (rot.about("x", s * 0.5 * np.sin(2 * np.pi * t)) for s in (1, -1))
+        rotations[:, 3], rotations[:, 6] = (rot.about("x", s * 0.5 * np.sin(2 * np.pi * t)) for s in (1, -1))
     path = np.stack([0 * t, 0.86 + 0 * t, 1.2 * t], axis=-1)
-    return Motion(skeleton, path, turns, fps)
+    return Motion(skeleton, path, rotations, fps)
 
 
 def lone(frames: int) -> Motion:
@@ -53,9 +54,9 @@ def lone(frames: int) -> Motion:
 
 def lying() -> Motion:
     motion = walk(0.5)
-    turns = motion.rotations.copy()
-    turns[:, 0] = rot.multiply(rot.about("z", np.pi / 2), turns[:, 0])
-    return Motion(motion.skeleton, motion.translation * (1, 0.1, 0), turns, motion.fps)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rot.multiply(rot.about("z", np.pi / 2), rotations[:, 0])
+    return Motion(motion.skeleton, motion.translation * (1, 0.1, 0), rotations, motion.fps)
 
 
 def bare() -> Skeleton:
@@ -142,8 +143,8 @@ def test_contacts_are_bars_and_dots(tmp_path: Path) -> None:
         Annotation("motion", "contact", "no such role", 1.0, 2.0),
         Annotation("motion", "move", "right_foot", 0.0, 3.0),
     ]
-    stage = figures.set_stage(walk(), notes)
-    cast = figures.cast_at(stage, np.array([0.5, 2.5]))
+    stage = set_stage(walk(), notes)
+    cast = cast_at(stage, np.array([0.5, 2.5]))
     assert [len(dots) for dots in cast.planted] == [1, 0]
     foot = joint_positions(walk())[15, 5]
     assert np.allclose(cast.planted[0][0], foot)
@@ -153,7 +154,7 @@ def test_contacts_are_bars_and_dots(tmp_path: Path) -> None:
 
 
 def test_the_projection_keeps_lengths_across_the_picture_and_right_is_right() -> None:
-    view = figures.view_along(np.asarray(0.0), np.deg2rad(12))  # +z to the right
+    view = view_along(np.asarray(0.0), np.deg2rad(12))  # +z to the right
     assert np.allclose(view.project(np.array([0.0, 0.0, 1.0])), [1, 0, 0])
     frame = np.stack([view.right, view.up, view.near])
     assert np.allclose(frame @ frame.T, np.eye(3))
@@ -165,15 +166,15 @@ def test_the_projection_keeps_lengths_across_the_picture_and_right_is_right() ->
 
 
 def test_the_view_follows_a_walk_that_turns_and_stays_for_one_in_place() -> None:
-    straight = figures.set_stage(walk(), ())
-    assert np.allclose(figures.course(straight, np.array([0.5, 2.5])), 0, atol=1e-6)
-    turned = figures.set_stage(place(walk(), 1.0, (0, 0, 0)), ())
-    assert np.allclose(figures.course(turned, np.array([0.5, 2.5])), 1.0, atol=1e-6)
+    straight = set_stage(walk(), ())
+    assert np.allclose(course(straight, np.array([0.5, 2.5])), 0, atol=1e-6)
+    turned = set_stage(place(walk(), 1.0, (0, 0, 0)), ())
+    assert np.allclose(course(turned, np.array([0.5, 2.5])), 1.0, atol=1e-6)
     still = walk()
     spin = still.rotations.copy()
     spin[:, 0] = rot.about("y", np.linspace(0, 6, len(still)))
     in_place = Motion(still.skeleton, still.translation * (1, 1, 0), spin, still.fps)
-    assert np.ptp(figures.course(figures.set_stage(in_place, ()), np.array([0.5, 1.5, 2.5]))) == 0
+    assert np.ptp(course(set_stage(in_place, ()), np.array([0.5, 1.5, 2.5]))) == 0
 
 
 def test_requests_that_a_picture_cannot_meet(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of characters: skinning by hand, a triangle by hand, a sheet and a film."""
+"""Pictures of characters: skinning and triangles with known answers, a sheet and a film."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from PIL import Image
 
 from kinetograph import rotations as rot
 from kinetograph.character import Skin
-from kinetograph.drawing import _kernels
-from kinetograph.drawing.film import film, sheet
+from kinetograph.drawing import _kernels, character_film, character_sheet
 from kinetograph.drawing.stage import Camera, draw, posed
 from kinetograph.errors import RequestError
 from kinetograph.formats.deepmimic import skeleton
@@ -20,15 +19,15 @@ from kinetograph.skeleton import Skeleton
 
 
 def stand(frames: int = 4) -> Motion:
-    turns = rot.identity(frames, 15)
-    turns[:, 9] = rot.about("z", np.linspace(0, 0.5, frames))
-    return Motion(skeleton(), np.tile([0.0, 0.9, 0.0], (frames, 1)), turns, 10.0)
+    rotations = rot.identity(frames, 15)
+    rotations[:, 9] = rot.about("z", np.linspace(0, 0.5, frames))
+    return Motion(skeleton(), np.tile([0.0, 0.9, 0.0], (frames, 1)), rotations, 10.0)
 
 
 def test_points_follow_their_joints_by_weight() -> None:
     bone = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 0, 0], [0, 1, 0]]))
-    turns = rot.identity(1, 2)
-    turns[0, 1] = rot.about("z", np.pi / 2)
+    rotations = rot.identity(1, 2)
+    rotations[0, 1] = rot.about("z", np.pi / 2)
     skin = Skin(
         np.array([[0.0, 0, 0], [0, 2, 0], [0, 2, 0]]),
         np.tile([0.0, 1, 0], (3, 1)),
@@ -38,7 +37,7 @@ def test_points_follow_their_joints_by_weight() -> None:
         np.zeros(1, dtype=np.int64),
         (("grey", (0.5, 0.5, 0.5)),),
     )
-    figure = posed(Motion(bone, np.array([[5.0, 0, 0]]), turns, 1.0), skin, np.array([[0.0, 0, 0], [0, 1, 0]]))[0]
+    figure = posed(Motion(bone, np.array([[5.0, 0, 0]]), rotations, 1.0), skin, np.array([[0.0, 0, 0], [0, 1, 0]]))[0]
     np.testing.assert_allclose(figure.points, [[5, 0, 0], [4, 1, 0], [4.5, 1.5, 0]], atol=1e-12)
     np.testing.assert_allclose(figure.normals[1], [-1, 0, 0], atol=1e-12)
 
@@ -72,17 +71,17 @@ def test_a_ball_of_known_size_covers_what_it_should() -> None:
 
 
 def test_a_sheet_and_a_film(tmp_path: Path) -> None:
-    sheet(stand(), tmp_path / "a.png", frames=3)
+    character_sheet(stand(), tmp_path / "a.png", frames=3)
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (720, 300)
         assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 200
-    film(stand(), tmp_path / "a.gif", seconds=0.2)
+    character_film(stand(), tmp_path / "a.gif", seconds=0.2)
     with Image.open(tmp_path / "a.gif") as moving:
-        assert moving.n_frames == 5  # type: ignore[attr-defined]
+        assert moving.n_frames == 5
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match=r"is a \.gif file"):
-        film(stand(), tmp_path / "a.mp4")
+        character_film(stand(), tmp_path / "a.mp4")
     with pytest.raises(RequestError, match=r"is a \.png file"):
-        sheet(stand(), tmp_path / "a.jpg")
+        character_sheet(stand(), tmp_path / "a.jpg")

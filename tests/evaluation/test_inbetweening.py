@@ -1,4 +1,4 @@
-"""The in-betweening protocol: baselines, metrics with known answers, and keyframe control beside them."""
+"""The in-betweening protocol: baselines, metrics with known answers, and keyframe control compared with them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinetograph as kg
+from kinetograph.errors import RequestError
 from kinetograph.evaluation.inbetweening import (
     PAST,
     interpolation,
@@ -19,6 +20,7 @@ from kinetograph.evaluation.inbetweening import (
 )
 from kinetograph.evaluation.keyframe import inbetween_held_out, seam_jump, skate_ratio, speed_jumps
 from kinetograph.keys import key_at
+from kinetograph.methods.keyframe import ClusterChain
 from kinetograph.take import Take
 from walkers import walk
 
@@ -85,7 +87,11 @@ def test_held_out_gaps_are_filled_better_than_by_interpolation(tmp_path: Path):
     for number, speed in enumerate((0.8, 0.95, 1.1, 1.25)):
         library.add(Take(f"walk{number}", {"motion": walk(8.0, speed=speed)}))
     lines: list[str] = []
-    found = inbetween_held_out(library, ("walk2",), gaps=(30,), report=lines.append)
-    assert found["keyframe", 30].npss < found["interpolation", 30].npss < found["zero velocity", 30].npss
-    assert found["keyframe", 30].windows == len(windows_of(library.take("walk2").motion(), 30))
+    scores = inbetween_held_out(library, ("walk2",), gaps=(30,), report=lines.append)
+    assert scores["keyframe", 30].npss < scores["interpolation", 30].npss < scores["zero velocity", 30].npss
+    assert scores["keyframe", 30].windows == len(windows_of(library.take("walk2").motion(), 30))
     assert len(lines) == 3
+    with pytest.raises(RequestError, match="no take 'walk9' to leave out"):
+        inbetween_held_out(library, ("walk2", "walk9"), gaps=(30,))
+    with pytest.raises(RequestError, match="gaps are filled by TimedSearch"):
+        inbetween_held_out(library, ("walk2",), gaps=(30,), method=kg.KeyframeControl(solver=ClusterChain()))

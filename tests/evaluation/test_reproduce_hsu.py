@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import kinetograph as kg
+from kinetograph import samples
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.evaluation.protocol import leave_one_take_out
@@ -32,7 +33,6 @@ from kinetograph.evaluation.reproduce.timing import processor_seconds
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PointsByRole, at_rate, points_of
 from kinetograph.motion import Motion, place
 from kinetograph.pipeline import segment_library
-from kinetograph.samples import fetching as samples
 from kinetograph.take import Annotation, Take
 from walkers import walk
 

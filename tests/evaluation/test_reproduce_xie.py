@@ -7,13 +7,12 @@ import pytest
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.reproduce import xie2009
-from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce
+from kinetograph.evaluation.reproduce.xie2009 import METHODS, reproduce, run
 from kinetograph.evaluation.reproduce.xie2009.strokes import Strokes, cut_strokes, find_strokes, wide_layout
 from kinetograph.library import Library
-from kinetograph.methods.sensor.model import LocalSettings
+from kinetograph.methods.sensor import LocalModelSettings
 from kinetograph.motion import Motion
-from kinetograph.sensing.layout import PRESETS
+from kinetograph.sensing import PRESETS
 from kinetograph.take import Take
 from walkers import walk
 
@@ -22,7 +21,7 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
     library = Library.create(tmp_path / "lib")
     for name, speed in (("a", 0.8), ("b", 1.0), ("c", 1.2)):
         library.add(Take(name, {"motion": walk(2.0, speed=speed)}))
-    small = LocalSettings(runs=1, clusters=4, frames=150, centres=40)
+    small = LocalModelSettings(runs=1, clusters=4, frames=150, centres=40)
     rows = reproduce(tmp_path / "out", library, takes=("b",), local=small)
     assert [row.method for row in rows] == list(METHODS)
     page = (tmp_path / "out" / "index.html").read_text()
@@ -40,7 +39,7 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
 
 
 def swings(at: tuple[float, ...], seconds: float) -> Motion:
-    """A body that stands, and turns its left arm about at some times."""
+    """A body that stands, and swings its left arm round at some times."""
     still = walk(seconds, fps=50.0)
     rotations = np.zeros_like(still.rotations)
     rotations[..., 0] = 1.0
@@ -52,8 +51,8 @@ def swings(at: tuple[float, ...], seconds: float) -> Motion:
 
 
 def test_strokes_are_cut_about_the_fastest_hand_and_whole() -> None:
-    found = cut_strokes(swings((1.0, 4.0, 8.0), 12.0))
-    assert [len(stroke) for stroke in found] == [150, 150]  # the first begins before the recording
+    cut = cut_strokes(swings((1.0, 4.0, 8.0), 12.0))
+    assert [len(stroke) for stroke in cut] == [150, 150]  # the first begins before the recording
     assert cut_strokes(swings((), 6.0)) == []
 
 
@@ -68,9 +67,9 @@ def test_the_wide_device_differs_in_its_range_alone() -> None:
 def test_what_is_no_stroke_is_named(tmp_path: Path) -> None:
     assert "expected C3D files of markers, found none" in find_strokes(tmp_path / "nowhere").notes[0]
     (tmp_path / "bad.c3d").write_bytes(b"no C3D file")
-    found = find_strokes(tmp_path)
-    assert not found.takes
-    assert found.notes[0].startswith("bad.c3d is left out: ")
+    strokes = find_strokes(tmp_path)
+    assert not strokes.takes
+    assert strokes.notes[0].startswith("bad.c3d is left out: ")
 
 
 def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,8 +77,8 @@ def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.
     for name, speed in (("a", 0.8), ("b", 1.0)):
         library.add(Take(name, {"motion": walk(1.5, speed=speed)}))
     motions = {(f"serve_{i}", "motion"): walk(1.5, speed=0.9 + 0.2 * i) for i in (1, 2)}
-    monkeypatch.setattr(xie2009, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
-    small = LocalSettings(runs=1, clusters=2, frames=100, centres=30)
+    monkeypatch.setattr(run, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
+    small = LocalModelSettings(runs=1, clusters=2, frames=100, centres=30)
     rows = reproduce(tmp_path / "out", library, takes=("b",), serves=tmp_path, local=small)
     assert [row.take for row in rows[:: len(METHODS)]] == ["b", "serve_1", "serve_2"]
     page = (tmp_path / "out" / "index.html").read_text()
@@ -90,8 +89,8 @@ def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_real_serves(data_folder: Path) -> None:
-    found = find_strokes(data_folder / "c3d")
-    strokes = found.takes["kinematics_tennis_serve"]
-    assert len(strokes) == 5
-    assert len({stroke.skeleton for stroke in strokes.values()}) == 1
-    assert sum("is left out: no Plug-in-Gait body" in note for note in found.notes) == 4
+    strokes = find_strokes(data_folder / "c3d")
+    serves = strokes.takes["kinematics_tennis_serve"]
+    assert len(serves) == 5
+    assert len({serve.skeleton for serve in serves.values()}) == 1
+    assert sum("is left out: no Plug-in-Gait body" in note for note in strokes.notes) == 4

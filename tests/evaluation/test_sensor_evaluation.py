@@ -8,20 +8,12 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.real_sensors import evaluate_recordings, neura
-from kinetograph.evaluation.sensor import (
-    averaged,
-    blocks,
-    evaluate,
-    grouped,
-    normalised_rms,
-    pose_errors,
-    score,
-    spread_out,
-    sweep,
-)
+from kinetograph.evaluation.sensor import HeldOut, blocks, evaluate, fitted_to, folds, grouped
 from kinetograph.evaluation.sensor_baselines import ridge
+from kinetograph.evaluation.sensor_scores import averaged, normalised_rms, pose_errors, score
+from kinetograph.evaluation.sensor_sweep import spread_out, sweep
 from kinetograph.library import Library
-from kinetograph.methods.sensor.model import SensorControl
+from kinetograph.methods.sensor import Continuity, Interpolation, LocalModelSettings, Optimisation, SensorControl
 from kinetograph.sensing import preset
 from kinetograph.take import Take
 from walkers import walk
@@ -35,15 +27,15 @@ def library(tmp_path: Path) -> Library:
     return made
 
 
-def test_a_known_turn_is_a_known_error_and_headings_do_not_count():
+def test_a_known_rotation_is_a_known_error_and_headings_do_not_count():
     truth = walk(1.0)
-    turned = truth.rotations.copy()
-    turned[:, 3] = rot.multiply(turned[:, 3], rot.about("z", np.radians(10.0)))
-    turned[:, 0] = rot.multiply(rot.about("y", 1.0), turned[:, 0])
-    errors = pose_errors(turned, truth.rotations)
+    other = truth.rotations.copy()
+    other[:, 3] = rot.multiply(other[:, 3], rot.about("z", np.radians(10.0)))
+    other[:, 0] = rot.multiply(rot.about("y", 1.0), other[:, 0])
+    errors = pose_errors(other, truth.rotations)
     np.testing.assert_allclose(errors[:, 3], 10.0, atol=1e-6)
     np.testing.assert_allclose(np.delete(errors, 3, axis=1), 0.0, atol=1e-5)
-    row, joints = score("x", "all", turned, truth)
+    row, joints = score("x", "all", other, truth)
     assert row.angle == pytest.approx(10.0 / len(truth.skeleton))
     assert joints[3] == pytest.approx(10.0)
     assert row.jitter == pytest.approx(1.0, abs=0.2)
@@ -70,7 +62,9 @@ def test_blocks_leave_gaps_of_a_second():
 
 
 def test_every_method_is_tried_on_every_take(library: Library):
-    rows, joints = evaluate(library, SensorControl(), syntheses=("continuity",), groups={"a": "slow"})
+    rows, joints = evaluate(
+        library, SensorControl(), syntheses={"continuity": Continuity()}, held=HeldOut(groups={"a": "slow"})
+    )
     assert {(r.group, r.method) for r in rows} >= {("slow", "mean pose"), ("slow", "continuity"), ("all", "ridge")}
     best = {r.method: r.angle for r in rows if r.group == "all"}
     assert best["continuity"] < best["mean pose"]
@@ -82,16 +76,30 @@ def test_every_method_is_tried_on_every_take(library: Library):
 def test_a_library_of_one_take_is_cut_into_blocks(tmp_path: Path):
     single = Library.create(tmp_path / "one")
     single.add(Take("only", {"motion": walk(12.0)}))
-    rows, _ = evaluate(single, SensorControl(), syntheses=())
+    rows, _ = evaluate(single, SensorControl(), syntheses={})
     assert rows[0].takes == 5
 
 
 def test_a_sweep_begins_with_no_growth(library: Library):
-    rows = sweep(library, SensorControl(), "loss", only=("b",))
+    rows = sweep(library, SensorControl(), "loss", held=HeldOut(only=("b",)))
     assert [r.value for r in rows] == [0.0, 0.1, 0.2, 0.3]
     assert rows[0].growth == 0.0
-    fewer = sweep(library, SensorControl(), "sensors", only=("b",))
+    fewer = sweep(library, SensorControl(), "sensors", held=HeldOut(only=("b",)))
     assert [int(r.value) for r in fewer] == [1, 2, 4, 6, 8]
+    with pytest.raises(RequestError, match="no sweep 'rain'; expected one of loss, offset, span, sensors"):
+        sweep(library, SensorControl(), "rain")
+
+
+def test_syntheses_with_the_same_local_settings_share_their_local_models(library: Library):
+    small, other = (LocalModelSettings(runs=1, clusters=clusters, frames=150, centres=40) for clusters in (3, 4))
+    syntheses = (Continuity(), Interpolation(small), Optimisation(local=small), Interpolation(other))
+    method = SensorControl()
+    fold = folds(library, method, HeldOut(only=("b",)))[0]()
+    methods = {str(i): SensorControl(synthesis=made) for i, made in enumerate(syntheses)}
+    local = [model.fitted.local for _, model in fitted_to(methods, fold.examples)]
+    assert local[0] is None
+    assert local[1] is local[2]
+    assert local[3] is not local[1]
 
 
 def test_few_sensors_are_spread_over_the_body():

@@ -129,9 +129,9 @@ def small_motion(frames: int = 5) -> Motion:
         [[0, 0.9, 0], [0, 0.4, 0], [0, 0.2, 0], [0.2, 0, 0], [-0.2, 0, 0], [0.1, 0, 0], [0, -0.4, 0], [0, -0.4, 0],
          [-0.1, 0, 0], [0, -0.4, 0]]
     )  # fmt: skip
-    turns = rot.exp(np.random.default_rng(5).normal(0, 0.2, (frames, len(names), 3)))
-    way = np.column_stack([np.zeros(frames), np.full(frames, 0.9), np.linspace(0, 0.1, frames)])
-    return Motion(Skeleton(names, parents, offsets), way, turns, 30.0)
+    rotations = rot.exp(np.random.default_rng(5).normal(0, 0.2, (frames, len(names), 3)))
+    path = np.column_stack([np.zeros(frames), np.full(frames, 0.9), np.linspace(0, 0.1, frames)])
+    return Motion(Skeleton(names, parents, offsets), path, rotations, 30.0)
 
 
 ASF = """:version 1.10

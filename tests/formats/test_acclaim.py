@@ -30,7 +30,7 @@ def matrix(axis: str, degrees: float) -> np.ndarray:
 
 
 def test_a_chain_by_hand(tmp_path: Path) -> None:
-    # the specification: L = C M C^-1, M of "rx ry rz" is Rz Ry Rx, and C of "axis 0 0 20 XYZ" turns about z
+    # the specification: L = C M C^-1, M of "rx ry rz" is Rz Ry Rx, and C of "axis 0 0 20 XYZ" is a rotation about z
     loaded = read(files(tmp_path))
     motion = loaded.take.motion()
     root = matrix("z", 30) @ matrix("y", 20) @ matrix("x", 10)
@@ -105,7 +105,7 @@ def test_damaged_motions_say_where(tmp_path: Path, old: str, new: str, expected:
     ("old", "new", "expected"),
     [
         ("leg shin", "leg leg", "bone 'leg' has two parents"),
-        ("root leg\n    leg shin", "leg shin\n    shin leg", "hang in a ring or on nothing"),
+        ("root leg\n    leg shin", "leg shin\n    shin leg", "form a ring or have no parent"),
         ("axis 10 0 0 XYZ", "axis 10 0 0 XYX", "expected an order of axes such as XYZ, found 'xyx'"),
         ("length 6", "length six", "expected a finite number, found 'six'"),
         (":hierarchy", ":tree", "expected the sections :bonedata and :hierarchy"),
@@ -124,10 +124,18 @@ def test_lenient_takes_the_frames_before_the_damage(tmp_path: Path) -> None:
     assert any("took 1 frames before it" in note for note in loaded.notes)
 
 
+def test_lenient_stops_before_a_frame_with_fewer_bones_in_the_middle(tmp_path: Path) -> None:
+    first, second = mutations.AMC.split("2\n", 1)
+    path = files(tmp_path, f"{first}2\n{second.replace('shin 25', '')}\n3\n{second}")
+    with pytest.raises(FormatError, match="frame 2 has other bones than the first one"):
+        read(path)
+    assert len(read(path, ReadOptions(lenient=True)).take.motion()) == 1
+
+
 def test_a_missing_skeleton_is_named(tmp_path: Path) -> None:
     path = files(tmp_path)
     path.with_name("small.asf").unlink()
-    with pytest.raises(FormatError, match=r"expected its skeleton small_01\.asf beside it, found 0 others"):
+    with pytest.raises(FormatError, match=r"expected its skeleton small_01\.asf in its folder, found 0 others"):
         load(path)
     path.with_name("elsewhere").mkdir()
     (tmp_path / "elsewhere" / "x.asf").write_text(mutations.ASF)

@@ -68,7 +68,7 @@ def test_positions_of_a_turned_arm_by_hand(tmp_path: Path) -> None:
     motion = parsed(tmp_path, TINY)
     assert motion.skeleton.names == ("Hips", "Arm")
     assert motion.fps == 30.0
-    # frame 1: the root turns 90 degrees about z, so the arm points up; its own turn about y swings the tip to -z
+    # frame 1: the root rotates by 90 degrees about z, so the arm points up; its own about y moves the tip to -z
     np.testing.assert_allclose(joint_positions(motion)[1], [[1, 2, 3], [1, 3, 3]], atol=1e-12)
     np.testing.assert_allclose(end_positions(motion)[:, 0], [[1.5, 1, 0], [1, 3, 2.5]], atol=1e-12)
 
@@ -296,8 +296,8 @@ ERRORS = {
     "frames missing": ("Frames: 2\n", "", r":17: expected Frames: and a whole number, found 'Frame'"),
     "frame time missing": ("Frame Time: 0.033333\n", "", r":18: expected Frame Time: and seconds, found '0'"),
     "frame time text": ("0.033333", "fast", r":18: expected Frame Time: and seconds, found 'fast'"),
-    "short row": ("0 0 0 0 0 0\n", "0 0 0 0 0\n", r":19: expected 9 numbers, one a channel, found 8"),
-    "long row": ("90 0 0 0 0 90", "90 0 0 0 0 90 7", r":20: expected 9 numbers, one a channel, found 10"),
+    "short row": ("0 0 0 0 0 0\n", "0 0 0 0 0\n", r":19: expected 9 numbers, one per channel, found 8"),
+    "long row": ("90 0 0 0 0 90", "90 0 0 0 0 90 7", r":20: expected 9 numbers, one per channel, found 10"),
     "nan": ("90 0 0 0 0 90", "90 0 nan 0 0 90", r":20: expected a finite number, found 'nan'"),
     "inf": ("90 0 0 0 0 90", "90 0 -inf 0 0 90", r":20: expected a finite number, found '-inf'"),
     "overflow": ("90 0 0 0 0 90", "90 0 1e999 0 0 90", r":20: expected numbers up to 1e\+09, found a larger one"),
@@ -372,14 +372,14 @@ def test_a_missing_file_and_a_folder_are_format_errors(tmp_path: Path) -> None:
     [
         (TINY.replace("Frames: 2", "Frames: 5"), 2, "Frames: 5, but there are 2 rows"),
         (TINY.replace("Frames: 2", "Frames: 1"), 2, "Frames: 1, but there are 2 rows"),
-        (TINY[:-8], 1, "line 20: expected 9 numbers, one a channel, found 6"),
+        (TINY[:-8], 1, "line 20: expected 9 numbers, one per channel, found 6"),
         (TINY.replace("1 2 3 90", "1 2 3 oops"), 1, "line 20: expected a finite number, found 'oops'"),
     ],
 )
 def test_lenient_takes_the_whole_rows_that_are_there(tmp_path: Path, text: str, frames: int, note: str) -> None:
     loaded = parse(tmp_path, text, ReadOptions("metre", "y", lenient=True))
     assert len(loaded.take.motion()) == frames
-    assert any(note in found for found in loaded.notes)
+    assert any(note in line for line in loaded.notes)
 
 
 def test_deep_nesting_neither_recurses_nor_is_slow(tmp_path: Path) -> None:
@@ -429,7 +429,7 @@ def test_turns_match_the_naive_twin() -> None:
     values = rng.uniform(-400, 400, (5, 12))
     columns = np.array([[0, 1, 2], [3, -1, -1], [4, 5, -1], [-1, -1, -1], [9, 10, 11]])
     axes = rng.integers(0, 3, columns.shape)
-    got = _kernels.turns_of_channels(values, columns, axes)
+    got = _kernels.rotations_of_channels(values, columns, axes)
     np.testing.assert_allclose(got, naive_turns(values, columns, axes), atol=1e-14)
 
 

@@ -1,4 +1,4 @@
-"""Units and upward axes: conversions by hand, and guesses on made and on recorded motions."""
+"""Units and upward axes: conversions with known answers, and guesses on synthetic and on recorded motions."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from kinetograph.formats.conventions import (
     from_up,
     guess_units,
     guess_up,
+    points_from_up,
     scale_motion,
     to_metres_y_up,
     to_up,
-    turn_points,
     unit_factor,
 )
 from kinetograph.kinematics import joint_positions, role_positions
@@ -85,16 +85,16 @@ def test_factors_are_those_of_the_units() -> None:
 
 @pytest.mark.parametrize(("up", "point"), [("x", [-2, 1, 3]), ("y", [1, 2, 3]), ("z", [1, 3, -2])])
 def test_points_turn_to_y_up(up: str, point: list[float]) -> None:
-    np.testing.assert_allclose(turn_points(np.array([1.0, 2, 3]), up), point, atol=1e-12)
+    np.testing.assert_allclose(points_from_up(np.array([1.0, 2, 3]), up), point, atol=1e-12)
 
 
 @pytest.mark.parametrize("up", ["x", "y", "z"])
 def test_turning_moves_every_joint_and_no_rest_offset(up: str) -> None:
     motion = getting_up()
     turned = from_up(motion, up)
-    np.testing.assert_allclose(joint_positions(turned), turn_points(joint_positions(motion), up), atol=1e-12)
+    np.testing.assert_allclose(joint_positions(turned), points_from_up(joint_positions(motion), up), atol=1e-12)
     np.testing.assert_array_equal(turned.skeleton.offsets[1:], motion.skeleton.offsets[1:])
-    np.testing.assert_allclose(turned.skeleton.offsets[0], turn_points(motion.skeleton.offsets[0], up), atol=1e-12)
+    np.testing.assert_allclose(turned.skeleton.offsets[0], points_from_up(motion.skeleton.offsets[0], up), atol=1e-12)
     back = to_up(turned, up)
     np.testing.assert_allclose(joint_positions(back), joint_positions(motion), atol=1e-12)
 

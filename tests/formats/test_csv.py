@@ -1,4 +1,4 @@
-"""Paths and signals as CSV: by hand, dialects, errors, round trips."""
+"""Paths and signals as CSV: small files with known contents, dialects, errors, round trips."""
 
 from __future__ import annotations
 
@@ -200,8 +200,8 @@ def test_a_path_is_written_as_a_path(tmp_path: Path, height: float, header: str)
 
 def test_a_motion_becomes_a_table_of_positions_or_of_angles(tmp_path: Path) -> None:
     bone = Skeleton(("a", "b c"), np.array([-1, 0]), np.array([[0.0, 0, 0], [0, 1, 0]]))
-    turns = rot.from_euler(np.radians([[[10.0, 20, 30], [0, 0, 0]], [[12.0, 22, 32], [0, 0, 0]]]), "zxy")
-    motion = Motion(bone, np.array([[0.0, 1, 2], [0, 1, 3]]), turns, 30)
+    rotations = rot.from_euler(np.radians([[[10.0, 20, 30], [0, 0, 0]], [[12.0, 22, 32], [0, 0, 0]]]), "zxy")
+    motion = Motion(bone, np.array([[0.0, 1, 2], [0, 1, 3]]), rotations, 30)
     save(motion, tmp_path / "places.csv")
     places = load(tmp_path / "places.csv").signal()
     np.testing.assert_allclose(places.values, joint_positions(motion), atol=1e-8)

@@ -56,15 +56,15 @@ def test_a_hinge_turns_about_z_and_a_negative_knee_bends_the_shank_back(tmp_path
 
 
 def test_every_joint_reads_its_own_columns(tmp_path: Path) -> None:
-    row, start, turns = _row(), 4, {}
+    row, start, rotations = _row(), 4, {}
     names = [name for name in skeleton().names if not name.endswith("wrist")]
     for i, (name, width) in enumerate(zip(names, (4, *_WIDTHS), strict=True)):
-        turns[name] = rot.about("z" if width == 1 else "x", 0.1 * (i + 1))
-        row[start : start + width] = turns[name].tolist() if width == 4 else [0.1 * (i + 1)]
+        rotations[name] = rot.about("z" if width == 1 else "x", 0.1 * (i + 1))
+        row[start : start + width] = rotations[name].tolist() if width == 4 else [0.1 * (i + 1)]
         start += width
     motion = load(_write(tmp_path / "all.txt", [row])).motion()
-    for name, turn in turns.items():
-        np.testing.assert_allclose(motion.rotations[0, motion.skeleton.index(name)], turn, atol=1e-12)
+    for name, rotation in rotations.items():
+        np.testing.assert_allclose(motion.rotations[0, motion.skeleton.index(name)], rotation, atol=1e-12)
     assert motion.rotations[0, motion.skeleton.index("left_wrist")].tolist() == [1, 0, 0, 0]
 
 
@@ -88,7 +88,7 @@ def test_uneven_rows_are_resampled_to_their_usual_rate(tmp_path: Path) -> None:
     motion = loaded.take.motion()
     assert motion.fps == 10
     np.testing.assert_allclose(motion.translation[:, 0], [0, 1, 2, 3, 4, 5], atol=1e-9)
-    assert "resampled to 10 frames a second" in loaded.notes[0]
+    assert "resampled to 10 frames per second" in loaded.notes[0]
 
 
 def test_quaternions_come_out_unit_long_and_without_flips(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def _broken(column: int, value: object) -> list[list[Any]]:
         (_broken(3, True), r"expected a finite number in frame 1, column 3, found true"),
         (_broken(0, 0.0), r"expected positive seconds to the next frame in frame 1, found 0"),
         (_broken(4, 0.0), r"expected a unit quaternion in frame 1, joint root, found length 0"),
-        ([_row(0.0)], r"expected positive seconds a frame, found 0 in frame 0; give the rate with --fps"),
+        ([_row(0.0)], r"expected positive seconds per frame, found 0 in frame 0; give the rate with --fps"),
         ([], r"expected at least one frame, found none"),
         (None, r'expected a DeepMimic object with a list "Frames", found the keys Loop, Frames'),
     ],
@@ -186,11 +186,11 @@ def test_real_clips_stand_on_the_floor_and_close_their_loops(clips_folder: Path,
 
 
 def test_another_character_is_refused(clips_folder: Path) -> None:
-    found = list(clips_folder.rglob("laikago_walk.txt"))
-    if not found:
+    dogs = list(clips_folder.rglob("laikago_walk.txt"))
+    if not dogs:
         pytest.skip("no laikago_walk.txt in the sample")
     with pytest.raises(FormatError, match="this is another character"):
-        load(found[0])
+        load(dogs[0])
 
 
 def test_long_walks_are_read_whole(data_folder: Path) -> None:

@@ -15,9 +15,11 @@ import pytest
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
-from kinetograph.formats import capsules, load, save
+from kinetograph.formats import body_capsules, load, rest_positions, save
+from kinetograph.formats.capsules import LEFT, RIGHT
 from kinetograph.formats.gltf import writer as glb
 from kinetograph.formats.options import WriteOptions
+from kinetograph.formats.surface import body_surface
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
@@ -86,7 +88,7 @@ def matrix(node: dict[str, Any]) -> np.ndarray:
 
 
 def random_motion(skeleton: Skeleton, frames: int, seed: int = 0, fps: float = 30.0) -> Motion:
-    """Smooth turns of every joint, some beyond half a turn, along a wandering root path."""
+    """Smooth rotations of every joint, some beyond 180 degrees, along a wandering root path."""
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / fps
     swing = rng.uniform(-2.5, 2.5, (1, len(skeleton), 3)) * np.sin(t * rng.uniform(1, 4, (1, len(skeleton), 3)))
@@ -157,11 +159,11 @@ def test_the_animation_through_node_matrices_is_forward_kinematics(case: str) ->
         top = next(i for i, node in enumerate(file.json["nodes"]) if node["name"] == track)
         joints = slice(top + 1, top + 1 + len(motion.skeleton))
         assert tuple(node["name"] for node in file.json["nodes"][joints]) == motion.skeleton.names
-        positions, turns = forward(motion)
+        positions, rotations = forward(motion)
         for frame in {0, min(len(c) for c in characters(CASES[case]).values()) - 1}:
             world = file.world(frame)[joints]
             assert np.abs(world[:, :3, 3] - positions[frame]).max() < 1e-5
-            assert np.abs(world[:, :3, :3] - rot.to_matrix(turns[frame])).max() < 1e-5
+            assert np.abs(world[:, :3, :3] - rot.to_matrix(rotations[frame])).max() < 1e-5
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -181,10 +183,10 @@ def test_the_skin_moves_each_capsule_with_its_joint(case: str) -> None:
         bind = file.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
         move = world[skin["joints"]] @ bind
         skinned = np.einsum("vij,vj->vi", move[joints[:, 0]], np.c_[points, np.ones(len(points))])[:, :3]
-        body = capsules.surface(motion.skeleton)
-        local = body.points - capsules.rest_positions(motion.skeleton)[body.joints]
-        positions, turns = forward(cut(motion, 0, 1))
-        expected = positions[0, body.joints] + rot.rotate(turns[0, body.joints], local)
+        body = body_surface(motion.skeleton)
+        local = body.points - rest_positions(motion.skeleton)[body.joints]
+        positions, rotations = forward(cut(motion, 0, 1))
+        expected = positions[0, body.joints] + rot.rotate(rotations[0, body.joints], local)
         assert np.abs(skinned - expected).max() < 1e-5
 
 
@@ -205,7 +207,7 @@ def test_keys_start_at_zero_and_rise_and_quaternions_are_unit_and_continuous(cas
 
 @pytest.mark.parametrize("skeleton", [humanoid(), chain(1), chain(4)], ids=["humanoid", "lone joint", "chain"])
 def test_the_body_is_closed_and_faces_outward(skeleton: Skeleton) -> None:
-    body = capsules.surface(skeleton)
+    body = body_surface(skeleton)
     assert np.abs(np.linalg.norm(body.normals, axis=1) - 1).max() < 1e-9
     a, b, c = (body.points[body.triangles[:, i]] for i in range(3))
     faces = np.cross(b - a, c - a)
@@ -219,11 +221,11 @@ def test_the_body_is_closed_and_faces_outward(skeleton: Skeleton) -> None:
 
 def test_the_body_of_a_person_has_sides_and_human_proportions() -> None:
     skeleton = humanoid()
-    found = {(bone.part, bone.side): bone for bone in capsules.bones(skeleton)}
-    assert {part for part, _ in found} >= {"torso", "pelvis", "thigh", "shin", "foot", "upper arm", "forearm", "hand"}
-    assert {side for part, side in found if part == "thigh"} == {capsules.LEFT, capsules.RIGHT}
-    assert found["torso", 0].radii[0] > found["thigh", 1].radii[0] > found["hand", 1].radii[0]
-    body = capsules.surface(skeleton)
+    parts = {(bone.part, bone.side): bone for bone in body_capsules(skeleton)}
+    assert {part for part, _ in parts} >= {"torso", "pelvis", "thigh", "shin", "foot", "upper arm", "forearm", "hand"}
+    assert {side for part, side in parts if part == "thigh"} == {LEFT, RIGHT}
+    assert parts["torso", 0].radii[0] > parts["thigh", 1].radii[0] > parts["hand", 1].radii[0]
+    body = body_surface(skeleton)
     extent = np.ptp(body.points, axis=0)
     assert 1.5 < extent[1] < 1.9
     assert np.all(body.points[body.joints == skeleton.names.index("left_hand")][:, 0] > 0)

@@ -1,4 +1,4 @@
-"""C3D and NumPy archives: independent readers, textbook bytes, archives made to do harm."""
+"""C3D and NumPy archives: independent readers, textbook bytes, malicious archives."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ def test_amass_poses(tmp_path: Path) -> None:
     given = np.load(tmp_path / "a.npz")
     assert (len(motion), motion.fps, len(motion.skeleton)) == (5, 60.0, 22)
     assert len(motion.skeleton.roles) == 21
-    turn = rot.multiply(rot.about("x", -np.pi / 2), rot.exp(given["poses"][2, :3]))  # Z up becomes Y up
-    assert float(rot.angle_between(motion.rotations[2, 0], turn)) < 1e-9
+    rotation = rot.multiply(rot.about("x", -np.pi / 2), rot.exp(given["poses"][2, :3]))  # Z up becomes Y up
+    assert float(rot.angle_between(motion.rotations[2, 0], rotation)) < 1e-9
     assert float(rot.angle_between(motion.rotations[2, 4], rot.exp(given["poses"][2, 12:15]))) < 1e-9
     np.testing.assert_allclose(motion.translation[2], given["trans"][2][[0, 2, 1]] * [1, 1, -1], atol=1e-12)
     assert any("joint offsets not given" in note for note in loaded.notes)
@@ -158,7 +158,7 @@ def test_an_array_of_a_billion_frames_is_refused_before_there_is_room_for_it(tmp
 
 
 def test_zip_bombs_and_objects_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="is it made to do harm"):
+    with pytest.raises(FormatError, match="is the file malicious"):
         load(archive(tmp_path, "poses.npy", bytes(200_000_000)))
     buffer = io.BytesIO()
     np.save(buffer, np.array([{}], dtype=object), allow_pickle=True)

@@ -9,7 +9,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
-from kinetograph.formats.sensor_recordings import motion_of_points, read_xsens, together
+from kinetograph.formats.sensor_recordings import merge_sensors, motion_of_points, read_xsens
 from kinetograph.kinematics import joint_positions
 from kinetograph.sensing import Device, preset, simulate
 from walkers import walk
@@ -60,7 +60,7 @@ def test_a_clocks_times_are_counted_from_the_first(tmp_path: Path):
         ("", r"expected rows of readings below the header, found none"),
     ],
 )
-def test_bad_rows_are_told_with_their_line(tmp_path: Path, rows: str, message: str):
+def test_bad_rows_are_refused_with_their_line(tmp_path: Path, rows: str, message: str):
     with pytest.raises(FormatError, match=message):
         read_readings(written(tmp_path, HEADER + rows))
 
@@ -140,7 +140,7 @@ def test_a_bad_layout_is_refused(tmp_path: Path, text: str, message: str):
         read_layout(written(tmp_path, text, "l.toml"))
 
 
-def test_an_unknown_preset_is_told_with_those_there_are():
+def test_an_unknown_preset_is_refused_with_those_there_are():
     with pytest.raises(RequestError, match="no layout 'wi'"):
         read_layout("wi")
 
@@ -159,15 +159,15 @@ def test_an_xsens_text_is_read_by_its_column_names(tmp_path: Path):
 
 def test_an_xsens_orientation_has_y_up(tmp_path: Path):
     header = "Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z,Quat_q0,Quat_q1,Quat_q2,Quat_q3\n"
-    # at rest: lying, its z up; and turned a quarter about x, its y up
+    # at rest: lying, its z up; and rotated a quarter about x, its y up
     text = header + f"0,0,9.81,0,0,0,1,0,0,0\n0,9.81,0,0,0,0,{np.sqrt(0.5)},{np.sqrt(0.5)},0,0\n"
     one = read_xsens(written(tmp_path, text, "x.txt"), "pelvis")
     assert one.orientation is not None
     assert np.allclose(rot.rotate(one.orientation, one.force), [0, 9.81, 0], atol=1e-9)
-    both = together({"pelvis": one, "other": one})
+    both = merge_sensors({"pelvis": one, "other": one})
     assert both.orientation is not None
     assert len(both.orientation) == 4
-    assert together({"pelvis": one, "other": replace(one, orientation=None)}).orientation is None
+    assert merge_sensors({"pelvis": one, "other": replace(one, orientation=None)}).orientation is None
 
 
 def test_points_become_a_motion_whose_joints_are_where_they_were():
@@ -181,6 +181,6 @@ def test_points_become_a_motion_whose_joints_are_where_they_were():
     for joint in range(1, 20):
         points[:, joint] = points[:, parents[joint]] + lengths[joint] * direction[:, joint]
     got = joint_positions(motion_of_points(points, 30.0))
-    for joint in (5, 6, 7, 9, 10, 11, 13, 14, 15):  # below joints of one bone every turn can be had
+    for joint in (5, 6, 7, 9, 10, 11, 13, 14, 15):  # below joints of one bone every rotation is possible
         bone = got[:, joint] - got[:, parents[joint]]
         np.testing.assert_allclose(bone, lengths[joint] * direction[:, joint], atol=1e-6)

@@ -145,10 +145,10 @@ def test_cubic_splines_bend_as_their_tangents_say(tmp_path: Path) -> None:
 
 
 def test_cubic_splines_of_turns_stay_turns(tmp_path: Path) -> None:
-    turns = rot.about("y", np.array([0.0, 1.0]))[:, [1, 2, 3, 0]]
+    rotations = rot.about("y", np.array([0.0, 1.0]))[:, [1, 2, 3, 0]]
     values = np.zeros((2, 3, 4), dtype="<f4")
-    values[:, 1] = turns
-    values[0, 2] = values[1, 0] = turns[1] - turns[0]
+    values[:, 1] = rotations
+    values[0, 2] = values[1, 0] = rotations[1] - rotations[0]
     content = document(buffers=data_uri(np.array([0, 1], dtype="<f4"), values))
     content["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE"
     content["animations"][0]["channels"][0]["target"]["path"] = "rotation"
@@ -221,7 +221,7 @@ def test_models_in_a_ring_are_refused(tmp_path: Path) -> None:
     keys = [np.int64(1), np.int64(2)]
     objects = [make("Model", key, "m\x00\x01Model", "LimbNode") for key in keys]
     links = [make("C", "OO", keys[0], keys[1]), make("C", "OO", keys[1], keys[0])]
-    with pytest.raises(FormatError, match="in a ring"):
+    with pytest.raises(FormatError, match="form a ring"):
         load(fbx(tmp_path, make("Objects", children=objects), make("Connections", children=links)))
 
 
@@ -253,14 +253,14 @@ def limb(order: int, angles: tuple[float, float, float], before: tuple[float, fl
 def test_every_order_of_turns_and_pre_rotations(tmp_path: Path, order: int, axes: str) -> None:
     angles = {"x": 10.0, "y": 20.0, "z": 30.0}
     path = fbx(tmp_path, make("Objects", children=[limb(order, (10.0, 20.0, 30.0), (0.0, 0.0, 90.0))]))
-    turn = rot.identity()
+    rotation = rot.identity()
     for axis in axes:  # the first one named acts on the vector first
-        turn = rot.multiply(rot.about(axis, np.radians(angles[axis])), turn)
+        rotation = rot.multiply(rot.about(axis, np.radians(angles[axis])), rotation)
     before = rot.about("z", np.pi / 2)
-    # at rest the pre-rotation stands, and rest poses are poses without turns here
-    wanted = rot.multiply(rot.multiply(before, turn), rot.conjugate(before))
-    found = load(path, up="y").motion().rotations[0, 0]
-    assert float(rot.angle_between(found, wanted)) < 1e-7
+    # at rest the pre-rotation is applied, and it is part of the rest pose here
+    wanted = rot.multiply(rot.multiply(before, rotation), rot.conjugate(before))
+    read = load(path, up="y").motion().rotations[0, 0]
+    assert float(rot.angle_between(read, wanted)) < 1e-7
 
 
 def test_units_and_upward_axis_of_fbx(tmp_path: Path) -> None:
@@ -310,8 +310,8 @@ def test_usd_is_what_its_own_library_reads(tmp_path: Path) -> None:
     query = UsdSkel.Cache().GetSkelQuery(skeleton)
     places = joint_positions(motion)
     for frame in range(len(motion)):
-        found = query.ComputeJointSkelTransforms(frame)
-        ours = [Gf.Matrix4d(matrix).ExtractTranslation() for matrix in found]
+        transforms = query.ComputeJointSkelTransforms(frame)
+        ours = [Gf.Matrix4d(matrix).ExtractTranslation() for matrix in transforms]
         np.testing.assert_allclose(np.array(ours), places[frame], atol=1e-5)
 
 

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 import naive_keyframe as naive
 from kinetograph.errors import DataError, RequestError
+from kinetograph.learn.distances import squared_distances, squared_distances_to
 from kinetograph.learn.hmm import outputs_by_bayes, viterbi
-from kinetograph.learn.kmeans import kmeans
 from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
+from kinetograph.learn.quantisation import kmeans
 from kinetograph.learn.reduction import fit_pca
 
 seeds = st.integers(0, 10_000)
@@ -94,19 +95,19 @@ def test_components_find_the_plane_that_data_lie_in():
     rng = np.random.default_rng(0)
     plane = np.linalg.qr(rng.normal(size=(6, 2)))[0].T
     x = 3 + rng.normal(size=(50, 2)) * [5, 1] @ plane
-    found = fit_pca(x, 0.999)
-    assert found.basis.shape == (6, 2)
-    assert found.share == pytest.approx(1)
-    assert found.decode(found.encode(x)) == pytest.approx(x)
+    pca = fit_pca(x, 0.999)
+    assert pca.basis.shape == (6, 2)
+    assert pca.share == pytest.approx(1)
+    assert pca.decode(pca.encode(x)) == pytest.approx(x)
     assert fit_pca(x, 0.9).basis.shape == (6, 1)
 
 
 @given(seeds, st.floats(0.05, 0.999))
 def test_components_keep_the_share_asked_for_and_no_more_than_needed(seed: int, share: float):
     x = np.random.default_rng(seed).normal(size=(20, 5)) * [5, 3, 1, 0.5, 0.1]
-    found = fit_pca(x, share)
-    assert found.share >= share - 1e-9
-    one_less = found.variances[: found.dimensions - 1].sum() / found.variances.sum()
+    pca = fit_pca(x, share)
+    assert pca.share >= share - 1e-9
+    one_less = pca.variances[: pca.dimensions - 1].sum() / pca.variances.sum()
     assert one_less < share
 
 
@@ -121,12 +122,12 @@ def test_components_refuse_nonsense():
 def test_kmeans_reports_its_error_and_is_a_fixed_point(seed: int, clusters: int):
     rng = np.random.default_rng(seed)
     x = rng.normal(size=(30, 2))
-    found = kmeans(x, clusters, rng, restarts=2)
-    assert found.error == pytest.approx(naive.quantisation_error(x, found.centres))
-    labels = found.assign(x)
+    quantiser = kmeans(x, clusters, rng, restarts=2)
+    assert quantiser.error == pytest.approx(naive.quantisation_error(x, quantiser.centres))
+    labels = quantiser.assign(x)
     assert set(labels) == set(range(clusters))
     for k in range(clusters):
-        assert found.centres[k] == pytest.approx(x[labels == k].mean(axis=0))
+        assert quantiser.centres[k] == pytest.approx(x[labels == k].mean(axis=0))
 
 
 def test_kmeans_finds_blobs_and_is_repeatable():
@@ -135,8 +136,8 @@ def test_kmeans_finds_blobs_and_is_repeatable():
     x = np.concatenate([m + rng.normal(scale=0.1, size=(20, 2)) for m in middles])
     runs = [kmeans(x, 4, np.random.default_rng(1)) for _ in range(2)]
     assert runs[0].error == runs[1].error < 5
-    found = sorted(np.round(runs[0].centres).tolist())
-    assert found == sorted(middles.tolist())
+    centres = sorted(np.round(runs[0].centres).tolist())
+    assert centres == sorted(middles.tolist())
 
 
 def test_kmeans_agrees_with_an_independent_library():
@@ -150,3 +151,13 @@ def test_kmeans_copes_with_equal_rows_and_refuses_too_many_clusters():
     assert kmeans(np.ones((5, 2)), 3, np.random.default_rng(0)).error == 0
     with pytest.raises(DataError, match="expected 1 to 5 clusters"):
         kmeans(np.ones((5, 2)), 6, np.random.default_rng(0))
+
+
+@given(seeds, st.integers(1, 5))
+def test_distances_to_a_row_are_those_of_its_columns(seed: int, count: int):
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(7, 6)).astype(np.float32)
+    row, columns = rng.normal(size=count).astype(np.float32), rng.choice(6, count, replace=False)
+    squares = squared_distances_to(row, rows, columns)
+    assert squares == pytest.approx(((rows[:, columns] - row) ** 2).sum(axis=1), rel=1e-5)
+    assert squares == pytest.approx(squared_distances(rows[:, columns], row[None])[:, 0], rel=1e-3, abs=1e-4)

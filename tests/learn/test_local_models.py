@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal
 
 import naive_sensor
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import continuity
+from kinetograph.learn.continuity import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.learn.embedding import embed, fit_lle, local_weights
 from kinetograph.learn.interpolation import fit_rbf, local_widths
 from kinetograph.learn.mixture import fit_mixture, join_small
@@ -20,8 +20,8 @@ from kinetograph.learn.trust import learn_strengths
 
 def swiss_roll(count: int = 800) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(0)
-    turn, across = 1.5 * np.pi * (1 + 2 * rng.uniform(size=count)), 10 * rng.uniform(size=count)
-    return np.stack([turn * np.cos(turn), across, turn * np.sin(turn)], axis=1), turn
+    angle, across = 1.5 * np.pi * (1 + 2 * rng.uniform(size=count)), 10 * rng.uniform(size=count)
+    return np.stack([angle * np.cos(angle), across, angle * np.sin(angle)], axis=1), angle
 
 
 def test_pca_of_a_plane_needs_two_components_and_loses_nothing():
@@ -37,12 +37,12 @@ def test_pca_of_a_plane_needs_two_components_and_loses_nothing():
 
 
 def test_lle_unrolls_the_swiss_roll_where_pca_cannot():
-    data, turn = swiss_roll()
+    data, angle = swiss_roll()
 
     def agreement(coordinates):
-        design = np.c_[coordinates, np.ones(len(turn))]
-        fitted = design @ np.linalg.lstsq(design, turn, rcond=None)[0]
-        return np.corrcoef(fitted, turn)[0, 1] ** 2
+        design = np.c_[coordinates, np.ones(len(angle))]
+        fitted = design @ np.linalg.lstsq(design, angle, rcond=None)[0]
+        return np.corrcoef(fitted, angle)[0, 1] ** 2
 
     assert agreement(embed(data, 2, 12, 1e-3)) > 0.9
     assert agreement(fit_pca(data, 2).encode(data)) < 0.5
@@ -127,7 +127,7 @@ def test_gaussians_fill_what_is_missing_with_the_regression_line():
 
 
 @given(st.integers(0, 1000), st.booleans())
-def test_classes_are_told_apart_by_scipys_densities(seed, whole):
+def test_classes_are_distinguished_by_scipys_densities(seed, whole):
     rng = np.random.default_rng(seed)
     parts = [fit_gaussian(rng.normal(size=(30, 4)) @ rng.normal(size=(4, 4)), 1e-2) for _ in range(3)]
     shares = rng.dirichlet(np.ones(3))
@@ -137,8 +137,8 @@ def test_classes_are_told_apart_by_scipys_densities(seed, whole):
         np.log(share) + multivariate_normal(p.mean[valid], p.covariance[np.ix_(valid, valid)]).logpdf(value[valid])
         for p, share in zip(parts, shares, strict=True)
     ]
-    found = classes_of(parts, shares).log_densities(value, valid)
-    np.testing.assert_allclose(found - found[0], np.array(expected) - expected[0], atol=1e-8)
+    densities = classes_of(parts, shares).log_densities(value, valid)
+    np.testing.assert_allclose(densities - densities[0], np.array(expected) - expected[0], atol=1e-8)
 
 
 @given(st.integers(0, 1000), st.integers(1, 9), st.integers(0, 2))
@@ -151,17 +151,17 @@ def test_a_smooth_path_is_the_least_squares_one(seed, length, given_rows):
     np.testing.assert_allclose(smooth_path(means, precisions, weights, before), expected, atol=1e-5)
 
 
-def test_withdrawal_is_learnt_where_estimates_are_noise_and_not_where_they_are_right():
+def test_shrinkage_is_learnt_where_estimates_are_noise_and_not_where_they_are_right():
     rng = np.random.default_rng(0)
     truth, cases = rng.normal(size=(400, 4)), np.repeat(np.arange(4), 100)
     away = truth + np.array([0.0, 0.0, 3.0, 3.0]) * rng.normal(size=truth.shape)
-    doubt = np.full(400, 0.5)
-    found = learn_strengths(away, truth, doubt, np.array([0, 0, 1, 1]), cases)
-    assert found[0] == 0.0
-    assert found[1] >= 1.5
+    uncertainty = np.full(400, 0.5)
+    strengths = learn_strengths(away, truth, uncertainty, np.array([0, 0, 1, 1]), cases)
+    assert strengths[0] == 0.0
+    assert strengths[1] >= 1.5
     # one case whose estimates are wild, against three that are right
     wild = np.where((cases == 0)[:, None], truth + 5 * rng.normal(size=truth.shape), truth + 0.01)
-    assert learn_strengths(wild, truth, doubt, np.zeros(4, dtype=int), cases).tolist() == [0.0]
+    assert learn_strengths(wild, truth, uncertainty, np.zeros(4, dtype=int), cases).tolist() == [0.0]
 
 
 def test_mixing_gaussians_adds_the_spread_of_their_means():
@@ -177,8 +177,8 @@ def test_levenberg_marquardt_finds_the_bottom_of_rosenbrocks_valley():
         r = np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
         return r, np.array([[-20 * x[0], 10.0], [-1.0, 0.0]])
 
-    found = levenberg_marquardt(residuals, np.array([-1.2, 1.0]), most=200, tolerance=1e-12)
-    np.testing.assert_allclose(found.value, [1.0, 1.0], atol=1e-4)
+    solution = levenberg_marquardt(residuals, np.array([-1.2, 1.0]), most=200, tolerance=1e-12)
+    np.testing.assert_allclose(solution.value, [1.0, 1.0], atol=1e-4)
 
 
 @given(st.integers(0, 500), st.floats(0.5, 0.99), st.floats(0.0, 0.5), st.floats(0.1, 3.0))
@@ -187,10 +187,10 @@ def test_path_costs_are_those_of_the_naive_recursion(seed, decay, warp, jump):
     examples, queries = rng.normal(size=(30, 2)), rng.normal(size=(12, 2))
     first = np.zeros(30, dtype=bool)
     first[[0, 11, 12]] = True
-    search = continuity.PathSearch(examples.T.astype(np.float32), first, decay, warp, jump)
-    state = continuity.init(search)
+    search = PathSearch(examples.T.astype(np.float32), first, decay, warp, jump)
+    state = init_paths(search)
     for query in queries:
-        state = continuity.step(search, state, query, np.full(2, 0.5))
+        state = step_paths(search, state, query, np.full(2, 0.5))
     expected = naive_sensor.path_costs(examples, queries, first, decay, warp, jump)
     np.testing.assert_allclose(state.costs, expected, atol=2e-4)
 
@@ -200,20 +200,19 @@ def test_a_replayed_stretch_is_found_and_traced_back():
     examples = np.cumsum(rng.normal(size=(200, 3)), axis=0) * 0.3
     first = np.zeros(200, dtype=bool)
     first[[0, 100]] = True
-    search = continuity.PathSearch(examples.T.astype(np.float32), first, 0.9, 0.1, 2.0, lag=4)
-    state = continuity.init(search)
+    search = PathSearch(examples.T.astype(np.float32), first, 0.9, 0.1, 2.0, lag=4)
+    state = init_paths(search)
     for i in range(120, 160):
-        state = continuity.step(search, state, examples[i] + rng.normal(scale=0.05, size=3), np.full(3, 1 / 3))
-    found, shares = continuity.best(search, state, 5, 0.2)
-    assert found[np.argmax(shares)] == 159 - 4
+        state = step_paths(search, state, examples[i] + rng.normal(scale=0.05, size=3), np.full(3, 1 / 3))
+    passed, shares = best_paths(search, state, 5, 0.2)
+    assert passed[np.argmax(shares)] == 159 - 4
     assert shares.sum() == pytest.approx(1.0)
 
 
 def test_channels_without_weight_are_not_looked_at():
     examples = np.random.default_rng(0).normal(size=(40, 2))
-    search = continuity.PathSearch(examples.T.astype(np.float32), np.ones(40, dtype=bool), 0.9, 0.1, 2.0)
+    search = PathSearch(examples.T.astype(np.float32), np.ones(40, dtype=bool), 0.9, 0.1, 2.0)
     one, other = (
-        continuity.step(search, continuity.init(search), np.array([0.3, bad]), np.array([1.0, 0.0])).costs
-        for bad in (0.0, 1e6)
+        step_paths(search, init_paths(search), np.array([0.3, bad]), np.array([1.0, 0.0])).costs for bad in (0.0, 1e6)
     )
     np.testing.assert_array_equal(one, other)

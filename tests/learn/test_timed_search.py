@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_keyframe as naive
-from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_leg, least_steps
-from kinetograph.learn.timed_search import search
-from kinetograph.learn.transitions import Graph, discourage, find_transitions, lasts, make_graph
+from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_interval, least_steps
+from kinetograph.learn.timed_search import find_route
+from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
 
 EXACT = SearchOptions(beam=100_000, warp=0.0)
 
 
 def small_graph(rng: np.random.Generator, commit: int) -> Graph:
-    last = lasts([int(n) for n in rng.integers(3, 7, size=3)])
+    last = last_frames([int(n) for n in rng.integers(3, 7, size=3)])
     inner = np.flatnonzero(np.arange(len(last)) < last)
     source, target = rng.choice(inner, 24), rng.integers(len(last), size=24)
     return make_graph(last, source, target, rng.random(24), commit)
@@ -38,39 +38,39 @@ def test_the_search_finds_what_enumeration_finds(seed: int, commit: int, steps: 
     graph = small_graph(rng, commit)
     times = [0, steps // 2, steps] if three and steps >= 4 else [0, steps]
     goals = [goal(rng, len(graph), t) for t in times]
-    best = naive.cheapest_walk(graph, goals, steps)
-    walk = search(graph, goals, *flat(graph), EXACT)
+    best = naive.cheapest_route(graph, goals, steps)
+    route = find_route(graph, goals, *flat(graph), EXACT)
     if not np.isfinite(best):
-        assert walk is None
+        assert route is None
         return
-    assert walk is not None
-    assert walk.cost == pytest.approx(best)
-    assert list(walk.passed) == times
-    assert list(walk.clocks) == times
+    assert route is not None
+    assert route.cost == pytest.approx(best)
+    assert list(route.passed) == times
+    assert list(route.clocks) == times
 
 
 @settings(max_examples=40)
 @given(st.integers(0, 100_000), st.integers(1, 2))
-def test_bounds_never_exceed_what_a_walk_costs_or_takes(seed: int, commit: int):
+def test_bounds_never_exceed_what_a_route_costs_or_takes(seed: int, commit: int):
     rng = np.random.default_rng(seed)
     graph = small_graph(rng, commit)
     start, stop = goal(rng, len(graph), 0), goal(rng, len(graph), 0)
-    least = least_leg(graph, start, stop)
+    least = least_interval(graph, start, stop)
     for steps in range(1, 9):
         exact = Goal(stop.frames, stop.costs, (steps, steps))
-        walk = search(graph, [start, exact], *flat(graph), EXACT)
-        assert (walk is None) or steps >= least
-        if walk is not None:
+        route = find_route(graph, [start, exact], *flat(graph), EXACT)
+        assert (route is None) or steps >= least
+        if route is not None:
             bound = costs_to_go(graph, [exact], [np.inf], 0.0)[0]
-            assert walk.cost >= bound[walk.stays[0].frame + commit] - 1e-9
+            assert route.cost >= bound[route.segments[0].frame + commit] - 1e-9
     if np.isfinite(least):
         least_goal = Goal(stop.frames, stop.costs, (least, least))
-        assert search(graph, [start, least_goal], *flat(graph), EXACT) is not None
+        assert find_route(graph, [start, least_goal], *flat(graph), EXACT) is not None
 
 
 def chain(lengths: list[int], jumps: list[tuple[int, int, float]], commit: int = 1) -> Graph:
     source, target, cost = (np.array(column) for column in zip(*jumps, strict=True))
-    return make_graph(lasts(lengths), source, target, cost.astype(float), commit)
+    return make_graph(last_frames(lengths), source, target, cost.astype(float), commit)
 
 
 def test_least_steps_count_played_frames_and_commitments():
@@ -83,41 +83,41 @@ def test_least_steps_count_played_frames_and_commitments():
 def test_a_warp_makes_up_for_a_missing_step_and_costs():
     graph = chain([30], [(0, 5, 9.0)])
     goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([20]), np.zeros(1), (22, 22))]
-    assert search(graph, goals, *flat(graph), EXACT) is None
-    walk = search(graph, goals, *flat(graph), SearchOptions(warp=0.15))
-    assert walk is not None
-    assert walk.passed == (0, 20)
-    assert walk.clocks == (0.0, 22.0)
-    assert walk.cost == pytest.approx(50 * np.log(1.1) ** 2)
+    assert find_route(graph, goals, *flat(graph), EXACT) is None
+    route = find_route(graph, goals, *flat(graph), SearchOptions(warp=0.15))
+    assert route is not None
+    assert route.passed == (0, 20)
+    assert route.clocks == (0.0, 22.0)
+    assert route.cost == pytest.approx(50 * np.log(1.1) ** 2)
 
 
-def test_a_pinned_place_chooses_the_walk_that_leads_there():
+def test_a_pinned_place_chooses_the_route_that_leads_there():
     # two recordings go left and right from where the first ends; the right one is dearer and yet asked for
     graph = chain([5, 10, 10], [(3, 5, 0.1), (3, 15, 0.3)])
     along = np.concatenate([np.arange(5.0), 1j * np.arange(10), -1j * np.arange(10)]).astype(complex)
     facing = np.ones(25, dtype=complex)
     ends = np.array([12, 22])
     start = Goal(np.array([0]), np.zeros(1), (0, 0), place=0j, heading=0.0)
-    free = search(graph, [start, Goal(ends, np.zeros(2), (11, 11))], along, facing, EXACT)
-    asked = search(graph, [start, Goal(ends, np.zeros(2), (11, 11), place=4 - 7j)], along, facing, EXACT)
+    free = find_route(graph, [start, Goal(ends, np.zeros(2), (11, 11))], along, facing, EXACT)
+    asked = find_route(graph, [start, Goal(ends, np.zeros(2), (11, 11), place=4 - 7j)], along, facing, EXACT)
     assert free is not None
     assert asked is not None
-    assert [s.frame for s in free.stays] == [0, 5]
-    assert [s.frame for s in asked.stays] == [0, 15]
+    assert [s.frame for s in free.segments] == [0, 5]
+    assert [s.frame for s in asked.segments] == [0, 15]
     assert asked.cost == pytest.approx(0.3)
     far = Goal(ends, np.zeros(2), (11, 11), place=40 + 0j)
-    assert search(graph, [start, far], along, facing, EXACT) is None
+    assert find_route(graph, [start, far], along, facing, EXACT) is None
 
 
 def test_discouraged_transitions_are_avoided():
     graph = chain([10, 40, 10], [(3, 10, 0.1), (3, 50, 0.2), (14, 50, 0.1)])
     goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([16, 56]), np.zeros(2), (10, 10))]
-    walk = search(graph, goals, *flat(graph), EXACT)
-    assert walk is not None
-    assert walk.stays[-1].frame == 10
-    other = search(discourage(graph, np.array([walk.stays[-1].edge]), 5.0, 3), goals, *flat(graph), EXACT)
+    route = find_route(graph, goals, *flat(graph), EXACT)
+    assert route is not None
+    assert route.segments[-1].frame == 10
+    other = find_route(discourage(graph, np.array([route.segments[-1].edge]), 5.0, 3), goals, *flat(graph), EXACT)
     assert other is not None
-    assert other.stays[-1].frame == 50
+    assert other.segments[-1].frame == 50
 
 
 def test_transitions_join_frames_whose_successors_meet():
@@ -126,7 +126,7 @@ def test_transitions_join_frames_whose_successors_meet():
     other = np.cumsum(rng.normal(size=(60, 3)), axis=0) + 100
     other[30] = one[20]
     features = np.concatenate([one, other]).astype(np.float32)
-    graph = find_transitions(features, lasts([60, 60]), 3, limit=0.1, scale=0.1, fee=0.5)
+    graph = find_transitions(features, last_frames([60, 60]), 3, limit=0.1, scale=0.1, fee=0.5)
     between = [
         (int(i), int(graph.target[e]), float(graph.cost[e]))
         for i in range(len(graph))
@@ -140,6 +140,6 @@ def test_transitions_join_frames_whose_successors_meet():
 
 def test_transitions_leave_room_for_the_shortest_stay():
     features = np.zeros((40, 2), dtype=np.float32)
-    graph = find_transitions(features, lasts([20, 20]), 7, limit=1.0, scale=1.0, fee=0.0)
+    graph = find_transitions(features, last_frames([20, 20]), 7, limit=1.0, scale=1.0, fee=0.0)
     assert len(graph.target) > 0
     assert (graph.target + 7 <= graph.last[graph.target]).all()

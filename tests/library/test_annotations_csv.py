@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetograph.errors import FormatError
+from kinetograph.errors import FormatError, RequestError
 from kinetograph.library import Library, annotations_of, export_annotations, import_annotations
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
@@ -108,5 +108,5 @@ def test_a_bad_table_names_its_line_and_changes_nothing(
 def test_files_out_of_reach_are_named(library: Library, tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"missing\.csv: could not be read: No such file"):
         import_annotations(library, tmp_path / "missing.csv")
-    with pytest.raises(FormatError, match=r"cuts\.csv: could not be written: No such file"):
+    with pytest.raises(RequestError, match=r"cuts\.csv: cannot write here: No such file"):
         export_annotations(library, tmp_path / "nowhere" / "cuts.csv")

@@ -76,8 +76,8 @@ def found_in(library: Library) -> State:
     return State(takes, notes)
 
 
-def assert_same_bits(found: Take, written: Take) -> None:
-    motion, signal, skeleton = found.motion(), found.signal(), found.motion().skeleton
+def assert_same_bits(read: Take, written: Take) -> None:
+    motion, signal, skeleton = read.motion(), read.signal(), read.motion().skeleton
     rounded = rot.normalize(written.motion().rotations.astype(np.float32).astype(np.float64))
     np.testing.assert_array_equal(motion.translation, written.motion().translation)
     np.testing.assert_array_equal(motion.rotations, rounded)

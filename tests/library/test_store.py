@@ -39,8 +39,8 @@ STICK = Skeleton(("hips", "chest", "head"), np.array([-1, 0, 1]), np.array([[0, 
 
 def walk(frames: int = 30, skeleton: Skeleton = STICK, seed: int = 0) -> Motion:
     rng = np.random.default_rng(seed)
-    turns = rot.normalize(rng.normal(size=(frames, len(skeleton), 4)))
-    return Motion(skeleton, rng.normal(size=(frames, 3)), turns, 30.0)
+    rotations = rot.normalize(rng.normal(size=(frames, len(skeleton), 4)))
+    return Motion(skeleton, rng.normal(size=(frames, 3)), rotations, 30.0)
 
 
 def walk_take(name: str, frames: int = 30, *notes: Annotation) -> Take:
@@ -86,9 +86,9 @@ def motions(draw: st.DrawFn) -> Motion:
     skeleton = draw(skeletons())
     frames = draw(st.integers(1, 4))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    turns = rot.normalize(rng.normal(size=(frames, len(skeleton), 4)))
+    rotations = rot.normalize(rng.normal(size=(frames, len(skeleton), 4)))
     bones = rng.normal(size=(frames, len(skeleton), 3)) if draw(st.booleans()) else None
-    return Motion(skeleton, rng.normal(size=(frames, 3)) * 1e3, turns, draw(st.floats(0.5, 1000)), bones)
+    return Motion(skeleton, rng.normal(size=(frames, 3)) * 1e3, rotations, draw(st.floats(0.5, 1000)), bones)
 
 
 @st.composite
@@ -110,33 +110,33 @@ def takes(draw: st.DrawFn) -> Take:
     return Take(draw(st.text(max_size=8)), tracks, tuple(Annotation(*n[:3], *sorted(n[3:])) for n in notes))
 
 
-def assert_same_skeleton(found: Skeleton, written: Skeleton) -> None:
-    assert found.names == written.names
+def assert_same_skeleton(read: Skeleton, written: Skeleton) -> None:
+    assert read.names == written.names
     for name in ("parents", "offsets", "end_parents", "end_offsets"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(written, name))
-    assert list(found.roles) == list(written.roles)
-    for role, mark in written.roles.items():
-        assert found.roles[role].joint == mark.joint
-        np.testing.assert_array_equal(found.roles[role].offset, mark.offset)
+        np.testing.assert_array_equal(getattr(read, name), getattr(written, name))
+    assert list(read.roles) == list(written.roles)
+    for role, landmark in written.roles.items():
+        assert read.roles[role].joint == landmark.joint
+        np.testing.assert_array_equal(read.roles[role].offset, landmark.offset)
 
 
-def assert_same_track(found: Motion | Signal, written: Motion | Signal) -> None:
-    assert type(found) is type(written)
-    assert found.fps == written.fps
-    if isinstance(found, Signal):
+def assert_same_track(read: Motion | Signal, written: Motion | Signal) -> None:
+    assert type(read) is type(written)
+    assert read.fps == written.fps
+    if isinstance(read, Signal):
         assert isinstance(written, Signal)
-        assert (found.names, found.units) == (written.names, written.units)
-        np.testing.assert_array_equal(found.values, written.values)
-        np.testing.assert_array_equal(found.valid, written.valid)
+        assert (read.names, read.units) == (written.names, written.units)
+        np.testing.assert_array_equal(read.values, written.values)
+        np.testing.assert_array_equal(read.valid, written.valid)
         return
     assert isinstance(written, Motion)
-    assert_same_skeleton(found.skeleton, written.skeleton)
-    np.testing.assert_array_equal(found.translation, written.translation)
-    np.testing.assert_allclose(found.rotations, written.rotations, atol=1e-7)
-    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1, atol=1e-15)
-    assert (found.bones is None) == (written.bones is None)
-    if found.bones is not None:
-        np.testing.assert_allclose(found.bones, written.bones, rtol=1e-7)
+    assert_same_skeleton(read.skeleton, written.skeleton)
+    np.testing.assert_array_equal(read.translation, written.translation)
+    np.testing.assert_allclose(read.rotations, written.rotations, atol=1e-7)
+    np.testing.assert_allclose(np.linalg.norm(read.rotations, axis=-1), 1, atol=1e-15)
+    assert (read.bones is None) == (written.bones is None)
+    if read.bones is not None:
+        np.testing.assert_allclose(read.bones, written.bones, rtol=1e-7)
 
 
 @given(takes())
@@ -145,12 +145,12 @@ def test_a_take_comes_back_as_it_was(take: Take) -> None:
     with tempfile.TemporaryDirectory() as folder:
         library = Library.create(Path(folder) / "library")
         library.add(take)
-        found = Library.open(library.path).take(take.name)
+        read = Library.open(library.path).take(take.name)
         assert library.check() == Report(0, 0, ())
-    assert (found.name, found.annotations) == (take.name, take.annotations)
-    assert list(found.tracks) == list(take.tracks)
+    assert (read.name, read.annotations) == (take.name, take.annotations)
+    assert list(read.tracks) == list(take.tracks)
     for name, track in take.tracks.items():
-        assert_same_track(found.tracks[name], track)
+        assert_same_track(read.tracks[name], track)
 
 
 def test_joints_keep_within_ten_micrometres_in_a_room_a_hundred_metres_wide(library: Library) -> None:
@@ -254,8 +254,8 @@ def test_info_counts(library: Library) -> None:
     assert info.seconds == pytest.approx(1.0 + 1.0)
     assert info.annotations == {"cut": 2, "move": 1}
     assert info.bytes == sum(path.stat().st_size for path in library.path.iterdir())
-    found = [(t.take, t.name, t.kind, t.frames, t.columns, t.duration) for t in contents(library)]
-    assert found == [
+    rows = [(t.take, t.name, t.kind, t.frames, t.columns, t.duration) for t in contents(library)]
+    assert rows == [
         ("walk", "motion", "motion", 16, 3, 0.5),
         ("walk", "path", "points", 11, 1, 1.0),
         ("turn", "motion", "motion", 31, 3, 1.0),
@@ -638,5 +638,4 @@ def test_a_folder_may_have_any_name(tmp_path: Path) -> None:
 def test_a_copy_of_the_folder_is_the_library(library: Library, tmp_path: Path) -> None:
     library.add(walk_take("walk"))
     shutil.copytree(library.path, tmp_path / "copy")
-    with Library.open(tmp_path / "copy") as copy:
-        assert_same_track(copy.take("walk").motion(), walk())
+    assert_same_track(Library.open(tmp_path / "copy").take("walk").motion(), walk())

@@ -23,8 +23,8 @@ def long_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(streams, "BLOCK", 2000)  # bytes: some ten frames
     rng = np.random.default_rng(8)
     skeleton = Skeleton(("a", "b", "c"), np.array([-1, 0, 1]), np.array([[0, 0, 0], [0, 0.5, 0], [0.1, 0.5, 0]]))
-    turns = rot.exp(np.cumsum(rng.normal(0, 0.05, (300, 3, 3)), axis=0))
-    save(Motion(skeleton, rng.normal(0, 1, (300, 3)), turns, 60.0), tmp_path / "long.bvh")
+    rotations = rot.exp(np.cumsum(rng.normal(0, 0.05, (300, 3, 3)), axis=0))
+    save(Motion(skeleton, rng.normal(0, 1, (300, 3)), rotations, 60.0), tmp_path / "long.bvh")
     return tmp_path / "long.bvh"
 
 

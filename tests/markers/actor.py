@@ -53,7 +53,7 @@ _MARKERS = {
     "FHD": ("head", (0.07, 0.09, 0.08)),
     "BHD": ("head", (0.07, 0.09, -0.10)),
 }
-# how far joints turn about x, y and z of their segment, and about what middle, degrees; of the left one of two
+# how far joints rotate about x, y and z of their segment, and about what middle, degrees; of the left one of two
 _RANGE = {
     "hips": ((12, 60, 8), (0, 0, 0)),
     "spine": ((12, 10, 8), (0, 0, 0)),
@@ -75,17 +75,17 @@ def actor(seconds: float = 8.0, fps: float = 50.0, seed: int = 1) -> Motion:
     rng = np.random.default_rng(seed)
     skeleton = _skeleton()
     times = np.arange(int(seconds * fps)) / fps
-    turns = []
+    rotations = []
     for name in skeleton.names:
         side, _, part = name.rpartition("_")
         reach, middle = _RANGE[part]
         rates, phases = rng.uniform(0.25, 0.6, 3), rng.uniform(0, 2 * np.pi, 3)
         angles = np.array(middle) + np.array(reach) * np.sin(2 * np.pi * rates * times[:, None] + phases)
         mirrored = np.array([1, -1, -1]) if side == "right" else 1
-        # the turn about x innermost: forearms turn about themselves, not elbows about the upper arm
-        turns.append(rot.from_euler(np.radians(angles * mirrored)[:, ::-1], "zyx"))
-    way = np.stack([0.4 * np.sin(0.7 * times), 0.92 + 0.04 * np.sin(3 * times), 0.3 * times], axis=1)
-    return Motion(skeleton, way, np.stack(turns, axis=1), fps)
+        # the rotation about x innermost: forearms rotate about themselves, not elbows about the upper arm
+        rotations.append(rot.from_euler(np.radians(angles * mirrored)[:, ::-1], "zyx"))
+    path = np.stack([0.4 * np.sin(0.7 * times), 0.92 + 0.04 * np.sin(3 * times), 0.3 * times], axis=1)
+    return Motion(skeleton, path, np.stack(rotations, axis=1), fps)
 
 
 def markers(motion: Motion, prefix: str = "", shift: dict[str, FloatArray] | None = None) -> Signal:

@@ -27,21 +27,21 @@ _LIMBS = ("hip", "knee", "foot", "shoulder", "elbow", "hand")
 
 def misplaced(truth: Motion, fit: MarkerFit) -> dict[str, FloatArray]:
     """How far the centres of the limbs' joints are from the truth in every frame, millimetres, by part."""
-    there, found = joint_positions(truth), joint_positions(fit.motion)
+    there, fitted = joint_positions(truth), joint_positions(fit.motion)
     out = {}
     for part in _LIMBS:
         names = [f"{side}_{part}" for side in ("left", "right")]
         here = [truth.skeleton.index(name) for name in names], [fit.motion.skeleton.index(name) for name in names]
-        out[part] = 1000 * np.linalg.norm(there[:, here[0]] - found[:, here[1]], axis=-1)
+        out[part] = 1000 * np.linalg.norm(there[:, here[0]] - fitted[:, here[1]], axis=-1)
     return out
 
 
 def turned_off(truth: Motion, fit: MarkerFit, name: str) -> FloatArray:
-    """Degrees, ``(F,)``, by which a segment's turn differs from the truth, but for a constant turn between them."""
+    """Degrees, ``(F,)``, by which a segment differs from the truth, up to a constant rotation between them."""
     mine, theirs = truth.skeleton.index(name), fit.motion.skeleton.index(name)
-    turns = rot.multiply(rot.conjugate(world(truth)[:, mine]), world(fit.motion)[:, theirs])
-    mean = np.linalg.eigh(turns.T @ turns)[1][:, -1]
-    return np.degrees(rot.angle_between(turns, np.broadcast_to(mean, turns.shape)))
+    rotations = rot.multiply(rot.conjugate(world(truth)[:, mine]), world(fit.motion)[:, theirs])
+    mean = np.linalg.eigh(rotations.T @ rotations)[1][:, -1]
+    return np.degrees(rot.angle_between(rotations, np.broadcast_to(mean, rotations.shape)))
 
 
 def world(motion: Motion) -> FloatArray:
@@ -69,11 +69,11 @@ def clean(truth: Motion) -> MarkerFit:
 
 
 def test_axes_are_right_handed_whichever_two_are_given() -> None:
-    turn = rot.to_matrix(rot.exp(np.array([[0.3, -0.5, 0.9]])))
-    x, y, z = (turn[..., i] for i in range(3))
+    frame = rot.to_matrix(rot.exp(np.array([[0.3, -0.5, 0.9]])))
+    x, y, z = (frame[..., i] for i in range(3))
     for made in (axes(x=x, y=y), axes(y=y, z=z), axes(z=z, x=x), axes(x=x, z=z), axes(y=y, x=x), axes(z=z, y=y)):
-        np.testing.assert_allclose(made, turn, atol=1e-12)
-    np.testing.assert_allclose(axes(y=y, x=x + 0.4 * y), turn, atol=1e-12)
+        np.testing.assert_allclose(made, frame, atol=1e-12)
+    np.testing.assert_allclose(axes(y=y, x=x + 0.4 * y), frame, atol=1e-12)
 
 
 def test_a_chord_ends_at_a_right_angle() -> None:
@@ -134,13 +134,13 @@ def test_a_frame_is_the_best_fit_of_an_independent_solver(truth: Motion, clean: 
     marks = list(clean.places.values())
 
     def missed(step: FloatArray) -> FloatArray:
-        turns = rot.multiply(rot.exp(step[3:].reshape(-1, 3)), motion.rotations[frame])
-        pose = Motion(motion.skeleton, motion.translation[frame : frame + 1] + step[:3], turns[None], 50.0)
+        rotations = rot.multiply(rot.exp(step[3:].reshape(-1, 3)), motion.rotations[frame])
+        pose = Motion(motion.skeleton, motion.translation[frame : frame + 1] + step[:3], rotations[None], 50.0)
         return (landmark_positions(pose, marks)[0] - signal.values[frame]).reshape(-1)
 
     start = np.zeros(3 + 3 * len(motion.skeleton))
     best = least_squares(missed, start, method="trf", max_nfev=30)
-    # the prior that tells what no marker does costs little: tenths of a millimetre
+    # the prior, which decides what no marker does, costs little: tenths of a millimetre
     assert np.sqrt(np.mean(missed(start) ** 2)) < np.sqrt(2 * best.cost / len(missed(start))) + 0.0004
 
 
@@ -211,8 +211,8 @@ def test_a_body_without_trunk_or_arms(truth: Motion) -> None:
 
 def misplaced_part(truth: Motion, fit: MarkerFit, name: str) -> float:
     there = joint_positions(truth)[:, truth.skeleton.index(name)]
-    found = joint_positions(fit.motion)[:, fit.motion.skeleton.index(name)]
-    return float(1000 * np.linalg.norm(there - found, axis=-1).mean())
+    fitted = joint_positions(fit.motion)[:, fit.motion.skeleton.index(name)]
+    return float(1000 * np.linalg.norm(there - fitted, axis=-1).mean())
 
 
 def test_a_marker_on_the_sacrum_in_place_of_two(truth: Motion, clean: MarkerFit) -> None:

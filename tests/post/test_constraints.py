@@ -100,9 +100,9 @@ def test_a_limb_bends_about_its_usual_axis() -> None:
     motion = walk(2.0)
     for part, expected in ((LEG, True), (("hips", "hips", "hips"), False)):
         joints = [motion.skeleton.landmark(f"left_{p}" if expected else p).joint for p in part]
-        found = usual_hinge(motion, joints)
-        assert (found is not None) == expected
-        if found is not None:
+        hinge = usual_hinge(motion, joints)
+        assert (hinge is not None) == expected
+        if hinge is not None:
             positions = joint_positions(motion)
             normal = np.cross(
                 positions[:, joints[2]] - positions[:, joints[0]], positions[:, joints[1]] - positions[:, joints[0]]
@@ -110,4 +110,4 @@ def test_a_limb_bends_about_its_usual_axis() -> None:
             bent = np.linalg.norm(normal, axis=1) > 1e-3
             assert bent.any()
             unit = normal[bent] / np.linalg.norm(normal[bent], axis=1, keepdims=True)
-            np.testing.assert_allclose(unit, found[bent], atol=1e-6)
+            np.testing.assert_allclose(unit, hinge[bent], atol=1e-6)

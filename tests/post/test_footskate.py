@@ -215,14 +215,14 @@ def test_contact_frames_include_both_ends() -> None:
 
 
 def test_a_leg_is_straightened_gently_and_never_past_its_limit():
-    from kinetograph.post.footskate import STRETCHED, leg_length, within_reach
+    from kinetograph.post.footskate import STRETCHED, straight_length, within_reach
 
     bend = np.radians(10)
     hip = np.array([[0.0, 0.8 * np.cos(bend), 0.0]])
     knee = np.array([[0.4 * np.sin(bend), 0.4 * np.cos(bend), 0.0]])
     ankle = np.zeros((1, 3))
     shift = np.linspace(0, 0.1, 200)[:, None] * np.array([0.0, -1.0, 0.0])
-    furthest = STRETCHED * leg_length(hip, knee, ankle)
+    furthest = STRETCHED * straight_length(hip, knee, ankle)
     drawn = within_reach(hip.repeat(200, axis=0), furthest.repeat(200), ankle.repeat(200, axis=0), shift)
     length = np.linalg.norm(drawn - hip, axis=1)
     now = np.linalg.norm(ankle - hip)

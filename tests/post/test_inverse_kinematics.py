@@ -53,25 +53,25 @@ def _targets(hip: FloatArray, knee: FloatArray, ankle: FloatArray, rng: np.rando
 def test_a_target_within_reach_is_reached(seed: int) -> None:
     hip, knee, ankle, rng = _limbs(seed)
     target = _targets(hip, knee, ankle, rng)
-    _, found = _apply(hip, knee, ankle, target)
-    np.testing.assert_allclose(found, target, atol=1e-9)
+    _, new_end = _apply(hip, knee, ankle, target)
+    np.testing.assert_allclose(new_end, target, atol=1e-9)
 
 
 @given(_SEEDS)
 def test_the_limb_bends_in_the_plane_it_bent_in(seed: int) -> None:
     hip, knee, ankle, rng = _limbs(seed)
     target = _targets(hip, knee, ankle, rng)
-    new_knee, found = _apply(hip, knee, ankle, target)
+    new_knee, new_end = _apply(hip, knee, ankle, target)
     carried = rot.rotate(rot.between(ankle - hip, target - hip), _unit(np.cross(ankle - hip, knee - hip)))
-    normal = np.cross(found - hip, new_knee - hip)
+    normal = np.cross(new_end - hip, new_knee - hip)
     np.testing.assert_allclose(np.sum(_unit(normal) * carried, axis=-1), 1.0, atol=1e-6)
 
 
 def test_a_leg_that_is_lifted_bends_its_knee_forward() -> None:
     hip, knee, ankle = np.array([[0.0, 0.9, 0]]), np.array([[0.0, 0.46, 0.05]]), np.array([[0.0, 0.02, 0.0]])
-    new_knee, found = _apply(hip, knee, ankle, ankle + np.array([0, 0.2, 0]))
+    new_knee, new_end = _apply(hip, knee, ankle, ankle + np.array([0, 0.2, 0]))
     assert new_knee[0, 2] > 0.15
-    np.testing.assert_allclose(found, [[0.0, 0.22, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(new_end, [[0.0, 0.22, 0.0]], atol=1e-9)
 
 
 @given(_SEEDS)
@@ -88,27 +88,27 @@ def test_a_target_out_of_reach_is_pointed_at(seed: int, beyond: float) -> None:
     hip, knee, ankle, rng = _limbs(seed)
     full = _length(knee - hip) + _length(ankle - knee)
     direction = _unit(rng.normal(size=hip.shape))
-    _, found = _apply(hip, knee, ankle, hip + (full * beyond)[:, None] * direction)
-    np.testing.assert_allclose(_unit(found - hip), direction, atol=1e-9)
+    _, new_end = _apply(hip, knee, ankle, hip + (full * beyond)[:, None] * direction)
+    np.testing.assert_allclose(_unit(new_end - hip), direction, atol=1e-9)
     furthest = np.maximum(STRAIGHT * full, _length(ankle - hip))
-    np.testing.assert_allclose(_length(found - hip), furthest, atol=1e-9)
-    assert (_length(found - hip) <= full + 1e-12).all()
+    np.testing.assert_allclose(_length(new_end - hip), furthest, atol=1e-9)
+    assert (_length(new_end - hip) <= full + 1e-12).all()
 
 
 @given(_SEEDS)
 def test_a_target_too_near_is_approached(seed: int) -> None:
     hip, knee, ankle, rng = _limbs(seed)
     target = hip + 1e-6 * rng.normal(size=hip.shape)
-    _, found = _apply(hip, knee, ankle, target)
+    _, new_end = _apply(hip, knee, ankle, target)
     nearest = np.abs(_length(knee - hip) - _length(ankle - knee)) + 1e-4
-    np.testing.assert_allclose(_length(found - hip), nearest, atol=1e-9)
+    np.testing.assert_allclose(_length(new_end - hip), nearest, atol=1e-9)
 
 
 def test_a_limb_stretched_further_than_usual_is_not_drawn_in() -> None:
     hip, knee, ankle = np.array([[0.0, 1.0, 0]]), np.array([[0.0, 0.5, 0.001]]), np.array([[0.0, 0.0, 0.0]])
     assert _length(ankle - hip) > STRAIGHT * 1.0
-    _, found = _apply(hip, knee, ankle, np.array([[0.0, -1.0, 0.0]]))
-    np.testing.assert_allclose(found, ankle, atol=1e-7)
+    _, new_end = _apply(hip, knee, ankle, np.array([[0.0, -1.0, 0.0]]))
+    np.testing.assert_allclose(new_end, ankle, atol=1e-7)
 
 
 @pytest.mark.parametrize("direction", [[0, -1, 0], [1, 0, 0], [0, -1, 1], [0, 0, 1], [0, 0, -1], [0.3, -1, 0.2]])
@@ -117,8 +117,8 @@ def test_a_straight_limb_can_bend(direction: list[float]) -> None:
     hip = np.array([[0.0, 1.0, 0.0]])
     knee, ankle = hip + 0.4 * down, hip + 0.8 * down
     target = hip + 0.6 * down
-    new_knee, found = _apply(hip, knee, ankle, target)
-    np.testing.assert_allclose(found, target, atol=1e-7)
+    new_knee, new_end = _apply(hip, knee, ankle, target)
+    np.testing.assert_allclose(new_end, target, atol=1e-7)
     assert np.linalg.norm(np.cross(new_knee - hip, down)) > 0.2
 
 
@@ -148,10 +148,10 @@ def test_a_leg_that_is_nearly_straight_bends_where_its_hinge_says_whatever_its_n
     target = ankle + np.array([0.0, 0.008, 0.01])
     hinge = np.array([[0.2, 0.0, 0.0]]).repeat(50, axis=0)
     upper, lower = reach(hip, knee, ankle, target, hinge, steady=True)
-    found = hip + rot.rotate(upper, knee - hip)
-    np.testing.assert_allclose(found + rot.rotate(lower, ankle - knee), target, atol=0.007)
-    assert np.ptp(found, axis=0).max() < 0.02  # in its own plane it would be anywhere on a circle of 8 cm
-    assert found[:, 2].max() < -0.01  # in front
+    new_knee = hip + rot.rotate(upper, knee - hip)
+    np.testing.assert_allclose(new_knee + rot.rotate(lower, ankle - knee), target, atol=0.007)
+    assert np.ptp(new_knee, axis=0).max() < 0.02  # in its own plane it would be anywhere on a circle of 8 cm
+    assert new_knee[:, 2].max() < -0.01  # in front
 
 
 def test_a_bent_leg_that_stays_is_left_as_it_is_with_a_hinge_too() -> None:
@@ -170,9 +170,9 @@ def test_a_knee_that_goes_through_straight_does_not_snap() -> None:
     target = ankle + np.array([0.0, 0.004, 0.0])
     for steady, fastest in ((True, 0.003), (False, 0.2)):
         upper, lower = reach(hip, knee, ankle, target, hinge, steady=steady)
-        found = hip + rot.rotate(upper, knee - hip)
-        missed = np.linalg.norm(found + rot.rotate(lower, ankle - knee) - target, axis=1)
-        speed = np.linalg.norm(np.diff(found, axis=0), axis=1).max()
+        new_knee = hip + rot.rotate(upper, knee - hip)
+        missed = np.linalg.norm(new_knee + rot.rotate(lower, ankle - knee) - target, axis=1)
+        speed = np.linalg.norm(np.diff(new_knee, axis=0), axis=1).max()
         assert speed < fastest
         assert missed.max() < (0.005 if steady else 1e-6)
         assert missed[bends[:, 0] > TURNED].max() < 1e-6

@@ -22,7 +22,7 @@ from walkers import stick_figure, walk
 
 _KNEE = stick_figure().index("left_knee")
 _ELBOW = stick_figure().index("left_elbow")
-_FREE = JointLimits(margin=0.0, turn=10.0, ease=0.0)
+_FREE = JointLimits(margin=0.0, rotation=10.0, ease=0.0)
 
 
 def _bent(angles: FloatArray | float, joint: int = _KNEE, axis: str = "x", frames: int = 50) -> Motion:
@@ -110,7 +110,7 @@ def test_what_was_recorded_stays_even_beyond_its_range() -> None:
 
 
 def test_a_joint_is_turned_no_further_than_allowed() -> None:
-    limits = replace(_FREE, turn=np.radians(26))
+    limits = replace(_FREE, rotation=np.radians(26))
     np.testing.assert_allclose(_angle(limit_limbs(_bent(80.0), _SEEN, _bent(0.0), limits)), 20.0, atol=1e-3)
 
 
@@ -134,7 +134,7 @@ def test_no_joint_that_was_within_is_led_beyond(seed: int) -> None:
     seen = Motion(stick_figure(), np.zeros((40, 3)), turns, 30.0)
     ranges = seen_ranges([seen], joints)
     after = replace(seen, rotations=rot.exp(rng.normal(size=(40, 15, 3))))
-    limits = JointLimits(margin=0.1, turn=1.0, ease=0.0)
+    limits = JointLimits(margin=0.1, rotation=1.0, ease=0.0)
     limited = limit_limbs(after, ranges, seen, limits)
     assert beyond(limited, ranges).max() <= np.sqrt(3) * 0.1 + 1e-6
     assert rot.angle_between(limited.rotations, seen.rotations)[:, list(joints)].max() <= 1.0 + 1e-6
@@ -162,5 +162,5 @@ def test_limbs_are_those_there_are() -> None:
 
 
 def test_limits_that_make_no_sense() -> None:
-    with pytest.raises(RequestError, match=r"margin, turn and ease must be 0 or more, found -1, 2, 0\.15"):
+    with pytest.raises(RequestError, match=r"margin, rotation and ease must be 0 or more, found -1, 2, 0\.15"):
         JointLimits(margin=-1)

@@ -14,9 +14,9 @@ from kinetograph.formats import load
 from kinetograph.kinematics import forward, joint_positions, role_positions
 from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import move_foot
-from kinetograph.post.joint_table import joint_table, parse_table
+from kinetograph.post.joint_tables import joint_table, parse_table
 from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length
-from kinetograph.post.retarget import retarget
+from kinetograph.post.retargeting import retarget
 from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation

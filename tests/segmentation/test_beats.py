@@ -28,12 +28,12 @@ def test_partners_have_their_beats_together() -> None:
 
 @given(st.lists(st.floats(0, 3), min_size=6, max_size=12), st.floats(1.5, 4.0), st.floats(0.1, 20))
 def test_beats_are_the_best_there_are(pulse: list[float], period: float, evenness: float) -> None:
-    found = track_beats(np.array(pulse), period, evenness)
+    beats = track_beats(np.array(pulse), period, evenness)
     score, last = best_beats(np.array(pulse), period, evenness)
-    gaps = np.diff(found)
-    total = np.array(pulse)[found].sum() - evenness * (np.log(gaps / period) ** 2).sum()
+    gaps = np.diff(beats)
+    total = np.array(pulse)[beats].sum() - evenness * (np.log(gaps / period) ** 2).sum()
     assert total == pytest.approx(score)
-    assert found[-1] >= last
+    assert beats[-1] >= last
 
 
 def test_the_tempo_of_a_pulse_lies_between_frames() -> None:

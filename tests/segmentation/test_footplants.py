@@ -48,9 +48,11 @@ def _dip(frames: int, low: int, high: int, height: float = 0.2) -> FloatArray:
 def test_the_plants_of_a_walk_are_found(fps: float) -> None:
     contacts = detect_contacts(walk(5.0, fps=fps))
     for role, first in (("left_toe", 0.0), ("right_toe", 0.5), ("left_foot", 0.0), ("right_foot", 0.5)):
-        found = [n for n in contacts if n.label == role and n.start >= 0.4 and n.stop < 4.9]
-        np.testing.assert_allclose([n.start for n in found], first + np.arange(first == 0, 4 + (first == 0)), atol=0.05)
-        np.testing.assert_allclose([n.stop - n.start for n in found], 0.6, atol=0.1)
+        plants = [n for n in contacts if n.label == role and n.start >= 0.4 and n.stop < 4.9]
+        np.testing.assert_allclose(
+            [n.start for n in plants], first + np.arange(first == 0, 4 + (first == 0)), atol=0.05
+        )
+        np.testing.assert_allclose([n.stop - n.start for n in plants], 0.6, atol=0.1)
     assert {n.kind for n in contacts} == {"contact"}
     assert list(contacts) == sorted(contacts, key=lambda n: (n.start, n.label))
 

@@ -33,15 +33,15 @@ def _to_parent(motion: Motion, world: np.ndarray) -> np.ndarray:
 def test_a_hold_is_found_with_its_hands_and_times() -> None:
     held = np.zeros(121, dtype=bool)
     held[30:90] = True
-    found = [n for n in detect_handholds(*_pair(held), track="a") if n.label == "left_hand:right_hand"]
-    assert [(n.track, n.kind, round(n.start, 3), round(n.stop, 3)) for n in found] == [("a", "handhold", 1.0, 2.967)]
+    holds = [n for n in detect_handholds(*_pair(held), track="a") if n.label == "left_hand:right_hand"]
+    assert [(n.track, n.kind, round(n.start, 3), round(n.stop, 3)) for n in holds] == [("a", "handhold", 1.0, 2.967)]
 
 
 def test_brief_breaks_are_closed_and_brief_holds_dropped() -> None:
     held = np.zeros(121, dtype=bool)
     held[20:50], held[53:80], held[100:105] = True, True, True
-    found = [n for n in detect_handholds(*_pair(held)) if n.label == "left_hand:right_hand"]
-    assert [(round(n.start * 30), round(n.stop * 30)) for n in found] == [(20, 79)]
+    holds = [n for n in detect_handholds(*_pair(held)) if n.label == "left_hand:right_hand"]
+    assert [(round(n.start * 30), round(n.stop * 30)) for n in holds] == [(20, 79)]
 
 
 def test_hands_must_come_close_to_begin_a_hold() -> None:

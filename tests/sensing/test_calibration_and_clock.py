@@ -22,23 +22,23 @@ from kinetograph.sensing import (
     preset,
     simulate,
 )
-from kinetograph.sensing.calibration import wahba
+from kinetograph.sensing.rotation_fit import wahba
 from walkers import walk
 
 
 def swings(seed: int = 0, frames: int = 600) -> np.ndarray:
-    """Specific force of a limb that swings: gravity turning to and fro, and some acceleration."""
+    """Specific force of a limb that swings: gravity rotating to and fro, and some acceleration."""
     rng = np.random.default_rng(seed)
-    turn = rot.exp(gaussian_filter1d(rng.normal(size=(frames, 3)), 15, axis=0) * 4)
-    return rot.rotate(turn, np.array([0, 9.81, 0])) + gaussian_filter1d(rng.normal(size=(frames, 3)), 4, axis=0) * 5
+    rotation = rot.exp(gaussian_filter1d(rng.normal(size=(frames, 3)), 15, axis=0) * 4)
+    return rot.rotate(rotation, np.array([0, 9.81, 0])) + gaussian_filter1d(rng.normal(size=(frames, 3)), 4, axis=0) * 5
 
 
 @given(st.integers(0, 10_000))
 def test_wahba_recovers_a_rotation_exactly(seed):
     rng = np.random.default_rng(seed)
-    turn = rot.exp(rng.normal(size=3))
+    rotation = rot.exp(rng.normal(size=3))
     vectors = rng.normal(size=(12, 3))
-    assert rot.angle_between(wahba(vectors, rot.rotate(turn, vectors)), turn) < 1e-7
+    assert rot.angle_between(wahba(vectors, rot.rotate(rotation, vectors)), rotation) < 1e-7
 
 
 def test_wahba_never_mirrors():
@@ -52,22 +52,22 @@ def test_calibration_recovers_rotation_and_offset(seed):
     truth = swings(seed % 7)
     mount, offset = rot.exp(rng.normal(size=3)), rng.uniform(-0.4, 0.4, 3)
     measured = rot.rotate(rot.conjugate(mount), truth) + offset + rng.normal(scale=0.05, size=truth.shape)
-    found = calibrate(("a",), measured[:, None], truth[:, None])
-    assert found.accepted.all()
-    assert np.degrees(rot.angle_between(found.rotations[0], mount)) < 0.5
-    np.testing.assert_allclose(found.offsets[0], offset, atol=0.05)
-    assert found.residuals[0] < 0.2 < found.before[0]
+    calibration = calibrate(("a",), measured[:, None], truth[:, None])
+    assert calibration.accepted.all()
+    assert np.degrees(rot.angle_between(calibration.rotations[0], mount)) < 0.5
+    np.testing.assert_allclose(calibration.offsets[0], offset, atol=0.05)
+    assert calibration.residuals[0] < 0.2 < calibration.before[0]
     raw = Readings(("a",), np.arange(len(measured)) / 60, np.zeros(len(measured)), measured)
-    np.testing.assert_allclose(found.apply(raw).force, truth, atol=0.5)
+    np.testing.assert_allclose(calibration.apply(raw).force, truth, atol=0.5)
 
 
 def test_a_calibration_that_is_worse_than_none_is_refused():
     truth = swings(1)
     measured = truth.copy()
     measured[:400] = rot.rotate(rot.about("z", 2.0), truth[:400])  # slipped, and put back for the last third
-    found = calibrate(("a",), measured[:, None], truth[:, None])
-    assert not found.accepted[0]
-    assert found.rotations[0].tolist() == [1, 0, 0, 0]
+    calibration = calibrate(("a",), measured[:, None], truth[:, None])
+    assert not calibration.accepted[0]
+    assert calibration.rotations[0].tolist() == [1, 0, 0, 0]
 
 
 def test_a_still_pose_alone_cannot_calibrate():
@@ -82,7 +82,7 @@ LIBRARY = [walk(6.0, speed=0.9), walk(6.0, speed=1.2, turn_rate=0.6), walk(6.0, 
 
 
 def misworn(seed: int, bias: float = 0.0) -> tuple[Layout, np.ndarray]:
-    """The eight sensors, each turned on its bone at random, and the turns."""
+    """The eight sensors, each rotated on its bone at random, and the rotations."""
     rng = np.random.default_rng(seed)
     layout = preset("wii")
     mounts = rot.exp(rng.normal(size=(8, 3)))
@@ -103,43 +103,43 @@ def stand_then(motion: Motion, seconds: float) -> Motion:
     )
 
 
-def test_a_recorded_motion_tells_how_sensors_are_mounted_and_whose_clock_is_ahead():
+def test_a_recorded_motion_gives_mounts_and_clock_offset():
     worn, mounts = misworn(0, bias=0.3)
     motion = walk(8.0, speed=1.1, turn_rate=0.3 * np.sin(np.arange(241) / 40))
     readings = simulate(motion, replace(worn, device=replace(worn.device, offset=0.137)), np.random.default_rng(1))
-    found, clock = calibrate_on_motion(readings, preset("wii"), motion)
+    calibration, clock = calibrate_on_motion(readings, preset("wii"), motion)
     assert clock.seconds == pytest.approx(0.137, abs=0.005)
-    assert np.degrees(rot.angle_between(found.rotations, mounts)).max() < 3.0
-    # a straight swing tells what a sensor adds sideways from a slight tilt only by how little it turns
-    np.testing.assert_allclose(found.offsets, [s.bias for s in worn.sensors], atol=0.2)
-    back = mounted(preset("wii"), found)
+    assert np.degrees(rot.angle_between(calibration.rotations, mounts)).max() < 3.0
+    # a straight swing, which rotates little, hardly separates a sideways offset from a slight tilt
+    np.testing.assert_allclose(calibration.offsets, [s.bias for s in worn.sensors], atol=0.2)
+    back = mounted(preset("wii"), calibration)
     apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(back.sensors, worn.sensors, strict=True)]
     assert np.degrees(apart).max() < 3.0
-    assert np.degrees(found.apart).max() < 5.0
+    assert np.degrees(calibration.apart).max() < 5.0
 
 
-def test_standing_still_and_moving_freely_tell_how_sensors_are_mounted():
+def test_standing_still_and_moving_freely_give_mounts():
     worn, mounts = misworn(1)
     motion = stand_then(walk(8.0, speed=1.1, turn_rate=0.3), 2.0)
     readings = simulate(motion, worn, np.random.default_rng(1))
-    found = calibrate_on_library(readings, preset("wii"), LIBRARY, still=(0.2, 1.8))
-    assert found.accepted.all()
-    assert np.degrees(rot.angle_between(found.rotations, mounts)).mean() < 8.0
-    assert np.degrees(rot.angle_between(found.rotations, mounts)).max() < 20.0
-    assert (found.residuals < 0.5 * found.before).all()
+    calibration = calibrate_on_library(readings, preset("wii"), LIBRARY, still=(0.2, 1.8))
+    assert calibration.accepted.all()
+    assert np.degrees(rot.angle_between(calibration.rotations, mounts)).mean() < 8.0
+    assert np.degrees(rot.angle_between(calibration.rotations, mounts)).max() < 20.0
+    assert (calibration.residuals < 0.5 * calibration.before).all()
 
 
 def test_movement_that_the_library_does_not_have_is_no_calibration():
     worn, _ = misworn(2)
     rng = np.random.default_rng(0)
     wild = walk(6.0)
-    turns = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
-    readings = simulate(replace(wild, rotations=turns), worn)
-    found = calibrate_on_library(readings, preset("wii"), LIBRARY)
-    assert found.accepted.sum() <= 2
+    rotations = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
+    readings = simulate(replace(wild, rotations=rotations), worn)
+    calibration = calibrate_on_library(readings, preset("wii"), LIBRARY)
+    assert calibration.accepted.sum() <= 2
 
 
-def test_a_wearer_who_does_not_stand_still_is_told():
+def test_a_wearer_who_does_not_stand_still_is_refused():
     readings = simulate(walk(4.0), misworn(1)[0])
     with pytest.raises(RequestError, match=r"moved between 1 and 3 s .*arms hanging"):
         calibrate_on_library(readings, preset("wii"), LIBRARY, still=(1.0, 3.0))
@@ -150,8 +150,8 @@ def test_a_wearer_who_does_not_stand_still_is_told():
 def test_another_motion_is_not_taken_for_the_one_performed():
     rng = np.random.default_rng(0)
     wild = walk(6.0)
-    turns = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
-    readings = simulate(replace(wild, rotations=turns), preset("wii"))
+    rotations = rot.exp(gaussian_filter1d(rng.normal(size=(*wild.rotations.shape[:2], 3)), 8, axis=0) * 6)
+    readings = simulate(replace(wild, rotations=rotations), preset("wii"))
     with pytest.raises(RequestError, match=r"agree at no clock offset .*give the motion that was performed"):
         calibrate_on_motion(readings, preset("wii"), walk(6.0))
 
@@ -163,9 +163,9 @@ def test_a_clock_offset_is_found_to_a_fraction_of_a_frame(shift):
     def wave(t):
         return np.sin(5 * t) + np.sin(11.3 * t + 1) + 0.5 * np.sin(23 * t)
 
-    found = clock_offset(wave(times - shift), wave(times), 100.0, 0.25)
-    assert found.seconds == pytest.approx(shift, abs=0.002)
-    assert found.correlation > 0.99
+    offset = clock_offset(wave(times - shift), wave(times), 100.0, 0.25)
+    assert offset.seconds == pytest.approx(shift, abs=0.002)
+    assert offset.correlation > 0.99
 
 
 def test_clocks_need_signals_that_are_long_enough_and_vary():

@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 
 import naive_sensor
 from kinetograph.errors import DataError, RequestError
-from kinetograph.sensing import Readings, Resampling, uniform
-from kinetograph.sensing.readings import select
-from kinetograph.sensing.uniform import LiveUniform
+from kinetograph.sensing import LiveUniform, Readings, Resampling, select_rows, uniform
 
 
 def stream(times, values, names=("a",), sensors=None):
@@ -44,7 +42,7 @@ def test_a_straight_line_comes_back_as_it_was_at_any_rate():
 def test_each_value_is_the_local_least_squares_line():
     readings = noisy(sensors=1, loss=0.0)
     how = Resampling(smooth=0.04)
-    signal = uniform(readings, 30.0, how=how)
+    signal = uniform(readings, 30.0, resampling=how)
     at = 1.0
     low = np.searchsorted(readings.times, at - how.smooth)
     high = np.searchsorted(readings.times, at + how.smooth, side="right")
@@ -72,20 +70,20 @@ def test_a_spike_is_replaced_and_a_steep_slope_kept():
 
 
 @given(st.integers(0, 1000), st.lists(st.floats(0.05, 2.95), max_size=8))
-def test_live_is_offline_however_rows_are_parcelled(seed, cuts):
+def test_live_is_offline_however_rows_are_divided(seed, cuts):
     readings = noisy(seed)
     whole = uniform(readings, 60.0)
     live = LiveUniform(2, 60.0)
     values, valid = [], []
     edges = [0.0, *sorted(cuts), 10.0]
     for low, high in itertools.pairwise(edges):
-        live.add(select(readings, (readings.times >= low) & (readings.times < high)))
-        found = live.ready()
-        values.append(found[0])
-        valid.append(found[1])
-    found = live.rest(readings.duration)
-    got = np.concatenate([*values, found[0]]).reshape(len(whole), -1)
-    mask = np.concatenate([*valid, found[1]])
+        live.add(select_rows(readings, (readings.times >= low) & (readings.times < high)))
+        ready = live.ready()
+        values.append(ready[0])
+        valid.append(ready[1])
+    rest = live.rest(readings.duration)
+    got = np.concatenate([*values, rest[0]]).reshape(len(whole), -1)
+    mask = np.concatenate([*valid, rest[1]])
     np.testing.assert_array_equal(np.repeat(mask, 3, axis=1), whole.valid)
     np.testing.assert_allclose(np.where(np.repeat(mask, 3, axis=1), got, 0.0), whole.values, atol=1e-12)
 
@@ -93,7 +91,7 @@ def test_live_is_offline_however_rows_are_parcelled(seed, cuts):
 def test_a_silent_sensor_is_waited_for_no_longer_than_patience():
     readings = noisy(sensors=2, loss=0.0)
     live = LiveUniform(2, 60.0)
-    live.add(select(readings, (readings.sensors == 0) | (readings.times < 1.0)))
+    live.add(select_rows(readings, (readings.sensors == 0) | (readings.times < 1.0)))
     _, valid = live.ready()
     assert len(valid) / 60.0 == pytest.approx(readings.duration - 0.12, abs=0.05)
     assert valid[:, 0].all()

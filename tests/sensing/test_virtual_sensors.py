@@ -10,10 +10,23 @@ from hypothesis import strategies as st
 from kinetograph import rotations as rot
 from kinetograph.errors import DataError, RequestError
 from kinetograph.motion import Motion
-from kinetograph.sensing import PRESETS, Device, Layout, Readings, Sensor, preset, simulate, specific_force
+from kinetograph.sensing import (
+    PRESETS,
+    Device,
+    Layout,
+    Readings,
+    Sensor,
+    attach,
+    channels,
+    check_units,
+    keep_sensors,
+    preset,
+    renumbered,
+    select_sensors,
+    simulate,
+    specific_force,
+)
 from kinetograph.sensing.device import measure
-from kinetograph.sensing.layout import attach, keep
-from kinetograph.sensing.readings import channels, check_units, only
 from kinetograph.skeleton import Skeleton
 from walkers import walk
 
@@ -21,7 +34,7 @@ ROD = Skeleton(("rod",), np.array([-1]), np.zeros((1, 3)))
 
 
 def rod(rate: float, axis: str = "y", fps: float = 120.0, seconds: float = 2.0) -> Motion:
-    """A rod about the origin that turns at ``rate`` rad/s."""
+    """A rod about the origin that rotates at ``rate`` rad/s."""
     times = np.arange(round(fps * seconds) + 1) / fps
     return Motion(ROD, np.zeros((len(times), 3)), rot.about(axis, rate * times)[:, None], fps)
 
@@ -46,7 +59,7 @@ def test_a_sensor_on_a_rotating_rod_has_the_centripetal_acceleration(rate):
     np.testing.assert_allclose(force, np.broadcast_to([-(rate**2) * 0.7, 9.81, 0], force.shape), rtol=0.002, atol=0.02)
 
 
-def test_an_upright_turning_rod_feels_gravity_and_turn_in_its_own_frame():
+def test_an_upright_rotating_rod_reads_gravity_and_rotation_in_its_own_frame():
     rate = 3.0
     motion = rod(rate, axis="z")
     angle = rate * np.arange(len(motion)) / motion.fps
@@ -74,20 +87,20 @@ def test_a_gyroscope_reads_the_rate_of_the_rod():
 
 def test_tilt_is_up_in_the_sensors_frame_whatever_the_heading():
     tipped = rod(0.0)
-    turn = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
-    still = replace(tipped, rotations=np.broadcast_to(turn, tipped.rotations.shape).copy())
-    told = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
+    rotation = rot.multiply(rot.about("y", 1.1), rot.about("z", 0.5))
+    still = replace(tipped, rotations=np.broadcast_to(rotation, tipped.rotations.shape).copy())
+    values = channels(simulate(still, on_rod((0, 0, 0)), tilt=True), ("force", "tilt"))
     up = np.array([np.sin(0.5), np.cos(0.5), 0.0])
-    np.testing.assert_allclose(told[:, 3:], np.broadcast_to(up, (len(told), 3)), atol=1e-9)
-    np.testing.assert_allclose(told[:, :3], 9.81 * told[:, 3:], atol=1e-6)
+    np.testing.assert_allclose(values[:, 3:], np.broadcast_to(up, (len(values), 3)), atol=1e-9)
+    np.testing.assert_allclose(values[:, :3], 9.81 * values[:, 3:], atol=1e-6)
 
 
 def test_a_noisy_gyroscope_and_compass_are_as_noisy_as_the_device_says():
     layout = on_rod((0.5, 0, 0), turn_noise=0.1, tilt_noise=0.05)
-    told = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
-    assert told.angular is not None
-    assert (told.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
-    assert channels(told, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
+    readings = simulate(rod(1.0, seconds=20.0), layout, np.random.default_rng(0), angular=True, tilt=True)
+    assert readings.angular is not None
+    assert (readings.angular - [0, 1.0, 0]).std() == pytest.approx(0.1, rel=0.05)
+    assert channels(readings, ("tilt",))[:, [0, 2]].std() == pytest.approx(0.05, rel=0.05)
 
 
 @given(st.floats(-200, 200), st.integers(4, 16))
@@ -121,8 +134,8 @@ def test_packets_are_lost_clocks_are_ahead_and_times_increase():
 def test_every_preset_fits_a_body_with_roles(name):
     layout = preset(name)
     wanted = [s for s in layout.sensors if s.place in walk(0.5).skeleton.roles]
-    joints, offsets, turns = attach(replace(layout, sensors=tuple(wanted)), walk(0.5).skeleton)
-    assert len(joints) == len(offsets) == len(turns) == len(wanted)
+    joints, offsets, rotations = attach(replace(layout, sensors=tuple(wanted)), walk(0.5).skeleton)
+    assert len(joints) == len(offsets) == len(rotations) == len(wanted)
 
 
 def test_the_thesis_has_eight_sensors():
@@ -130,11 +143,11 @@ def test_the_thesis_has_eight_sensors():
     assert set(preset("wii").names) == limbs
 
 
-def test_unknown_names_are_told_with_what_there_is():
+def test_unknown_names_are_refused_with_what_there_is():
     with pytest.raises(RequestError, match=r"no layout 'wiii'; expected a .toml file or one of ideal, wii"):
         preset("wiii")
     with pytest.raises(RequestError, match=r"unknown sensor 'left_forarm'.*did you mean left_forearm"):
-        keep(preset("wii"), ("left_forarm",))
+        keep_sensors(preset("wii"), ("left_forarm",))
     with pytest.raises(RequestError, match="sensor 'tail': the skeleton has no joint or role 'tail_tip'; it has hips"):
         attach(Layout("cat", (Sensor("tail", "tail_tip"),)), walk(0.5).skeleton)
     with pytest.raises(RequestError, match="'left_hand' does not hang on 'right_elbow'"):
@@ -166,22 +179,31 @@ def test_bad_rows_are_refused_with_sensor_and_time():
         rows([0.1], [up], sensors=[1])
 
 
-def test_turns_and_orientations_that_cannot_be_are_refused():
-    told = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
-    check_units(told)
-    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees a second. divide by 57.3"):
-        check_units(replace(told, angular=np.degrees(told.angular)))
-    assert told.orientation is not None
-    zeros = told.orientation.copy()
+def test_angular_velocities_and_orientations_that_cannot_be_are_refused():
+    readings = simulate(walk(2.0), preset("ideal"), angular=True, tilt=True)
+    check_units(readings)
+    with pytest.raises(RequestError, match=r"expected angular velocity in rad/s, .*degrees per second. divide by 57.3"):
+        check_units(replace(readings, angular=np.degrees(readings.angular)))
+    assert readings.orientation is not None
+    zeros = readings.orientation.copy()
     zeros[5] = 0.0
     with pytest.raises(DataError, match=r"orientation must be a quaternion, not zero; leave such rows out"):
-        replace(told, orientation=zeros)
+        replace(readings, orientation=zeros)
 
 
 def test_sensors_may_interleave_in_any_order():
     readings = rows([0.0, 0.1, 0.05], [[0, 1, 0], [0, 2, 0], [0, 3, 0]], ("a", "b"), [0, 0, 1])
     assert readings.times.tolist() == [0.0, 0.05, 0.1]
-    assert only(readings, ("b",)).force.tolist() == [[0, 3, 0]]
+    assert select_sensors(readings, ("b",)).force.tolist() == [[0, 3, 0]]
+
+
+def test_sensors_are_renumbered_among_more():
+    readings = renumbered(rows([0.0, 0.1], [[0, 1, 0], [0, 2, 0]], ("b",)), ("a", "b"))
+    assert (readings.names, readings.sensors.tolist()) == (("a", "b"), [1, 1])
+    with pytest.raises(RequestError, match="unknown sensor 'b'; expected some of a, c"):
+        renumbered(readings, ("a", "c"))
+    with pytest.raises(DataError, match="force must be finite"):  # what is made of it is checked again
+        replace(readings, force=np.full((2, 3), np.nan))
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,22 @@ import sys
 import typer
 
 from kinetograph import __version__
-from kinetograph.cli import data, demo, evaluate, files, inbetween, library, perform, reproduce, sense
+from kinetograph.cli import (
+    calibrate,
+    data,
+    demo,
+    evaluate,
+    files,
+    inbetween,
+    library,
+    perform,
+    reproduce,
+    sense,
+    view,
+)
 from kinetograph.errors import KinetographError
+
+__all__ = ["app", "main"]
 
 app = typer.Typer(
     name="kinetograph",
@@ -17,7 +31,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (demo, files, data, library, perform, inbetween, sense, evaluate, reproduce):
+for group in (demo, files, view, data, library, perform, inbetween, sense, calibrate, evaluate, reproduce):
     group.register(app)
 
 

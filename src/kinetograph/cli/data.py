@@ -6,16 +6,19 @@ from typing import Annotated
 
 import typer
 
-from kinetograph.cli._shell import AsJson, note, progress_bar, result, table
+from kinetograph.cli.options import AsJson, add
+from kinetograph.cli.output import note, progress_bar, result, table
 from kinetograph.errors import RequestError
+
+SampleName = Annotated[str, typer.Argument(help="A sample's name.")]
 
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Sample recordings, fetched once and kept.", no_args_is_help=True)
-    group.command("list")(list_samples)
-    group.command()(fetch)
-    group.command()(where)
+    add(group, list_samples, name="list")
+    add(group, fetch)
+    add(group, where)
     app.add_typer(group, name="data", rich_help_panel="Recordings")
 
 
@@ -33,29 +36,29 @@ def list_samples(as_json: AsJson = False) -> None:
     table(rows, as_json)
 
 
-def fetch(name: Annotated[str, typer.Argument(help="A sample's name.")], as_json: AsJson = False) -> None:
-    """Download a sample, check its hash, unpack it. Nothing is done where it is here already.
+def fetch(name: SampleName, as_json: AsJson = False) -> None:
+    """Download a sample, check its hash and unpack it, unless it is on this machine already.
 
     Example: kinetograph data fetch deepmimic-clips
     """
     from kinetograph.samples import fetching as samples
 
-    here = samples.where(name)
-    if here is None:
+    folder = samples.where(name)
+    if folder is None:
         note(f"fetching {name}")
         with progress_bar(f"fetching {name}") as progress:
-            here = samples.fetch(name, progress=progress)
-    result({"name": name, "folder": str(here)}, as_json)
+            folder = samples.fetch(name, progress=progress)
+    result({"name": name, "folder": str(folder)}, as_json)
 
 
-def where(name: Annotated[str, typer.Argument(help="A sample's name.")]) -> None:
-    """Print the folder of a sample that is here.
+def where(name: SampleName) -> None:
+    """Print the folder of a sample on this machine.
 
     Example: kinetograph data where deepmimic-clips
     """
     from kinetograph.samples import fetching as samples
 
-    here = samples.where(name)
-    if here is None:
+    folder = samples.where(name)
+    if folder is None:
         raise RequestError(f"the sample {name} is not here; get it with: kinetograph data fetch {name}")
-    typer.echo(str(here))
+    typer.echo(str(folder))

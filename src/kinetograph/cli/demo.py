@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli._shell import AsJson, announce_compilation, note, progress_bar, result
+from kinetograph.cli.compilation import compilation_announced
+from kinetograph.cli.options import AsJson, add
+from kinetograph.cli.output import draw, note, notes, progress_bar, result, summarize, write_report
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
+    from kinetograph.motion import Motion
+    from kinetograph.sensing import Layout
+    from kinetograph.signal import Signal
+    from kinetograph.synthesis import Synthesis
 
 WALKS = ("0walk_forward", "humanoid3d_walk", "turn_left0", "turn_left1", "turn_right0", "turn_right1")
 """The clips of the sample that walk: two straight cycles and four that turn."""
@@ -22,7 +29,7 @@ RISE = ("humanoid3d_getup_facedown", "humanoid3d_jump", "humanoid3d_punch", "hum
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
-    app.command(rich_help_panel="Make motion")(demo)
+    add(app, demo, panel="Make motion")
 
 
 def demo(
@@ -32,44 +39,54 @@ def demo(
 ) -> None:
     """Walk along a winding path, and get up to run, with the clips of the sample deepmimic-clips.
 
-    Writes the path (CSV), the motions (BVH, GLB), contact sheets (PNG) and a report (JSON) into the output folder, in
-    place of those of an earlier demo.
+    Writes into the output folder, in place of those of an earlier demo: the path (CSV), the motions (BVH, GLB), contact
+    sheets (PNG), a report (JSON), the libraries, and what the examples of other commands' help need: keys (JSON),
+    readings of sensors and times of steps (CSV).
 
     Example: kinetograph demo -o out
     """
-    from kinetograph.cli.perform import draw, summarize, write_report
-    from kinetograph.drawing.pictures import strobe
+    output.mkdir(parents=True, exist_ok=True)
+    synthesis, walk = _walk(output, speed)
+    rise = _rise(output)
+    examples = _example_files(output, synthesis.motion)
+    if as_json:
+        result({"walk": walk, "rise": rise, "examples": examples}, as_json)
+        return
+    result(walk, as_json, title="a walk along a path:")
+    result(rise, as_json, title="from lying to running:")
+    result(examples, as_json, title="for the examples of other commands' help:")
+
+
+def _walk(output: Path, speed: float) -> tuple[Synthesis, dict[str, Any]]:
+    """A walk along a winding path, and its figures."""
     from kinetograph.formats import load, save
-    from kinetograph.methods.performance.model import PerformanceControl
+    from kinetograph.methods.performance import PerformanceControl
     from kinetograph.pipeline import perform, winding_path
 
-    output.mkdir(parents=True, exist_ok=True)
     library = sample_library(output / "walks.library")
     control = winding_path(speed)
     save(control, output / "path.csv")
-    announce_compilation()
-    with progress_bar("searching") as progress:
+    with compilation_announced(), progress_bar("searching") as progress:
         synthesis = perform(load(output / "path.csv"), library, PerformanceControl(mirror=True), progress=progress)
-    for text in synthesis.warnings:
-        note(text)
+    notes(synthesis.warnings)
+    _write_walk(output, synthesis, control)
+    names = ("path.csv", "walk.bvh", "walk.glb", "walk.png", "walk_strobe.png", "walk.json")
+    return synthesis, {**summarize(synthesis), "results": _in(output, *names)}
+
+
+def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
+    from kinetograph.drawing.pictures import strobe
+    from kinetograph.formats import save
+
     save(synthesis.motion, output / "walk.bvh")
     save(synthesis.motion, output / "walk.glb")
     draw(synthesis, output / "walk.png", control, "a walk along a drawn path")
     strobe(synthesis.motion, output / "walk_strobe.png", path_signal=control)
     write_report(synthesis, output / "walk.json", force=True)
-    names = ("path.csv", "walk.bvh", "walk.glb", "walk.png", "walk_strobe.png", "walk.json")
-    walk = {**summarize(synthesis), "results": [str(output / name) for name in names]}
-    rise = _rise(output)
-    if as_json:
-        result({"walk": walk, "rise": rise}, as_json)
-        return
-    result(walk, as_json, title="a walk along a path:")
-    result(rise, as_json, title="from lying to running:")
 
 
 def _rise(output: Path) -> dict[str, Any]:
-    """From the first pose of getting up to a run, through whatever recordings of the sample lead there."""
-    from kinetograph.cli.perform import draw
+    """From the first pose of getting up to a run, through the recordings of the sample that lead there."""
     from kinetograph.formats import save
     from kinetograph.keys import key_at
     from kinetograph.pipeline import inbetween
@@ -80,13 +97,59 @@ def _rise(output: Path) -> dict[str, Any]:
     for suffix in (".bvh", ".glb"):
         save(made.motion, output / f"rise{suffix}")
     draw(made, output / "rise.png", None, "from lying to running")
-    names = ("rise.bvh", "rise.glb", "rise.png")
     return {
         "seconds": made.motion.duration,
         "recordings": [piece.take for piece in made.pieces],
         "untouched_share": made.statistics["untouched"],
-        "results": [str(output / name) for name in names],
+        "results": _in(output, "rise.bvh", "rise.glb", "rise.png"),
     }
+
+
+def _example_files(output: Path, walk: Motion) -> dict[str, Any]:
+    """Keys, readings of sensors on the walk, and times of the steps of a punch."""
+    from kinetograph.formats.readings import write_readings
+    from kinetograph.library import Library
+    from kinetograph.sensing import preset, simulate
+
+    keys = [{"pose": "rise.bvh@0"}, {"pose": f"take:{RISE[-1]}@0.4", "time": [4, 6]}]
+    (output / "keys.json").write_text(json.dumps({"keys": keys}, indent=1) + "\n", encoding="utf-8")
+    write_readings(simulate(walk, preset("wii")), output / "readings.csv")
+    write_readings(simulate(walk, _askew()), output / "worn.csv")
+    steps = [f"{time:.3f}\n" for time in _steps(Library.open(output / "clips.library").take(RISE[2]).motion())]
+    (output / "steps.csv").write_text("".join(["seconds\n", *steps]), encoding="utf-8")
+    return {
+        "keys": _in(output, "keys.json"),
+        "readings_of_sensors": _in(output, "readings.csv", "worn.csv"),
+        "times_of_steps": _in(output, "steps.csv"),
+    }
+
+
+def _askew() -> Layout:
+    """The sensors of a layout, each rotated on its bone: what calibration is for."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from kinetograph import rotations as rot
+    from kinetograph.sensing import preset
+
+    layout = preset("wii")
+    vectors = np.random.default_rng(0).normal(scale=0.5, size=(len(layout.sensors), 3))
+    sensors = [
+        replace(s, rotation=rot.multiply(s.rotation, rot.exp(v))) for s, v in zip(layout.sensors, vectors, strict=True)
+    ]
+    return replace(layout, sensors=tuple(sensors))
+
+
+def _steps(motion: Motion) -> list[float]:
+    """Seconds at which a foot comes to the ground."""
+    from kinetograph.segmentation import detect_contacts
+
+    return sorted({contact.start for contact in detect_contacts(motion)})
+
+
+def _in(output: Path, *names: str) -> list[str]:
+    return [str(output / name) for name in names]
 
 
 def sample_library(folder: Path) -> Library:
@@ -101,7 +164,7 @@ def sample_library(folder: Path) -> Library:
 
 
 def _library_of(folder: Path, names: tuple[str, ...]) -> Library:
-    """A library of clips of the sample, which must be here."""
+    """A library of clips of the sample, which must be on this machine."""
     from kinetograph.formats import ReadOptions
     from kinetograph.library import Library
     from kinetograph.pipeline import read_take

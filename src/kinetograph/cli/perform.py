@@ -2,188 +2,196 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli._method import (
-    Continuity,
-    ControlPoint,
-    Given,
-    Rate,
-    Span,
-    Stretch,
-    TargetPoint,
-    TargetTrack,
-    Velocity,
-    aligned,
-    configured,
-)
-from kinetograph.cli._shell import (
-    AsJson,
-    Force,
-    Fps,
-    LibraryFolder,
-    Units,
-    Up,
-    announce_compilation,
-    note,
-    numbered,
+from kinetograph.cli.compilation import compilation_announced
+from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
+from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
+from kinetograph.cli.output import (
+    notes,
     progress_bar,
     refuse_existing,
     refuse_unknown_formats,
     result,
+    summarize,
     table,
+    write_synthesis,
+    write_text,
 )
+from kinetograph.cli.reading import TimedReading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance.model import PerformanceModel
-    from kinetograph.methods.performance.rules import Rule
+    from kinetograph.library import Library
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.motion import Motion
+    from kinetograph.pipeline import Smoothing
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
 
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
-    app.command(rich_help_panel="Make motion")(perform)
+    add(app, perform, panel="Make motion")
+
+
+@options()
+class Inputs:
+    """The control, and the recordings that the motion is made of."""
+
+    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")]
+    library: LibraryOption
+    target: TargetTrack = None
+    mirror: Mirror = False
+    exclude: Exclude = None
+
+
+@options("Output")
+class Answers(Written):
+    """What is written and shown."""
+
+    alternatives: Annotated[
+        int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...; the best is the first.", min=1)
+    ] = 1
+    alike: Annotated[
+        bool, typer.Option("--alike", help="Alternatives may share pieces; without it, they share none.")
+    ] = False
+    pieces: Annotated[
+        bool, typer.Option("--pieces", help="List every piece: where it comes from and what it costs.")
+    ] = False
+    transcript: Annotated[
+        Path | None, typer.Option(help="CSV to write: the moves seen in the control, with their margins.")
+    ] = None
+
+    def refuse(self) -> None:
+        """Raise RequestError where a file cannot be written."""
+        refuse_unknown_formats(self.output)
+        refuse_existing(self.every_file(self.alternatives), self.force)
+
+    def every_file(self, count: int) -> list[Path]:
+        """The files of ``count`` syntheses, and of what the control is seen to be."""
+        files = super().every_file(count)
+        transcript = [self.transcript] if self.transcript else []
+        return [*self.files, *transcript, *files[len(self.files) :]]
+
+
+@options("Control")
+class Following(Partner):
+    """How the control is followed."""
+
+    alignment: Annotated[
+        str | None,
+        typer.Option(help="How segments are placed: ground, similarity, rigid or none; default ground, channels none."),
+    ] = None
+    smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0
+    smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0
+
+    @property
+    def smoothing(self) -> Smoothing:
+        """How a drawn path is smoothed."""
+        from kinetograph.pipeline import Smoothing
+
+        return Smoothing(self.smooth_time, self.smooth_space)
+
+
+@options("Search")
+class RuledSearch(Search):
+    """The search, with rules for parts of the control."""
+
+    gap: Annotated[bool, typer.Option("--gap", help="Report how far the beam search is from the exact score.")] = False
+    pin: Annotated[
+        list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in seconds. Repeatable.")
+    ] = None
+    forbid: Annotated[
+        list[str] | None, typer.Option(help="Use nothing of this take there: take@start-stop. Repeatable.")
+    ] = None
+
+    @property
+    def rules(self) -> list[Rule]:
+        """What is pinned and what is forbidden."""
+        return [*(rule(text, False) for text in self.pin or ()), *(rule(text, True) for text in self.forbid or ())]
 
 
 def perform(
-    control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")],
-    library: LibraryFolder,
-    output: Annotated[list[Path], typer.Option("-o", "--output", help="Motion to write (.bvh, .glb). Repeatable.")],
-    picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw, .png.")] = None,
-    report: Annotated[Path | None, typer.Option(help="JSON to write: pieces, costs, where each came from.")] = None,
-    target: TargetTrack = None,
-    continuity: Continuity = None,
-    stretch: Stretch = None,
-    rate: Rate = None,
-    span: Span = None,
-    velocity: Velocity = None,
-    control_point: ControlPoint = None,
-    target_point: TargetPoint = None,
-    alignment: Annotated[
-        str | None, typer.Option(help="Group: ground, similarity, rigid or none; ground, or none for channels.")
-    ] = None,
-    beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None,
-    gap: Annotated[bool, typer.Option("--gap", help="Report the beam's gap to the exact score.")] = False,
-    cluster: Annotated[float | None, typer.Option(help="Metres within which one segment stands for others.")] = None,
-    mirrored: Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")] = False,
-    blend: Annotated[str, typer.Option(help="Blend at seams: inertialised, linear or none.")] = "inertialised",
-    footskate: Annotated[bool, typer.Option(help="Hold planted feet still.")] = True,
-    handholds: Annotated[bool, typer.Option(help="Bring hands to those of the partner where recordings do.")] = True,
-    limits: Annotated[bool, typer.Option(help="Keep arms and legs within what joints do in the recordings.")] = True,
-    smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0,
-    smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0,
-    pin: Annotated[list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in s.")] = None,
-    forbid: Annotated[list[str] | None, typer.Option(help="Use no such piece there. Repeatable.")] = None,
-    transcript: Annotated[Path | None, typer.Option(help="CSV to write: moves seen, with the margin of each.")] = None,
-    alternatives: Annotated[int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...", min=1)] = 1,
-    alike: Annotated[bool, typer.Option("--alike", help="The best of all; without it, they share no piece.")] = False,
-    exclude: Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")] = None,
-    pieces: Annotated[bool, typer.Option("--pieces", help="Tell where every piece is from and what it costs.")] = False,
-    units: Units = None,
-    up: Up = None,
-    fps: Fps = None,
-    force: Force = False,
-    as_json: AsJson = False,
+    inputs: Inputs,
+    answers: Answers,
+    following: Following,
+    search: RuledSearch,
+    finish: Finish,
+    reading: TimedReading,
 ) -> None:
     """Perform a control: a character, made of recordings, follows a path, another walker, or a dance partner.
 
-    Example: kinetograph perform path.csv -l walks -o walk.bvh -o walk.glb --picture walk.png
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/mine.bvh --mirror
+
+    Example: kinetograph perform out/walk.bvh -l out/walks.library -o out/mine.glb --picture out/mine.png --pieces
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
-    from kinetograph.formats import ReadOptions, read
-    from kinetograph.methods.performance import only_track
-    from kinetograph.pipeline import Smoothing, has_partners, open_library, perform_alternatives, perform_with
-    from kinetograph.post.assemble import PostSettings
-    from kinetograph.post.constraints import HoldSettings
-    from kinetograph.post.limits import JointLimits
+    from kinetograph.methods.performance import only_track, require_moves
+    from kinetograph.pipeline import open_library
+
+    answers.refuse()
+    wanted = only_track(read_file(inputs.control, reading))
+    library = open_library(inputs.library)
+    method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
+    with compilation_announced():
+        rules = search.rules
+        model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
+        if answers.transcript:
+            require_moves(model.fitted)
+        made = _synthesised(model, wanted, answers, following.smoothing, rules)
+    moves = transcribed(model, wanted) if answers.transcript else ""
+    summary = summarize(made[0])
+    if search.gap and search.beam is not None:
+        summary["beam_gap"] = model.beam_gap(wanted)
+    notes(made[0].warnings)
+    for number, synthesis in enumerate(made, start=1):
+        write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
+    if answers.transcript:
+        write_text(moves, answers.transcript, answers.force)
+    _show(made, summary, answers)
+
+
+def _configuration(
+    control: Signal | Motion, library: Library, inputs: Inputs, following: Following, search: Search
+) -> PerformanceControl:
+    from kinetograph.pipeline import has_partners
     from kinetograph.signal import Signal
 
-    written = [*output, *(p for p in (picture, report, transcript) if p)]
-    refuse_unknown_formats(output)
-    several = [p for p in written if p != transcript]
-    refuse_existing([*written, *(numbered(p, i) for i in range(2, alternatives + 1) for p in several)], force)
-    loaded = read(control, ReadOptions(units, up, fps))
-    for text in loaded.notes:
-        note(f"{control}: {text}")
-    wanted = only_track(loaded.take)
-    takes = open_library(library)
-    given = Given(continuity, stretch, rate, span, velocity, control_point, target_point)
-    channels = wanted.names if isinstance(wanted, Signal) and not wanted.spatial else ()
-    method = configured(given, has_partners(takes, target), channels)
-    method = replace(
-        method,
-        alignment=aligned(alignment) if alignment else method.alignment,
-        beam=beam,
-        cluster=cluster,
-        mirror=mirrored,
-        post=PostSettings(
-            blend=blend,
-            footskate=footskate,
-            handholds=HoldSettings() if handholds else None,
-            limits=JointLimits() if limits else None,
-        ),
-    )
-    announce_compilation()
-    smoothing = Smoothing(smooth_time, smooth_space)
-    rules = [*(_rule(text, False) for text in pin or ()), *(_rule(text, True) for text in forbid or ())]
-    model = method.fit(takes, exclude=tuple(exclude or ()), track=target)
-    if transcript:
-        require_moves(model)
-    if alternatives > 1:
-        made = perform_alternatives(model, wanted, alternatives, alike=alike, smoothing=smoothing, rules=rules)
-    else:
-        with progress_bar("searching") as progress:
-            made = (perform_with(model, wanted, smoothing=smoothing, rules=rules, progress=progress),)
-    synthesis = made[0]
-    moves = transcribed(model, wanted) if transcript else ""
-    summary = summarize(synthesis)
-    if gap and beam is not None:
-        summary["beam_gap"] = model.beam_gap(wanted)
-    for text in synthesis.warnings:
-        note(text)
-    for number, each in enumerate(made, start=1):
-        outputs = [numbered(path, number) for path in output]
-        write_motion(each, outputs, picture and numbered(picture, number), wanted, control.name, force)
-        if report:
-            write_report(each, numbered(report, number), force)
-    if transcript:
-        write_text(moves, transcript, force)
-    rows = breakdown(synthesis) if pieces else []
-    if pieces and not as_json:
+    partners = has_partners(library, inputs.target)
+    channels = control.names if isinstance(control, Signal) and not control.spatial else ()
+    return performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
+
+
+def _synthesised(
+    model: PerformanceModel, control: Signal | Motion, answers: Answers, smoothing: Smoothing, rules: Sequence[Rule]
+) -> tuple[Synthesis, ...]:
+    from kinetograph.pipeline import perform_alternatives, perform_with
+
+    if answers.alternatives > 1:
+        count, alike = answers.alternatives, answers.alike
+        return perform_alternatives(model, control, count, alike=alike, smoothing=smoothing, rules=rules)
+    with progress_bar("searching") as progress:
+        return (perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress),)
+
+
+def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) -> None:
+    rows = breakdown(made[0]) if answers.pieces else []
+    if answers.pieces and not answers.as_json:
         table(rows, as_json=False)
-    extra = [str(numbered(p, i)) for i in range(2, len(made) + 1) for p in several]
-    others = {f"cost_{number}": each.cost for number, each in enumerate(made[1:], start=2)}
-    told = {"breakdown": rows} if rows and as_json else {}
-    result({"wrote": [*(str(p) for p in written), *extra], **summary, **others, **told}, as_json)
-
-
-def write_motion(
-    synthesis: Synthesis,
-    outputs: list[Path],
-    picture: Path | None,
-    control: Signal | Motion | None,
-    title: str,
-    force: bool,
-) -> None:
-    """A synthesis' motion in every format that was asked for, and its contact sheet."""
-    from kinetograph.formats import save
-
-    for path in outputs:
-        save(synthesis.motion, path, force=force)
-    if picture:
-        draw(synthesis, picture, control, title)
+    costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
+    listed = {"breakdown": rows} if rows and answers.as_json else {}
+    wrote = [str(path) for path in answers.every_file(len(made))]
+    result({"wrote": wrote, **summary, **costs, **listed}, answers.as_json)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
-    """A row a piece: when, where from, its stretch, and its two shares of the cost."""
+    """One row per piece: when, where from, its stretch, and its two shares of the cost."""
     return [
         {
             "start": piece.start,
@@ -199,89 +207,21 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
     ]
 
 
-def summarize(synthesis: Synthesis) -> dict[str, Any]:
-    """The figures of a synthesis that a person wants to see."""
-    takes = {piece.take for piece in synthesis.pieces}
-    return {
-        "seconds": synthesis.motion.duration,
-        "frames": len(synthesis.motion),
-        "pieces": len(synthesis.pieces),
-        "takes_used": len(takes),
-        "cost": synthesis.cost,
-        "optimal": bool(synthesis.statistics.get("optimal", 0)),
-        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
-        **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
-    }
-
-
-def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
-    """A contact sheet of a synthesis, and of its control, with its contacts and seams."""
-    from kinetograph.drawing.pictures import contact_sheet
-    from kinetograph.motion import Motion
-    from kinetograph.post.contacts import contacts_of
-    from kinetograph.signal import Signal
-
-    contact_sheet(
-        [synthesis.motion, control] if isinstance(control, Motion) else synthesis.motion,
-        picture,
-        contacts=contacts_of(synthesis.annotations),
-        path_signal=control if isinstance(control, Signal) else None,
-        title=title,
-        seams=[piece.start for piece in synthesis.pieces[1:]],
-    )
-
-
-def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
-    """Pieces, costs, contacts and warnings as JSON; the file appears whole or not at all."""
-    from dataclasses import asdict
-
-    content = {
-        "cost": synthesis.cost,
-        "costs": dict(synthesis.costs),
-        "statistics": dict(synthesis.statistics),
-        "warnings": synthesis.warnings,
-        "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
-        "annotations": [asdict(mark) for mark in synthesis.annotations],
-        "frames": _frames(synthesis),
-    }
-    write_text(json.dumps(content, indent=1), path, force)
-
-
-def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
-    """Where every frame came from, its share in the frame and, where the method tells, the metres it was edited by."""
-    rows: list[dict[str, Any]] = [
-        {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
-    ]
-    for row, weight in zip(rows, synthesis.weights, strict=False):
-        row["weight"] = float(weight)
-    for row, edited in zip(rows, synthesis.edited, strict=False):
-        row["edited"] = float(edited)
-    return rows
-
-
-def require_moves(model: PerformanceModel) -> None:
-    """Raise RequestError, before any work is done, where a model's recordings name no moves to transcribe by."""
-    from kinetograph.methods.performance import require_moves as require
-
-    require(model.fitted)
-
-
 def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
     """The moves of a control as CSV: move, start and stop in seconds, margin."""
     rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control)]
     return "\n".join(["move,start,stop,margin", *rows]) + "\n"
 
 
-def write_text(text: str, path: Path, force: bool) -> None:
-    """Write a file, whole or not at all."""
-    from kinetograph.formats.atomic import atomic_path
+def rule(text: str, forbid: bool) -> Rule:
+    """``take@start-stop`` as a rule.
 
-    with atomic_path(path, force=force) as draft:
-        draft.write_text(text)
-
-
-def _rule(text: str, forbid: bool) -> Rule:
-    from kinetograph.methods.performance.rules import Rule
+    Raises
+    ------
+    RequestError
+        For text of another form.
+    """
+    from kinetograph.methods.performance import Rule
 
     take, _, span = text.rpartition("@")
     start, _, stop = span.partition("-")

@@ -8,69 +8,73 @@ from typing import Annotated
 
 import typer
 
-from kinetograph.cli._shell import AsJson, LibraryFolder, announce_compilation, note, progress_bar, result, table
+from kinetograph.cli.compilation import compilation_announced
+from kinetograph.cli.options import AsJson, LibraryOption, add
+from kinetograph.cli.output import note, progress_bar, result, table
+from kinetograph.errors import RequestError
 
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="A paper's tables and figures, on data at hand.", no_args_is_help=True)
-    group.command("hsu2004")(hsu2004)
-    group.command("molina-tanco2000")(molina_tanco2000)
-    group.command("xie2009")(xie2009)
+    add(group, hsu2004)
+    add(group, molina_tanco2000, name="molina-tanco2000")
+    add(group, xie2009)
     app.add_typer(group, name="reproduce", rich_help_panel="Evidence")
 
 
 def hsu2004(
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for the page and its numbers.")],
-    data: Annotated[Path | None, typer.Option(help="Folder with walks/, salsa/; else $KINETOGRAPH_DATA's.")] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="Folder with walks/ and salsa/; default that of $KINETOGRAPH_DATA.")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer takes, excerpts, settings and repeats.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Performance control: held-out walks and their phase, timings, clustering, dances (chapters 4 to 6).
 
-    Without recordings of walks the registry sample's take their place; what is missing is named. The page is written
-    after every section: an interrupted run leaves those that are done.
+    Without recordings of walks, those of the sample are used; what is missing is named. The page is written after every
+    section: an interrupted run leaves those that are done.
 
-    Example: kinetograph reproduce hsu2004 -o hsu2004
+    Example: kinetograph reproduce hsu2004 -o out/hsu2004 --quick
     """
     from kinetograph.evaluation.reproduce import hsu2004 as paper
 
-    announce_compilation()
-    with progress_bar("reproducing") as progress:
-        # beside a bar, what was done last would only get in its way
-        tick = (lambda text: None) if sys.stderr.isatty() else note
-        found = paper.reproduce(output, data, quick=quick, report=note, tick=tick, progress=progress)
+    with compilation_announced(), progress_bar("reproducing") as progress:
+        tick = (lambda text: None) if sys.stderr.isatty() else note  # notes would disturb a progress bar
+        results = paper.reproduce(output, data, quick=quick, report=note, tick=tick, progress=progress)
     page = str(output / "index.html")
-    result({**(found if as_json else dict(paper.lines(found))), "page": page}, as_json, title="Hsu 2004:")
+    result({**(results if as_json else dict(paper.lines(results))), "page": page}, as_json, title="Hsu 2004:")
 
 
 def molina_tanco2000(
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for figures and numbers.")],
-    data: Annotated[Path | None, typer.Option(help="Folder with actions/, walks/; without it the sample.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder with actions/ and walks/; default the sample.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Keyframe control from lying or kneeling to running (figures 2, 5, 6, 8, 9 and the numbers).
 
-    Example: kinetograph reproduce molina-tanco2000 -o molina-tanco2000
+    Example: kinetograph reproduce molina-tanco2000 -o out/molina-tanco2000
     """
-    from kinetograph.errors import RequestError
     from kinetograph.evaluation.reproduce import molina_tanco2000 as paper
 
     if output.exists() and any(output.iterdir()):
         raise RequestError(f"{output} is not empty; name a new folder")
-    found = paper.reproduce(output, data, note)
-    values = dict(found["section 4"])  # type: ignore[call-overload]
+    results = paper.reproduce(output, data, note)
+    values = dict(results["section 4"])  # type: ignore[call-overload]
     result({**values, "results": str(output)}, as_json, title="Molina-Tanco and Hilton 2000, section 4:")
 
 
 def xie2009(
-    library: LibraryFolder,
+    library: LibraryOption,
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for the page and its pictures.")],
-    take: Annotated[list[str] | None, typer.Option(help="Take to hold out; by default four. Repeatable.")] = None,
+    take: Annotated[list[str] | None, typer.Option(help="Take to hold out; default four. Repeatable.")] = None,
     serves: Annotated[Path | None, typer.Option(help="A folder of C3D files of tennis strokes' markers.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Sensor control: PCA against LLE, interpolation against optimisation (tables 7.1 and 7.2, figures 7.5 and 7.6).
+
+    Example: kinetograph reproduce xie2009 -l out/walks.library -o out/xie2009 --take turn_left1
 
     Example: kinetograph reproduce xie2009 -l sports -o xie2009 --serves data/c3d
     """

@@ -8,62 +8,85 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetograph.cli._shell import AsJson, result
+from kinetograph.cli.options import AsJson, LibraryArgument, options
+from kinetograph.cli.output import refuse_existing, result
 from kinetograph.errors import KinetographError, RequestError
 
 if TYPE_CHECKING:
     from kinetograph.motion import Motion
+    from kinetograph.take import Take
 
-_RATE = 15.0  # drawings a second
+_RATE = 15.0  # drawings per second
 _WIDTH = 48  # letters
 
 
-def tap(
-    folder: Annotated[Path, typer.Argument(metavar="LIB", help="The library's folder.")],
-    take: Annotated[str, typer.Argument(help="The take to cut.")],
+@options()
+class Taps:
+    """Where the cuts come from."""
+
     source: Annotated[
-        Path | None, typer.Option("--from", help="Times in seconds from this CSV, one a line, in place of keys.")
-    ] = None,
-    track: Annotated[str | None, typer.Option(help="Cut this motion; without it, all of the take.")] = None,
-    latency: Annotated[float, typer.Option(help="Seconds by which you press late; taken off every tap.")] = 0.0,
-    speed: Annotated[float, typer.Option(help="Play back slower (below 1) or faster.")] = 1.0,
-    countdown: Annotated[float, typer.Option(help="Seconds before it begins.")] = 3.0,
-    picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw and open first, .png.")] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Take the place of cuts that are there, and of a picture.")
-    ] = False,
+        Path | None, typer.Option("--from", help="CSV of times in seconds, one per line, in place of keys.")
+    ] = None
+    track: Annotated[str | None, typer.Option(help="Cut this motion; without it, all of the take.")] = None
+    force: Annotated[bool, typer.Option("--force", help="Replace cuts that exist, and a picture that exists.")] = False
+
+
+@options("Playback")
+class Playback:
+    """How the take plays back."""
+
+    latency: Annotated[float, typer.Option(help="Seconds by which you press late; subtracted from every tap.")] = 0.0
+    speed: Annotated[float, typer.Option(help="Play back slower (below 1) or faster.")] = 1.0
+    countdown: Annotated[float, typer.Option(help="Seconds before it begins.")] = 3.0
+    picture: Annotated[Path | None, typer.Option(help="Contact sheet to draw and open first, .png.")] = None
+
+
+def tap(
+    folder: LibraryArgument,
+    take: Annotated[str, typer.Argument(help="The take to cut.")],
+    taps: Taps,
+    playback: Playback,
     as_json: AsJson = False,
 ) -> None:
-    """Cut a take where you tap a key while it plays back, as to its beats or its steps.
+    """Cut a take where you tap a key while it plays back, for example to its beats or its steps.
 
-    Any key taps, Backspace takes a tap back, Enter or q ends early, Ctrl-C gives up and writes nothing. What is told
-    at the end, how long after the beats found in the feet you tapped, is an estimate of your latency.
+    Any key taps, Backspace removes the last tap, Enter or q ends early, Ctrl-C stops and writes nothing. "after beats"
+    is the median time from the beats found in the feet to your taps: an estimate of your latency.
 
-    Example: kinetograph library tap dances salsa_1 --latency 0.05
-    Example: kinetograph library tap dances salsa_1 --from beats.csv
+    Example: kinetograph library tap out/clips.library humanoid3d_punch --speed 0.5
+
+    Example: kinetograph library tap out/clips.library humanoid3d_punch --from out/steps.csv
     """
     from kinetograph.library.annotations_csv import read_times
-    from kinetograph.motion import Motion
     from kinetograph.pipeline import cut_by_hand, open_library, refuse_cuts
 
     library = open_library(folder)
-    found = library.take(take)
-    motions = {name: t for name, t in found.tracks.items() if isinstance(t, Motion) and track in (None, name)}
-    if not motions:
-        found.motion(track)  # says which there are
-    if not force:
-        refuse_cuts(found, motions)
-    if source:
-        times = list(read_times(source))
-    else:
-        if not speed > 0:
-            raise RequestError(f"speed must be a positive number, found {speed}")
-        if picture:
-            _open_picture(picture, list(motions.values()), take, force)
-        taps = (speed * (t - latency) for t in _play(list(motions.values()), speed, countdown))
-        times = [time for time in taps if time >= 0]
-    kept = cut_by_hand(library, found, tuple(motions), times)
-    result({"take": take, "cuts": len(kept), **_rhythm(kept), "after_beats": _late(motions, kept)}, as_json)
+    recorded = library.take(take)
+    motions = _motions(recorded, taps.track)
+    if not taps.force:
+        refuse_cuts(recorded, motions)
+    times = list(read_times(taps.source)) if taps.source else _tapped(motions, take, playback, taps.force)
+    cuts = cut_by_hand(library, recorded, tuple(motions), times)
+    result({"take": take, "cuts": len(cuts), **_rhythm(cuts), "after_beats": _late(motions, cuts)}, as_json)
+
+
+def _motions(take: Take, track: str | None) -> dict[str, Motion]:
+    """The motions to cut. Raises RequestError, naming the motions there are, where the one named is none."""
+    from kinetograph.motion import Motion
+
+    motions = {name: t for name, t in take.tracks.items() if isinstance(t, Motion) and track in (None, name)}
+    return motions or {str(track): take.motion(track)}
+
+
+def _tapped(motions: dict[str, Motion], title: str, playback: Playback, force: bool) -> list[float]:
+    """Seconds of the take at which a person taps."""
+    if not playback.speed > 0:
+        raise RequestError(f"speed must be a positive number, found {playback.speed}")
+    if playback.picture:
+        _open_picture(playback.picture, list(motions.values()), title, force)
+    pressed = _play(list(motions.values()), playback.speed, playback.countdown)
+    taps = (playback.speed * (time - playback.latency) for time in pressed)
+    return [time for time in taps if time >= 0]
 
 
 def _rhythm(times: tuple[float, ...]) -> dict[str, float]:
@@ -85,7 +108,6 @@ def _late(motions: dict[str, Motion], times: tuple[float, ...]) -> float | str:
 
 
 def _open_picture(path: Path, motions: list[Motion], title: str, force: bool) -> None:
-    from kinetograph.cli._shell import refuse_existing
     from kinetograph.drawing.pictures import contact_sheet
 
     refuse_existing([path], force)
@@ -95,7 +117,7 @@ def _open_picture(path: Path, motions: list[Motion], title: str, force: bool) ->
 
 def _play(motions: list[Motion], speed: float, countdown: float) -> list[float]:
     """Seconds of playback at which keys were pressed. Raises RequestError without a terminal, or at Ctrl-C."""
-    from kinetograph.cli._keys import single_keys, taps
+    from kinetograph.cli.keystrokes import single_keys, taps
 
     keys, duration = sys.stdin.fileno(), max(m.duration for m in motions) / speed
     with single_keys(keys):

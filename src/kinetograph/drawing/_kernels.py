@@ -16,7 +16,7 @@ def _setup(
 ) -> tuple[_Triangle, tuple[int, int, int, int]]:
     """A triangle's corners in the picture and twice its area; the first and last column and row that it may cover.
 
-    One without area covers none.
+    A triangle without area covers none.
     """
     i, j, k = triangle
     ax, ay, bx, by, cx, cy = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1], corners[k, 0], corners[k, 1]
@@ -28,7 +28,7 @@ def _setup(
 
 @numba.njit(cache=True, nogil=True)
 def _shares(triangle: _Triangle, column: int, row: int) -> tuple[float, float, float]:
-    """The shares of a triangle's corners in a pixel's middle, one below 0 where that lies outside."""
+    """The barycentric coordinates of a pixel's middle; one is negative where it lies outside the triangle."""
     ax, ay, bx, by, cx, cy, area = triangle
     x, y = column + 0.5, row + 0.5
     u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
@@ -40,8 +40,17 @@ def _shares(triangle: _Triangle, column: int, row: int) -> tuple[float, float, f
 def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: IntArray, colours: FloatArray) -> None:
     """Draw triangles with a depth buffer, in place.
 
-    depth: ``(H, W)``, larger is further. image: ``(H, W, 3)``. corners: ``(V, 3)``, column and row of a pixel and
-    depth. triangles: ``(T, 3)``. colours: ``(V, 3)`` or, a colour a triangle's corner, ``(3 T, 3)``.
+    Parameters
+    ----------
+    depth : ndarray, shape (H, W)
+        Larger is further; written.
+    image : ndarray, shape (H, W, 3)
+        Written.
+    corners : ndarray, shape (V, 3)
+        Column and row of a pixel, and depth.
+    triangles : ndarray of int, shape (T, 3)
+    colours : ndarray, shape (V, 3) or (3 T, 3)
+        Of points, or of the triangles' corners.
     """
     height, width = depth.shape
     by_corner = len(colours) == 3 * len(triangles)
@@ -68,7 +77,16 @@ def fill(depth: FloatArray, image: FloatArray, corners: FloatArray, triangles: I
 
 @numba.njit(cache=True, nogil=True)
 def cover(mask: BoolArray, corners: FloatArray, triangles: IntArray) -> None:
-    """Mark the pixels, ``(H, W)``, that triangles cover, in place: shadows."""
+    """Set the pixels that triangles cover, as for shadows.
+
+    Parameters
+    ----------
+    mask : ndarray of bool, shape (H, W)
+        Written.
+    corners : ndarray, shape (V, 3)
+        Column and row of a pixel, and depth.
+    triangles : ndarray of int, shape (T, 3)
+    """
     height, width = mask.shape
     for t in range(len(triangles)):
         triangle, (left, right, top, bottom) = _setup(corners, triangles[t], width, height)

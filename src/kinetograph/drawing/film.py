@@ -1,4 +1,4 @@
-"""Contact sheets and films of characters, drawn in software: a person, not only sticks."""
+"""Contact sheets and films of characters, drawn in software."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from kinetograph.take import Take
 _CELL = (240, 300)
 _FRAME = (400, 400)
 _FILM_RATE = 25.0  # a GIF counts in hundredths of a second
-_TRIED = 4  # frames of a film that its colours are chosen by
-_VIVID = 24  # of 255, between the strongest and the weakest part of a colour that is no grey
+_TRIED = 4  # frames of a film that its colours are chosen from
+_VIVID = 24  # of 255: the least difference between the channels of a colour that is not a grey
 _DIRECTION = np.array([0.55, 0.28, 0.85])
 _AIR = 1.35  # of the character's height in the picture
 
 
-def sheet(
+def character_sheet(
     what: Take | Motion,
     path: str | Path,
     character: Character | None = None,
@@ -34,11 +34,25 @@ def sheet(
     frames: int = 12,
     progress: Progress | None = None,
 ) -> None:
-    """Draw ``frames`` poses of a motion, or of all motions of a take, as a ``.png``, with the seconds below each.
+    """Draw evenly spaced poses of characters with their skins.
 
-    character: whose skin the motions wear, who must be on its skeleton; capsules without one.
+    Parameters
+    ----------
+    what : Take or Motion
+        All motions of a take are drawn together.
+    path : str or Path
+        A ``.png`` file.
+    character : Character, optional
+        Whose skin the motions wear; they must have its skeleton. Without one, capsules.
+    frames : int
+        Number of poses.
+    progress : Progress, optional
+        Called with poses drawn and their number.
 
-    Raises RequestError where there is no motion, or for another suffix.
+    Raises
+    ------
+    RequestError
+        There is no motion, the file is not ``.png``, or a skeleton is not the character's.
     """
     if Path(path).suffix.lower() != ".png" or frames < 1:
         raise RequestError(f"{path}: a contact sheet of at least one pose is a .png file")
@@ -60,7 +74,7 @@ def sheet(
     page.save(path)
 
 
-def film(
+def character_film(
     what: Take | Motion,
     path: str | Path,
     character: Character | None = None,
@@ -68,9 +82,25 @@ def film(
     seconds: float = 8.0,
     progress: Progress | None = None,
 ) -> None:
-    """Draw the first ``seconds`` of a motion, or of all motions of a take, as a ``.gif`` that plays in real time.
+    """Draw a film of characters with their skins that plays in real time.
 
-    Raises RequestError where there is no motion, or for another suffix.
+    Parameters
+    ----------
+    what : Take or Motion
+        All motions of a take are drawn together.
+    path : str or Path
+        A ``.gif`` file.
+    character : Character, optional
+        Whose skin the motions wear; they must have its skeleton. Without one, capsules.
+    seconds : float
+        Length of the film, from the start of the motion.
+    progress : Progress, optional
+        Called with frames drawn and their number.
+
+    Raises
+    ------
+    RequestError
+        There is no motion, the file is not ``.gif``, or a skeleton is not the character's.
     """
     if Path(path).suffix.lower() != ".gif" or not seconds > 0:
         raise RequestError(f"{path}: a film of some seconds is a .gif file")
@@ -83,7 +113,7 @@ def film(
     for i in range(count):
         figures = [figures[i] for figures in cast]
         camera = _camera(figures)
-        # the camera follows at its ease: steps do not shake it
+        # the camera follows slowly, as steps would shake it
         target = camera.target if target is None else target + 0.15 * (camera.target - target)
         camera = Camera(camera.place - camera.target + target, target, camera.tall)
         picture = _image(draw(figures, camera, *_FRAME))
@@ -94,9 +124,9 @@ def film(
 
 
 def _palette(cast: list[list[Figure]]) -> Image.Image:
-    """The colours of a film, for every frame alike: half of them for what is coloured, half for floor, sky and greys.
+    """The colours of all frames of a film: half of them for what is vivid, half for floor, sky and greys.
 
-    Colours chosen by how often they occur would go to the floor, and faces would be grey.
+    If they were chosen by how often they occur, most would go to the floor, and faces would be grey.
     """
     pixels = []
     for i in np.unique(np.linspace(0, len(cast[0]) - 1, _TRIED).astype(int)).tolist():
@@ -111,10 +141,10 @@ def _palette(cast: list[list[Figure]]) -> Image.Image:
 
 
 def _quantized(pixels: npt.NDArray[np.uint8]) -> list[int]:
-    """At most 128 colours, three numbers each, that stand for pixels ``(N, 3)``."""
+    """At most 128 colours, three numbers each, that represent pixels ``(N, 3)``."""
     page = Image.fromarray(np.ascontiguousarray(pixels[None]))
-    found = page.quantize(128, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
-    return found[: 3 * 128]
+    palette = page.quantize(128, method=Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+    return palette[: 3 * 128]
 
 
 def _motions(what: Take | Motion) -> list[Motion]:
@@ -125,14 +155,14 @@ def _motions(what: Take | Motion) -> list[Motion]:
 
 
 def _cast(motion: Motion, character: Character | None, frames: IntArray) -> list[Figure]:
-    """The figures of some frames of a motion; its last frame stands for those after it."""
+    """The figures of some frames of a motion; its last frame is repeated for those after it."""
     skin, rest = body_of(motion.skeleton, character)
     picked = [cut(motion, i, i + 1) for i in np.minimum(frames, len(motion) - 1).tolist()]
     return [posed(frame, skin, rest)[0] for frame in picked]
 
 
 def _camera(figures: list[Figure]) -> Camera:
-    """From the front and a little above, on the middle of what is to be seen."""
+    """A camera in front and a little above, that looks at the middle of the figures."""
     points = np.concatenate([figure.points for figure in figures])
     low, high = points.min(axis=0), points.max(axis=0)
     skin = figures[0].skin

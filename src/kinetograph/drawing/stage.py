@@ -1,4 +1,4 @@
-"""A stage: a camera, a light, a floor, and the skins that stand on it."""
+"""Drawing skins in software: a camera, a light, a floor with shadows, and the skins in their poses."""
 
 from __future__ import annotations
 
@@ -14,17 +14,27 @@ from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 
 LIGHT: FloatArray = np.array([-0.35, 1.0, 0.45]) / np.linalg.norm([-0.35, 1.0, 0.45])
-"""Where the light comes from."""
+"""The direction that the light comes from, unit length."""
 
 _SKY, _FLOOR, _LINE = np.array([0.80, 0.82, 0.85]), np.array([0.60, 0.61, 0.62]), np.array([0.50, 0.51, 0.53])
 _TILE = 0.5  # metres
-_FINE = 2  # samples a pixel, each way
+_FINE = 2  # samples per pixel, in each direction
 _NEAR = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Where the camera is and what it looks at, ``(3,)`` metres; the height of what it sees there, in metres."""
+    """A camera.
+
+    Parameters
+    ----------
+    place : ndarray, shape (3,)
+        Where it is, metres.
+    target : ndarray, shape (3,)
+        What it looks at, metres.
+    tall : float
+        Height of what it sees at the target, metres.
+    """
 
     place: FloatArray
     target: FloatArray
@@ -42,7 +52,14 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A skin in one pose: points and normals ``(V, 3)`` in the world."""
+    """A skin in one pose.
+
+    Parameters
+    ----------
+    skin : Skin
+    points, normals : ndarray, shape (V, 3)
+        In the world.
+    """
 
     skin: Skin
     points: FloatArray
@@ -50,14 +67,26 @@ class Figure:
 
 
 def posed(motion: Motion, skin: Skin, rest: FloatArray) -> list[Figure]:
-    """The skin in every frame of a motion; rest: positions ``(J, 3)`` of the joints at rest about the root."""
-    positions, turns = forward(motion)
-    return [_posed(skin, rest, positions[frame], turns[frame]) for frame in range(len(motion))]
+    """The skin in every frame of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+    skin : Skin
+    rest : ndarray, shape (J, 3)
+        Rest positions of the joints relative to the root, metres.
+
+    Returns
+    -------
+    list of Figure
+    """
+    positions, rotations = forward(motion)
+    return [_posed(skin, rest, positions[frame], rotations[frame]) for frame in range(len(motion))]
 
 
-def _posed(skin: Skin, rest: FloatArray, positions: FloatArray, turns: FloatArray) -> Figure:
+def _posed(skin: Skin, rest: FloatArray, positions: FloatArray, rotations: FloatArray) -> Figure:
     """Every point moved by its joints, by their weights."""
-    matrices = rot.to_matrix(turns)
+    matrices = rot.to_matrix(rotations)
     shifts = positions - np.einsum("jab,jb->ja", matrices, rest)
     blended = np.einsum("vk,vkab->vab", skin.weights, matrices[skin.joints])
     points = np.einsum("vab,vb->va", blended, skin.points) + np.einsum("vk,vka->va", skin.weights, shifts[skin.joints])
@@ -66,7 +95,20 @@ def _posed(skin: Skin, rest: FloatArray, positions: FloatArray, turns: FloatArra
 
 
 def draw(figures: list[Figure], camera: Camera, width: int, height: int) -> FloatArray:
-    """A picture, shape ``(height, width, 3)`` of numbers from 0 to 1."""
+    """Draw figures on the floor.
+
+    Parameters
+    ----------
+    figures : list of Figure
+    camera : Camera
+    width, height : int
+        Pixels.
+
+    Returns
+    -------
+    ndarray, shape (height, width, 3)
+        Numbers from 0 to 1.
+    """
     size = (height * _FINE, width * _FINE)
     image, floor = _background(camera, *size)
     shadow = np.zeros(size, dtype=np.bool_)
@@ -90,7 +132,7 @@ def _project(points: FloatArray, camera: Camera, height: int, width: int) -> Flo
 
 
 def _shaded(figure: Figure, camera: Camera) -> FloatArray:
-    """A colour a corner of a triangle, ``(3 T, 3)``: diffuse light, a little from below, and a rim."""
+    """The colours of the triangles' corners, ``(3 T, 3)``: diffuse light, a little light from below, and a rim."""
     normals = figure.normals
     lit = 0.34 + 0.62 * np.maximum(normals @ LIGHT, 0.0) + 0.10 * np.maximum(-normals[:, 1], 0.0)
     rim = 0.12 * (1.0 - np.abs(normals @ camera.axes[2])) ** 3
@@ -101,7 +143,7 @@ def _shaded(figure: Figure, camera: Camera) -> FloatArray:
 
 
 def _background(camera: Camera, height: int, width: int) -> tuple[FloatArray, BoolArray]:
-    """Sky, and a floor of tiles that shows how the character gets on; and where the floor is."""
+    """Sky and a floor of tiles, against which movement shows; and which pixels are floor."""
     rows, columns = np.mgrid[0:height, 0:width] + 0.5
     unit = camera.tall / height / np.linalg.norm(camera.target - camera.place)
     right, up, into = camera.axes
@@ -109,7 +151,7 @@ def _background(camera: Camera, height: int, width: int) -> tuple[FloatArray, Bo
     down = rays[..., 1] < -1e-3
     reach = np.where(down, -camera.place[1] / np.where(down, rays[..., 1], -1.0), 0.0)
     x, z = camera.place[0] + reach * rays[..., 0], camera.place[2] + reach * rays[..., 2]
-    grain = reach * unit / np.maximum(-rays[..., 1], 0.05)  # a pixel's size on the floor: lines fade where it is large
+    grain = reach * unit / np.maximum(-rays[..., 1], 0.05)  # of a pixel on the floor: lines fade where it is large
     edge = np.minimum(np.abs(x / _TILE - np.round(x / _TILE)), np.abs(z / _TILE - np.round(z / _TILE))) * _TILE
     line = np.clip(1.0 - edge / np.maximum(0.008, grain), 0.0, 1.0) * np.clip(0.03 / np.maximum(grain, 1e-9), 0.0, 1.0)
     fade = np.clip((reach - 6.0) / 12.0, 0.0, 1.0)[..., None]

@@ -15,9 +15,18 @@ _ALONG = np.linspace(0.0, 1.0, 24)
 
 
 def bones_over_time(motions: Sequence[Motion], rate: float) -> FloatArray:
-    """Both ends of every bone of synchronised characters, shape ``(F, B, 2, 3)`` metres, ``rate`` frames a second.
+    """Both ends of every bone of synchronised characters over time.
 
-    The characters are brought back to the origin on the ground, together, in every frame.
+    Parameters
+    ----------
+    motions : sequence of Motion
+    rate : float
+        Frames per second.
+
+    Returns
+    -------
+    ndarray, shape (F, B, 2, 3)
+        Metres. The characters are moved together so that their mean root is above the origin in every frame.
     """
     seconds = np.arange(int(max(m.duration for m in motions) * rate) + 1) / rate
     bones, roots = [], []
@@ -31,8 +40,24 @@ def bones_over_time(motions: Sequence[Motion], rate: float) -> FloatArray:
 
 
 def draw_bones(bones: FloatArray, width: int = 48, height: int = 14, metres: float = 2.1) -> tuple[str, ...]:
-    """Bones ``(B, 2, 3)`` seen along -z as ``height`` lines of ``width`` letters, ``metres`` high from the ground up.
+    """Bones seen along -z, as lines of braille letters.
 
+    Parameters
+    ----------
+    bones : ndarray, shape (B, 2, 3)
+        Both ends of each bone, metres.
+    width, height : int
+        Letters.
+    metres : float
+        What ``height`` letters show, from the ground up.
+
+    Returns
+    -------
+    tuple of str
+        The lines, from the top.
+
+    Examples
+    --------
     >>> draw_bones(np.array([[[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]), width=2, height=2, metres=1.0)
     ('⠀⡇', '⠀⡇')
     """

@@ -14,17 +14,19 @@ from typing import TYPE_CHECKING, Any
 _ROOMS = {
     "DanceRow": "dance",
     "Guide": "baselines",
+    "HeldOut": "sensor",
     "LabelErrors": "labels",
     "Locking": "phase",
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
     "Score": "inbetweening",
-    "SensorRow": "sensor",
-    "SweepRow": "sensor",
+    "SensorRow": "sensor_scores",
+    "SweepRow": "sensor_sweep",
     "WalkRow": "protocol",
     "accelerations": "metrics",
     "ankles_apart": "phase",
+    "averaged": "sensor_scores",
     "cadence_ratio": "phase",
     "constant_pose": "baselines",
     "contact_speed": "metrics",
@@ -54,24 +56,27 @@ _ROOMS = {
     "mean_walks": "protocol",
     "near_seams": "metrics",
     "nearest_frames": "baselines",
+    "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
     "phase_difference": "phase",
     "plant_phase": "phase",
-    "pose_errors": "sensor",
+    "pose_errors": "sensor_scores",
     "position_errors": "metrics",
     "recorded_jumps": "keyframe",
     "ridge_regression": "baselines",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
     "slips": "phase",
-    "sweep": "sensor",
+    "sweep": "sensor_sweep",
     "take_errors": "labels",
+    "timed": "sensor",
     "walk_row": "protocol",
 }
 
 __all__ = [
     "DanceRow",
     "Guide",
+    "HeldOut",
     "LabelErrors",
     "Locking",
     "PairFigures",
@@ -83,6 +88,7 @@ __all__ = [
     "WalkRow",
     "accelerations",
     "ankles_apart",
+    "averaged",
     "cadence_ratio",
     "constant_pose",
     "contact_speed",
@@ -112,6 +118,7 @@ __all__ = [
     "mean_walks",
     "near_seams",
     "nearest_frames",
+    "normalised_rms",
     "npss",
     "phase_difference",
     "plant_phase",
@@ -124,6 +131,7 @@ __all__ = [
     "slips",
     "sweep",
     "take_errors",
+    "timed",
     "walk_row",
 ]
 
@@ -185,4 +193,6 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
     from kinetograph.evaluation.rows import mean_known, mean_rows
-    from kinetograph.evaluation.sensor import SensorRow, SweepRow, evaluate, grouped, pose_errors, sweep
+    from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
+    from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
+    from kinetograph.evaluation.sensor_sweep import SweepRow, sweep

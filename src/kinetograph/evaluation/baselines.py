@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import on_ground, role_positions
-from kinetograph.motion import Motion, heading
+from kinetograph.motion import Motion, unwrapped_headings
 from kinetograph.sampling import interpolate
 
 CONTEXT = 0.27
@@ -64,7 +64,7 @@ Answer = Callable[[Guide], FloatArray]
 def guide_of_partner(leader: Motion) -> Guide:
     """The ends of a leader's limbs and the chest, relative to the hips."""
     points = role_positions(leader, [role for role in ROLES if role in leader.skeleton.roles])
-    return Guide(points, on_ground(leader.translation), heading(leader), leader.fps)
+    return Guide(points, on_ground(leader.translation), unwrapped_headings(leader), leader.fps)
 
 
 def guide_of_path(points: FloatArray, fps: float) -> Guide:

@@ -2,7 +2,7 @@
 
 L2Q and L2P are means over frames of the Euclidean distance of all joints' world quaternions and of their normalised
 world positions; NPSS compares power spectra over time. All three are taken over the gap's frames only. Windows are
-turned and moved so that their last past frame stands over the origin and faces along z.
+placed so that their last past frame stands over the origin and faces along z.
 """
 
 from __future__ import annotations
@@ -19,14 +19,26 @@ from kinetograph.kinematics import forward, joint_positions, on_ground
 from kinetograph.motion import Motion, cut, transform
 
 PAST = 10
+"""Frames of a window before its gap."""
 STRIDE = 40
+"""Frames from one window to the next."""
 Filler = Callable[[Motion, int], Motion]
 """Given a window and the gap's frames (it may look at `PAST` frames and the last one), the whole window filled."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """Figures of one method at one gap, lower is better. windows: how many were filled, refused: how many were not."""
+    """Figures of one method at one gap; lower is better.
+
+    Parameters
+    ----------
+    npss, l2q, l2p : float
+        See this module.
+    windows : int
+        How many were scored.
+    refused : int
+        How many of them the method refused; these are filled by interpolation.
+    """
 
     npss: float
     l2q: float
@@ -42,9 +54,9 @@ def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
 
 
 def _centred(window: Motion) -> Motion:
-    turn = rot.about("y", -float(rot.heading(window.rotations[PAST - 1, 0])))
-    shift = -on_ground(rot.rotate(turn, window.translation[PAST - 1]))
-    return transform(window, turn, shift)
+    rotation = rot.about("y", -float(rot.heading(window.rotations[PAST - 1, 0])))
+    shift = -on_ground(rot.rotate(rotation, window.translation[PAST - 1]))
+    return transform(window, rotation, shift)
 
 
 def zero_velocity(window: Motion, gap: int) -> Motion:
@@ -53,21 +65,27 @@ def zero_velocity(window: Motion, gap: int) -> Motion:
 
 
 def interpolation(window: Motion, gap: int) -> Motion:
-    """The baseline that goes evenly from the last past pose to the one after the gap."""
+    """The baseline that goes evenly from the last past pose to the pose after the gap."""
     return _with_gap(window, gap, np.arange(1, gap + 1) / (gap + 1))
 
 
 def _with_gap(window: Motion, gap: int, u: FloatArray) -> Motion:
     inside = slice(PAST, PAST + gap)
     a, b = PAST - 1, PAST + gap
-    root, turns = window.translation.copy(), window.rotations.copy()
+    root, rotations = window.translation.copy(), window.rotations.copy()
     root[inside] = (1 - u)[:, None] * root[a] + u[:, None] * root[b]
-    turns[inside] = rot.slerp(window.rotations[a], window.rotations[b], u[:, None])
-    return replace(window, translation=root, rotations=turns)
+    rotations[inside] = rot.slerp(window.rotations[a], window.rotations[b], u[:, None])
+    return replace(window, translation=root, rotations=rotations)
 
 
 def position_scale(motions: Sequence[Motion], gap: int) -> tuple[FloatArray, FloatArray]:
-    """Mean and standard deviation, each ``(J, 3)``, of the training windows' joints."""
+    """Mean and standard deviation, each of shape ``(J, 3)`` metres, of the training windows' joints.
+
+    Raises
+    ------
+    RequestError
+        Where no motion is as long as a window.
+    """
     windows = [w for motion in motions for w in windows_of(motion, gap)]
     if not windows:
         raise RequestError(f"no training clip is as long as a window of {PAST + gap + 1} frames")
@@ -76,7 +94,18 @@ def position_scale(motions: Sequence[Motion], gap: int) -> tuple[FloatArray, Flo
 
 
 def score(filler: Filler, windows: Sequence[Motion], gap: int, scale: tuple[FloatArray, FloatArray]) -> Score:
-    """A method's figures over windows; those that it refuses with a RequestError are filled by interpolation."""
+    """A method's figures over windows.
+
+    Parameters
+    ----------
+    filler : callable
+        The method; windows that it refuses with a RequestError are filled by interpolation.
+    windows : sequence of Motion
+    gap : int
+        Frames.
+    scale : tuple of ndarray, shape (J, 3)
+        See `position_scale`.
+    """
     truths, guesses, refused = [], [], 0
     for window in windows:
         try:
@@ -98,9 +127,9 @@ def score(filler: Filler, windows: Sequence[Motion], gap: int, scale: tuple[Floa
 
 def _world(motions: list[Motion], gap: int) -> tuple[FloatArray, FloatArray]:
     """World positions ``(W, gap, J, 3)`` and quaternions ``(W, gap, 4 J)``, without jumps of sign from the past on."""
-    points, turns = zip(*(forward(m) for m in motions), strict=True)
+    points, rotations = zip(*(forward(m) for m in motions), strict=True)
     inside = slice(PAST, PAST + gap)
-    first = np.stack(turns)
+    first = np.stack(rotations)
     first = np.where(first[:, :1, :, :1] < 0, -first, first)
     q = rot.unroll(first, axis=1)[:, inside]
     return np.stack(points)[:, inside], q.reshape(*q.shape[:2], -1)
@@ -111,11 +140,20 @@ def _l2(truth: FloatArray, guess: FloatArray) -> float:
 
 
 def npss(truth: FloatArray, guess: FloatArray) -> float:
-    """Normalised power spectrum similarity (Gopalakrishnan et al. 2019) of signals ``(W, T, D)``; 0 is the same.
+    """Normalised power spectrum similarity (Gopalakrishnan et al. 2019); 0 is the same.
 
+    Parameters
+    ----------
+    truth, guess : ndarray, shape (W, T, D)
+        Signals.
+
+    Notes
+    -----
     The earth mover's distance between the two spectra of each signal, weighted by the true one's power. As in LAFAN1's
     own code the power is that of the real parts.
 
+    Examples
+    --------
     >>> wave = np.sin(np.linspace(0, 6, 30))[None, :, None]
     >>> npss(wave, wave)
     0.0

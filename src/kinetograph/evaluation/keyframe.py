@@ -1,4 +1,4 @@
-"""How good keyframe control is: seams, feet and keys against the recordings, and in-betweening of held-out clips."""
+"""How good keyframe control is: seams, feet and keys against the recordings, and in-betweening of held-out takes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from functools import partial
 
 import numpy as np
 
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.inbetweening import (
     PAST,
@@ -24,20 +26,45 @@ from kinetograph.evaluation.metrics import accelerations
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.library import Library
-from kinetograph.methods.keyframe.examples import Example, adopt, collect_examples, headings
-from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe import (
+    Example,
+    KeyframeControl,
+    KeyframeModel,
+    TimedSearch,
+    adopt_named,
+    collect_examples,
+)
 from kinetograph.motion import Motion, cut, place
 from kinetograph.post.footskate import contact_mask
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
 
 Report = Callable[[str], None]
+"""Called with one line about what is done."""
 
 
 @dataclass(frozen=True)
 class PairFigures:
-    """One pair of keys. solved, or why not; jump: see `seam_jump`; skate: see `skate_ratio`; miss: metres, the larger
-    of both keys' mean joint distances; untouched: share of the frames.
+    """Figures of one pair of keys.
+
+    Parameters
+    ----------
+    first, last : str
+        What the keys are called.
+    solved : bool
+    reason : str
+        Why the pair is not solved.
+    seconds : float
+        Duration of the result.
+    pieces : int
+    jump : float
+        See `seam_jump`.
+    skate : float
+        See `skate_ratio`.
+    miss : float
+        Metres, the larger of both keys' mean joint distances.
+    untouched : float
+        Share of the frames.
     """
 
     first: str
@@ -52,8 +79,8 @@ class PairFigures:
     untouched: float = 0.0
 
 
-def speed_jumps(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """How much the joints' velocities change from a frame to the next, the mean over joints, ``(F - 2,)`` m/s."""
+def speed_jumps(motion: Motion) -> FloatArray:
+    """How much the joints' velocities change from a frame to the next, mean over the joints, shape ``(F - 2,)`` m/s."""
     return np.asarray(accelerations(motion).mean(axis=1) / motion.fps)
 
 
@@ -63,10 +90,14 @@ def recorded_jumps(examples: Sequence[Example]) -> dict[str, float]:
 
 
 def seam_jump(result: Synthesis, recorded: Mapping[str, float]) -> float:
-    """The largest of `speed_jumps` within two frames of a seam, over what is recorded, 0 without seams.
+    """The largest of `speed_jumps` within two frames of a seam, over what is recorded; 0 without seams.
 
-    recorded: `recorded_jumps`; a seam is held against the livelier of the two takes that meet there, for a run's own
-    steps are jumps to one who lies on the floor.
+    Parameters
+    ----------
+    result : Synthesis
+    recorded : mapping of str to float
+        `recorded_jumps` of the library. A seam is compared with that of the two takes that has the larger jumps: the
+        steps of a run are jumps compared with lying on the floor.
     """
     jumps = speed_jumps(result.motion)
     worst = 0.0
@@ -79,8 +110,14 @@ def seam_jump(result: Synthesis, recorded: Mapping[str, float]) -> float:
 
 
 def slide(motion: Motion, contacts: Sequence[Annotation]) -> tuple[float, int]:
-    """Metres a second that planted points move along the ground, summed over the steps that both ends of are planted,
-    and how many those are.
+    """How fast planted points move along the ground.
+
+    Returns
+    -------
+    total : float
+        Metres per second, summed over the steps that begin and end planted.
+    count : int
+        How many steps those are.
     """
     total, count = 0.0, 0
     for role in {note.label for note in contacts}:
@@ -99,31 +136,43 @@ def skate_ratio(result: Synthesis, examples: Sequence[Example]) -> float:
     by_name = {(e.take, e.track, e.mirrored): e for e in examples}
     for piece in result.pieces:
         example = by_name[piece.take, piece.track, piece.mirrored]
-        low = round(piece.source_start * example.motion.fps)
-        high = min(round(piece.source_stop * example.motion.fps) + 1, len(example.motion))
-        offset = low / example.motion.fps
-        moved = [
-            replace(n, start=max(n.start - offset, 0.0), stop=n.stop - offset)
-            for n in example.contacts
-            if n.stop > offset
-        ]
-        a, b = slide(cut(example.motion, low, high), moved)
+        a, b = slide(*_recorded(example, piece.source_start, piece.source_stop))
         source_total, source_count = source_total + a, source_count + b
     return (total / max(count, 1)) / max(source_total / max(source_count, 1), 0.01)
+
+
+def _recorded(example: Example, start: float, stop: float) -> tuple[Motion, list[Annotation]]:
+    """The frames of an example between two seconds, and its contacts on their clock."""
+    low = round(start * example.motion.fps)
+    high = min(round(stop * example.motion.fps) + 1, len(example.motion))
+    offset = low / example.motion.fps
+    contacts = [
+        replace(n, start=max(n.start - offset, 0.0), stop=n.stop - offset) for n in example.contacts if n.stop > offset
+    ]
+    return cut(example.motion, low, high), contacts
 
 
 def key_miss(result: Synthesis, key: Key, frame: int) -> float:
     """Mean joint distance in metres between a frame and a key that is moved to its place and heading."""
     pose = cut(key.clip, key.frame, key.frame + 1)
     mine = cut(result.motion, frame, frame + 1)
-    turned = place(pose, float(headings(mine)[0] - headings(pose)[0]), (0.0, 0.0, 0.0))
-    gap = joint_positions(turned)[0] - joint_positions(mine)[0]
-    root = on_ground(turned.translation[0] - mine.translation[0])
+    missing = rot.heading(mine.rotations[0, 0]) - rot.heading(pose.rotations[0, 0])
+    aligned = place(pose, float(missing), (0.0, 0.0, 0.0))
+    gap = joint_positions(aligned)[0] - joint_positions(mine)[0]
+    root = on_ground(aligned.translation[0] - mine.translation[0])
     return float(np.linalg.norm(gap - root, axis=1).mean())
 
 
 def judge_pair(model: KeyframeModel, first: Key, last: Key, recorded: Mapping[str, float]) -> PairFigures:
-    """Solve one pair of keys and measure the result. recorded: `recorded_jumps` of the library."""
+    """Solve one pair of keys and measure the result.
+
+    Parameters
+    ----------
+    model : KeyframeModel
+    first, last : Key
+    recorded : mapping of str to float
+        `recorded_jumps` of the library.
+    """
     try:
         result = model.synthesize([first, last])
     except RequestError as error:
@@ -142,6 +191,67 @@ def judge_pair(model: KeyframeModel, first: Key, last: Key, recorded: Mapping[st
     )
 
 
+def inbetween_held_out(
+    library: Library,
+    held_out: Sequence[str],
+    gaps: Sequence[int] = (5, 15, 30, 45),
+    method: KeyframeControl | None = None,
+    report: Report | None = None,
+) -> dict[tuple[str, int], Score]:
+    """Gaps of held-out takes, filled from all takes that are not held out.
+
+    Parameters
+    ----------
+    library : Library
+    held_out : sequence of str
+        Names of takes.
+    gaps : sequence of int
+        Frames that are taken out.
+    method : KeyframeControl, optional
+        Of the timed search. In a gap that is short, recordings may be left after a third of it instead of the solver's
+        ``shortest``.
+    report : callable, optional
+
+    Returns
+    -------
+    dict
+        Scores by the name of the method (keyframe control and two baselines) and the gap.
+
+    Raises
+    ------
+    RequestError
+        For names that are not there, for a solver other than the timed search, and where no training clip is as long as
+        a window.
+    """
+    method = method or KeyframeControl()
+    kept = tuple(name for name in library.names() if name not in held_out)
+    tests = [example.motion for example in collect_examples(library, method.rate, exclude=kept)]
+    scores: dict[tuple[str, int], Score] = {}
+    for gap in gaps:
+        model = _for_gap(method, gap).fit(library, exclude=held_out)
+        trained = [example.motion for example in model.examples]
+        scale, skeleton = position_scale(trained, gap), trained[0].skeleton
+        windows = [w for test in tests for w in windows_of(adopt_named(test, skeleton, "a held-out take"), gap)]
+        fillers: dict[str, Filler] = {
+            "zero velocity": zero_velocity,
+            "interpolation": interpolation,
+            "keyframe": partial(_fill, model),
+        }
+        for name, filler in fillers.items():
+            scores[name, gap] = score(filler, windows, gap, scale)
+            if report:
+                report(f"{name} at {gap}: {scores[name, gap]}")
+    return scores
+
+
+def _for_gap(method: KeyframeControl, gap: int) -> KeyframeControl:
+    """The method, with recordings that may be left after a third of the gap where that is short."""
+    if not isinstance(method.solver, TimedSearch):
+        raise RequestError(f"gaps are filled by TimedSearch, which meets keys at their times, found {method.solver!r}")
+    shortest = min(method.solver.shortest, (gap + 1) / 3 / method.rate)
+    return replace(method, solver=replace(method.solver, shortest=shortest))
+
+
 def _fill(model: KeyframeModel, window: Motion, gap: int) -> Motion:
     """A window with its gap filled: the pose and speed before it, and pose, place and heading after it, are keys."""
     last = PAST + gap
@@ -150,42 +260,9 @@ def _fill(model: KeyframeModel, window: Motion, gap: int) -> Motion:
     at = (gap + 1) / window.fps
     keys = [
         Key(cut(window, 0, PAST), PAST - 1, label="before"),
-        Key(after, 0, (at, at), (float(x), float(z)), float(headings(after)[0]), label="after"),
+        Key(after, 0, (at, at), (float(x), float(z)), float(rot.heading(after.rotations[0, 0])), label="after"),
     ]
     filled = model.synthesize(keys).motion
-    root, turns = window.translation.copy(), window.rotations.copy()
-    root[PAST:last], turns[PAST:last] = filled.translation[1 : gap + 1], filled.rotations[1 : gap + 1]
-    return replace(window, translation=root, rotations=turns)
-
-
-def inbetween_held_out(
-    library: Library,
-    held_out: Sequence[str],
-    gaps: Sequence[int] = (5, 15, 30, 45),
-    method: KeyframeControl | None = None,
-    report: Report | None = None,
-) -> dict[tuple[str, int], Score]:
-    """Scores by method and gap: every held-out take's gaps filled from all takes that are not held out.
-
-    In a gap that is short, recordings may be left after a third of it instead of ``method.search.shortest``.
-    """
-    method = method or KeyframeControl()
-    kept = tuple(name for name in library.names() if name not in held_out)
-    tests = [example.motion for example in collect_examples(library, method.rate, exclude=kept)]
-    found: dict[tuple[str, int], Score] = {}
-    for gap in gaps:
-        shortest = min(method.search.shortest, (gap + 1) / 3 / method.rate)
-        model = replace(method, search=replace(method.search, shortest=shortest)).fit(library, exclude=tuple(held_out))
-        trained = [example.motion for example in model.examples]
-        scale = position_scale(trained, gap)
-        windows = [w for test in tests for w in windows_of(adopt(test, trained[0].skeleton, "a held-out take"), gap)]
-        fillers: dict[str, Filler] = {
-            "zero velocity": zero_velocity,
-            "interpolation": interpolation,
-            "keyframe": partial(_fill, model),
-        }
-        for name, filler in fillers.items():
-            found[name, gap] = score(filler, windows, gap, scale)
-            if report:
-                report(f"{name} at {gap}: {found[name, gap]}")
-    return found
+    root, rotations = window.translation.copy(), window.rotations.copy()
+    root[PAST:last], rotations[PAST:last] = filled.translation[1 : gap + 1], filled.rotations[1 : gap + 1]
+    return replace(window, translation=root, rotations=rotations)

@@ -1,4 +1,4 @@
-"""What sensor control has to beat: four ways to a pose from one frame of readings without any model of movement."""
+"""What sensor control has to beat: four estimates of a pose from one frame of readings, without a model of movement."""
 
 from __future__ import annotations
 
@@ -7,13 +7,32 @@ from scipy.spatial import cKDTree
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.methods.sensor.examples import Examples
+from kinetograph.methods.sensor import Examples
 
 BASELINES = ("mean pose", "nearest frame", "8 nearest frames", "ridge")
+"""The baselines' names."""
 
 
 def baseline(name: str, examples: Examples, readings: FloatArray) -> FloatArray:
-    """Pose vectors, shape ``(F, D)``, for scaled readings ``(F, C)``. Raises RequestError for an unknown baseline."""
+    """Poses by one of `BASELINES`.
+
+    Parameters
+    ----------
+    name : str
+    examples : Examples
+    readings : ndarray, shape (F, C)
+        Divided by the examples' scale.
+
+    Returns
+    -------
+    ndarray, shape (F, D)
+        Pose vectors.
+
+    Raises
+    ------
+    RequestError
+        For an unknown baseline.
+    """
     if name == "mean pose":
         return np.repeat(examples.poses.mean(axis=0)[None], len(readings), axis=0)
     if name in ("nearest frame", "8 nearest frames"):
@@ -26,7 +45,20 @@ def baseline(name: str, examples: Examples, readings: FloatArray) -> FloatArray:
 
 
 def ridge(inputs: FloatArray, outputs: FloatArray, new: FloatArray, weight: float = 1e-3) -> FloatArray:
-    """Linear regression with an intercept and a penalty of ``weight`` a frame on the slopes."""
+    """Linear regression with an intercept and a penalty on the slopes.
+
+    Parameters
+    ----------
+    inputs : ndarray, shape (N, C)
+    outputs : ndarray, shape (N, D)
+    new : ndarray, shape (F, C)
+    weight : float
+        Penalty per frame.
+
+    Returns
+    -------
+    ndarray, shape (F, D)
+    """
     centre, middle = inputs.mean(axis=0), outputs.mean(axis=0)
     x = inputs - centre
     slopes = np.linalg.solve(x.T @ x + weight * len(x) * np.eye(x.shape[1]), x.T @ (outputs - middle))

@@ -77,11 +77,28 @@ def _scaled(mantissa: float, exponent: int) -> float:
 
 @numba.njit(cache=True, nogil=True)
 def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: FloatArray) -> tuple[int, int, int, int]:
-    """Parse lines of decimal numbers from ``text``, bytes, into ``values``, shape ``(rows at most, width)``.
+    """Parse lines of decimal numbers; blank lines are skipped.
 
-    Blank lines are skipped. Returns the rows read, a status, and where it arose: for ``WRONG_LENGTH`` the line and
-    the number of values found on it, for ``NOT_A_NUMBER`` the line and the byte where the word begins, else the last
-    line and 0. Numbers are right to a few units in the last place, and infinite where they overflow.
+    Parameters
+    ----------
+    text : ndarray of uint8
+        The file's bytes.
+    position, line : int
+        The byte to begin at, and its line.
+    values : ndarray, shape (rows at most, width)
+        Written in place. Numbers are right to a few units in the last place, and infinite where they overflow.
+
+    Returns
+    -------
+    rows : int
+        Rows read.
+    status : int
+        ``DONE``, ``WRONG_LENGTH`` or ``NOT_A_NUMBER``.
+    line : int
+        The line where reading stopped.
+    detail : int
+        For ``WRONG_LENGTH`` the number of values on the line, for ``NOT_A_NUMBER`` the byte where the word begins,
+        else 0.
     """
     size = len(text)
     room, width = values.shape
@@ -110,11 +127,21 @@ def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: Fl
 
 
 @numba.njit(cache=True, nogil=True)
-def turns_of_channels(values: FloatArray, columns: IntArray, axes: IntArray) -> FloatArray:
-    """Quaternions, shape ``(F, J, 4)``, of Euler angles in degrees.
+def rotations_of_channels(values: FloatArray, columns: IntArray, axes: IntArray) -> FloatArray:
+    """Quaternions of Euler angles.
 
-    values: shape ``(F, C)``. columns: shape ``(J, K)``, the channels that turn each joint, the first one outermost;
-    -1 ends a shorter list. axes: shape ``(J, K)``, 0, 1 or 2 for x, y or z.
+    Parameters
+    ----------
+    values : ndarray, shape (F, C)
+        Channels, degrees.
+    columns : ndarray of int, shape (J, K)
+        The channels that rotate each joint, the first one outermost; -1 ends a shorter list.
+    axes : ndarray of int, shape (J, K)
+        0, 1 or 2 for x, y or z.
+
+    Returns
+    -------
+    ndarray, shape (F, J, 4)
     """
     frames, joints = len(values), len(columns)
     out = np.empty((frames, joints, 4))

@@ -13,12 +13,26 @@ from kinetograph.errors import RequestError
 
 @contextmanager
 def atomic_path(path: str | Path, *, force: bool = True) -> Iterator[Path]:
-    """A temporary file beside ``path`` that takes its place when the block ends without an error.
+    """Give a temporary file in the folder of ``path``, which replaces ``path`` when the block ends without an error.
 
     The file is created on entry and removed after an error, which leaves ``path`` as it was.
 
-    Raises RequestError where ``path`` exists and ``force`` is false, where it is a folder, or where its folder cannot
-    be written to.
+    Parameters
+    ----------
+    path : str or Path
+        The file to write.
+    force : bool
+        Overwrite a file that exists.
+
+    Yields
+    ------
+    Path
+        The temporary file, with the same suffix.
+
+    Raises
+    ------
+    RequestError
+        The path exists and ``force`` is false, it is a folder, or its folder cannot be written to.
     """
     path = Path(path)
     if path.is_dir():

@@ -1,25 +1,62 @@
-"""The skin that a motion is written with: a character's where it fits, else capsules."""
+"""The skin that a motion is written with: a character's where one is given, else capsules."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import RequestError
-from kinetograph.formats import capsules
+from kinetograph.formats.capsules import rest_positions
+from kinetograph.formats.surface import body_surface
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
-# linear colours: a light grey, blue and vermilion, which colour-blind eyes tell apart
+# linear colours: a light grey, blue and vermilion, which colour-blind people can tell apart
 _PALETTE = (("middle", (0.55, 0.55, 0.55)), ("left", (0.03, 0.22, 0.50)), ("right", (0.62, 0.13, 0.03)))
 
 
-def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
-    """The skin for a skeleton: the character's, or a capsule a bone where there is none.
+def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Skin, FloatArray]:
+    """The skin that a motion of a skeleton is written with, and the rest positions of its joints.
 
-    Raises RequestError where the skeleton is not the character's.
+    Parameters
+    ----------
+    skeleton : Skeleton
+    character : Character, optional
+        Whose skin to take; without one, a body of capsules.
+
+    Returns
+    -------
+    skin : Skin
+    rest : ndarray, shape (J, 3)
+        Positions of the joints relative to the root, metres.
+
+    Raises
+    ------
+    RequestError
+        The skeleton is not the character's.
+    """
+    return skin_of(skeleton, character), rest_positions(skeleton)
+
+
+def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
+    """The skin for a skeleton: the character's or, without one, a capsule per bone.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    character : Character, optional
+
+    Returns
+    -------
+    Skin
+
+    Raises
+    ------
+    RequestError
+        The skeleton is not the character's.
     """
     if character is not None:
         if not character.fits(skeleton):
@@ -27,7 +64,7 @@ def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
                 f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
             )
         return character.skin
-    surface = capsules.surface(skeleton)
+    surface = body_surface(skeleton)
     joints = np.zeros((len(surface.points), 4), dtype=np.int64)
     joints[:, 0] = surface.joints
     weights = np.zeros((len(surface.points), 4))
@@ -35,8 +72,27 @@ def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
     return Skin(surface.points, surface.normals, surface.triangles, joints, weights, surface.sides, _PALETTE)
 
 
-def characters(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[str, Motion]]:
-    """The name of what is written and its motions by track. Raises RequestError where there is none."""
+def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[str, Motion]]:
+    """The name of what is written, and its motions.
+
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    kind : str
+        The format's name, for errors.
+
+    Returns
+    -------
+    name : str
+        The take's, or ``"motion"``.
+    motions : dict of str to Motion
+        By track.
+
+    Raises
+    ------
+    RequestError
+        There is no motion.
+    """
     if isinstance(what, Motion):
         return "motion", {"motion": what}
     if isinstance(what, Signal):

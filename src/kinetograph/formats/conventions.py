@@ -1,7 +1,7 @@
-"""Units and axes of files: what they mean, how to guess them, and the way to metres, Y up, right-handed.
+"""Units and axes of files: what they mean, how they are guessed, and how they are converted to metres, Y up.
 
-The units are guessed from the size of the body, the upward axis from its motion: rest poses say nothing about the
-world, as in files whose rest pose stands along y while the recording stands along z.
+The units are guessed from the size of the body, the upward axis from its motion: a rest pose says nothing about the
+world, as there are files whose rest pose stands along y while the recording stands along z.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
+from kinetograph.roles import with_found_roles
 
 UNITS: dict[str, float] = {
     "metre": 1.0,
@@ -25,19 +26,20 @@ UNITS: dict[str, float] = {
     "foot": 0.3048,
     "cmu": 0.0254 / 0.45,
 }
-"""Metres in one unit; ``cmu`` is that of Carnegie Mellon's skeletons, 1/0.45 inch."""
+"""Metres in one unit; ``cmu`` is the unit of Carnegie Mellon's skeletons, 1/0.45 inch."""
 
 UPS: tuple[str, ...] = ("x", "y", "z")
+"""The axes that may point up."""
 
 _PLAUSIBLE = (1.2, 2.2)  # metres: how tall people stand
 _TYPICAL = 1.65
-# what a unit that few files use must gain in log height: legs alone in centimetres are no giant in inches
+# in log height, against units that few files use: legs alone in centimetres are not a giant in inches
 _RARITY = {"metre": 0.0, "centimetre": 0.0, "millimetre": 0.0, "inch": 0.3, "foot": 0.6, "cmu": 0.3}
-_STEADY = 0.02  # of the body's size: how much the lowest point strays on a floor
-_FLOOR_WEIGHT = 0.6  # chosen so that clips of getting up and of walking along an axis are both told safely
-_MOST_BONES = 500  # no body has more; to look for roles in thousands takes minutes
+_STEADY = 0.02  # of the body's size: how much the lowest point varies on a floor
+_FLOOR_WEIGHT = 0.6  # chosen so that clips of getting up and of walking along an axis are both recognised
+_MOST_BONES = 500  # no body has more; looking for roles in thousands takes minutes
 _SAMPLES = 64  # frames looked at for a guess
-_QUARTER_TURNS: dict[str, FloatArray] = {
+_TO_Y_UP: dict[str, FloatArray] = {
     "x": rot.about("z", np.pi / 2),
     "y": rot.identity(),
     "z": rot.about("x", -np.pi / 2),
@@ -46,15 +48,39 @@ _QUARTER_TURNS: dict[str, FloatArray] = {
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """Motions in metres, Y up, and notes on what was guessed."""
+    """The motions of a file, converted.
+
+    Parameters
+    ----------
+    motions : tuple of Motion
+        In metres, Y up.
+    notes : tuple of str
+        What was guessed.
+    """
 
     motions: tuple[Motion, ...]
     notes: tuple[str, ...]
 
 
 def unit_factor(units: str) -> float:
-    """Metres in one of ``units``. Raises RequestError for a name that is not in `UNITS`.
+    """Metres in one of ``units``.
 
+    Parameters
+    ----------
+    units : str
+        A name in `UNITS`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    RequestError
+        The name is unknown.
+
+    Examples
+    --------
     >>> unit_factor("inch")
     0.0254
     """
@@ -71,10 +97,25 @@ def check_up(up: str) -> str:
 
 
 def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None) -> Converted:
-    """Bring motions, in the units and axes of one file, to metres and Y up; ``None`` guesses.
+    """Convert the motions of one file to metres, Y up, and find the roles of their skeletons.
 
-    Motions of one file share their units and axes, so they are guessed from all of them together. Their skeletons
-    get the roles that can be found.
+    Parameters
+    ----------
+    motions : sequence of Motion
+        All motions of a file, which share its units and axes.
+    units : str or None
+        A name in `UNITS`; ``None`` guesses from all motions together.
+    up : {"x", "y", "z"} or None
+        The upward axis; ``None`` guesses.
+
+    Returns
+    -------
+    Converted
+
+    Raises
+    ------
+    RequestError
+        The units or the axis are unknown.
     """
     notes = []
     if units is None:
@@ -88,10 +129,25 @@ def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None)
 
 
 def guess_units(motions: Sequence[Motion]) -> tuple[str, str]:
-    """The name of the units, of `UNITS`, in which the tallest character is most like a person, and a note.
+    """The units in which the tallest character is most like a person, and a note.
 
-    How tall a character would stand is how far apart any two of its joints get in the frames sampled, bar the
-    farthest; arms spread wide reach as far as a body is tall, so that a guess between units 2 or more apart is safe.
+    Parameters
+    ----------
+    motions : sequence of Motion
+        All motions of a file.
+
+    Returns
+    -------
+    units : str
+        A name in `UNITS`.
+    note : str
+        What was guessed, and why.
+
+    Notes
+    -----
+    The height of a character is the largest distance between two of its joints in the frames sampled, without the
+    largest outliers. Arms spread wide reach as far as a body is tall, so that units that differ by a factor of 2 or
+    more are not confused.
     """
     height = max(_stature(motion) for motion in motions)
     if height <= 0.0 or not np.isfinite(height):
@@ -105,14 +161,27 @@ def guess_units(motions: Sequence[Motion]) -> tuple[str, str]:
 
 
 def guess_up(motions: Sequence[Motion]) -> tuple[str, str]:
-    """The axis that points up in the world, of motions in metres, and a note.
+    """The axis that points up in the world, and a note.
 
-    Up is the axis along which heads are above feet, and along which the lowest point of the body stays where it is.
-    One alone fails on people who begin lying on the floor, the other on those who walk along an axis.
+    Parameters
+    ----------
+    motions : sequence of Motion
+        All motions of a file, in metres.
+
+    Returns
+    -------
+    up : {"x", "y", "z"}
+    note : str
+        What was guessed, and why.
+
+    Notes
+    -----
+    Up is the axis along which heads are above feet, and along which the lowest point of the body does not change. The
+    first alone fails on people who begin lying on the floor, the second on those who walk along an axis.
     """
     evidence = [_uprightness(motion) - _FLOOR_WEIGHT * np.log(_floor_change(motion) + _STEADY) for motion in motions]
     scores = np.mean(evidence, axis=0)
-    # a still skeleton without roles tells nothing; Y is then the likeliest
+    # a still skeleton without roles gives no evidence; Y is then the likeliest
     best = int(np.argmax(scores + np.array([0.0, 1e-6, 0.0])))
     return UPS[best], f"up axis not given: guessed {UPS[best]}, from where heads, feet and the floor are"
 
@@ -126,63 +195,82 @@ def scale_motion(motion: Motion, factor: float) -> Motion:
         skeleton,
         offsets=skeleton.offsets * factor,
         end_offsets=skeleton.end_offsets * factor,
-        roles={role: replace(mark, offset=mark.offset * factor) for role, mark in skeleton.roles.items()},
+        roles={role: replace(point, offset=point.offset * factor) for role, point in skeleton.roles.items()},
     )
     bones = None if motion.bones is None else motion.bones * factor
     return replace(motion, skeleton=scaled, translation=motion.translation * factor, bones=bones)
 
 
 def from_up(motion: Motion, up: str) -> Motion:
-    """A motion whose axis ``up`` points up, turned so that Y does; for z, ``(x, y, z)`` becomes ``(x, z, -y)``.
+    """A motion of a world whose axis ``up`` points up, in a world where Y does.
 
-    Only the root turns: the joints' own frames, and with them the rest offsets, stay as they are.
+    Only the root is rotated: the joints' own frames, and with them the rest offsets, stay as they are.
+
+    Parameters
+    ----------
+    motion : Motion
+    up : {"x", "y", "z"}
+        For z, ``(x, y, z)`` becomes ``(x, z, -y)``.
+
+    Returns
+    -------
+    Motion
     """
-    return motion if up == "y" else _turn_root(motion, _QUARTER_TURNS[up])
+    return motion if up == "y" else _rotate_root(motion, _TO_Y_UP[up])
 
 
-def turn_points(points: FloatArray, up: str) -> FloatArray:
-    """Points, shape ``(..., 3)``, of a world whose axis ``up`` points up, as they are where Y does.
+def points_from_up(points: FloatArray, up: str) -> FloatArray:
+    """Points of a world whose axis ``up`` points up, in a world where Y does.
 
-    >>> turn_points(np.array([1.0, 2.0, 3.0]), "z").round(9).tolist()
+    Parameters
+    ----------
+    points : ndarray, shape (..., 3)
+    up : {"x", "y", "z"}
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Examples
+    --------
+    >>> points_from_up(np.array([1.0, 2.0, 3.0]), "z").round(9).tolist()
     [1.0, 3.0, -2.0]
     """
-    return points if up == "y" else rot.rotate(_QUARTER_TURNS[up], points)
+    return points if up == "y" else rot.rotate(_TO_Y_UP[up], points)
 
 
 def to_up(motion: Motion, up: str) -> Motion:
-    """A motion with Y up turned so that the axis ``up`` points up: the inverse of `from_up`."""
-    return motion if up == "y" else _turn_root(motion, rot.conjugate(_QUARTER_TURNS[up]))
+    """A motion with Y up in a world whose axis ``up`` points up: the inverse of `from_up`."""
+    return motion if up == "y" else _rotate_root(motion, rot.conjugate(_TO_Y_UP[up]))
 
 
-def _turn_root(motion: Motion, turn: FloatArray) -> Motion:
+def _rotate_root(motion: Motion, rotation: FloatArray) -> Motion:
     offsets = motion.skeleton.offsets.copy()
-    offsets[0] = rot.rotate(turn, offsets[0])
+    offsets[0] = rot.rotate(rotation, offsets[0])
     rotations = motion.rotations.copy()
-    rotations[:, 0] = rot.multiply(turn, rotations[:, 0])
-    translation = rot.rotate(turn, motion.translation)
+    rotations[:, 0] = rot.multiply(rotation, rotations[:, 0])
+    translation = rot.rotate(rotation, motion.translation)
     skeleton = replace(motion.skeleton, offsets=offsets)
     return replace(motion, skeleton=skeleton, translation=translation, rotations=rotations)
 
 
 def _sampled(motion: Motion) -> Motion:
-    """At most `_SAMPLES` frames, spread over the motion."""
+    """At most ``_SAMPLES`` frames, spread over the motion."""
     frames = np.unique(np.linspace(0, len(motion) - 1, _SAMPLES).astype(np.int64))
     bones = None if motion.bones is None else motion.bones[frames]
     return replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
 
 
 def _with_roles(motion: Motion) -> Motion:
-    from kinetograph.roles import with_found_roles
-
     if len(motion.skeleton) > _MOST_BONES:
         return motion
     return replace(motion, skeleton=with_found_roles(motion.skeleton))
 
 
 def _stature(motion: Motion) -> float:
-    """How far apart the joints of the body get in 19 of 20 frames sampled, in the motion's own units."""
+    """The largest distance between joints in 19 of 20 frames sampled, in the motion's own units."""
     positions = _body_positions(_sampled(motion))
-    # the farthest two of many points, without all pairs: along 13 directions their extent is within 4 % of it
+    # the largest distance between many points, without all pairs: their extent along 13 directions is within 4 % of it
     directions = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])[14:]
     along = positions @ (directions / np.linalg.norm(directions, axis=1, keepdims=True)).T
     return float(np.percentile(np.ptp(along, axis=1).max(axis=1), 95))

@@ -1,9 +1,9 @@
 """DeepMimic motion files: JSON rows of the 15-body humanoid (Peng et al. 2018), metres, Y up, facing +x.
 
-A row is the seconds to the next row, the root's position and quaternion (w, x, y, z), then per joint a quaternion or,
-for the hinges (knees and elbows), one angle about +z: 44 numbers. ``Loop`` says whether the clip is a cycle; the last
-row of a ``"wrap"`` clip is then the first pose a cycle later (same height and phase; the poses themselves agree only
-to some degrees in most published clips).
+A row is the seconds to the next row, the root's position and quaternion (w, x, y, z), then for each joint a quaternion
+or, for the hinges (knees and elbows), one angle about +z: 44 numbers. ``Loop`` says whether the clip is a cycle; the
+last row of a ``"wrap"`` clip is the first pose a cycle later (same height and phase; the poses themselves differ by
+some degrees in most published clips).
 """
 
 from __future__ import annotations
@@ -63,14 +63,16 @@ _ROOT_COLUMN = 4
 _COLUMNS = tuple(accumulate((width for *_, width in _BODY), initial=_ROOT_COLUMN))
 _ROW = _COLUMNS[-1]
 _LARGEST = 1e12
-_STEADY = 0.01
+_STEADY = 0.01  # of the median duration of a frame
 _RATE_TOLERANCE = 1e-4
-_SHORTEST_QUATERNION = 0.1  # published clips that were edited by hand go down to 0.58; a zero has no direction
+_SHORTEST_QUATERNION = 0.1  # published clips that were edited go down to 0.58; a zero has no direction
 
 
 def skeleton() -> Skeleton:
     """The 15 joints of the DeepMimic humanoid, with its roles: up is +y, forward +x and right +z.
 
+    Examples
+    --------
     >>> skeleton().landmark("left_toe").offset.tolist()
     [0.1335, -0.05, 0.0]
     """
@@ -90,14 +92,29 @@ def skeleton() -> Skeleton:
 
 
 def read(path: str | Path, options: ReadOptions) -> Loaded:
-    """A DeepMimic motion file as a take with one track, ``motion``, and its loop as an annotation.
+    """Read a DeepMimic motion file as a take.
 
-    The rate is that of the median row, unless the options give one; where rows last differently, by over 1 %, the
-    motion is resampled to it. Quaternions are brought to unit length and to signs without jumps. A clip that loops
-    has an annotation of kind ``"loop"`` and label ``"wrap"`` over all of it. Lenient reading ends before the first
-    frame that is wrong.
+    Parameters
+    ----------
+    path : str or Path
+    options : ReadOptions
+        ``fps`` is the rate; without it, that of the median row. ``lenient`` stops before the first frame that is wrong.
 
-    Raises FormatError for what is not JSON, other characters, rows of a wrong length, and values that are not numbers.
+    Returns
+    -------
+    Loaded
+        With the track ``motion``. A clip that loops has an annotation of kind ``"loop"`` and label ``"wrap"`` over
+        all of it.
+
+    Raises
+    ------
+    FormatError
+        The file is not JSON or is of another character, or rows have a wrong length or values that are not numbers.
+
+    Notes
+    -----
+    Where the durations of rows differ by over 1 %, the motion is resampled. Quaternions are brought to unit length and
+    to signs without jumps.
     """
     path = Path(path)
     notes: list[str] = []
@@ -105,16 +122,16 @@ def read(path: str | Path, options: ReadOptions) -> Loaded:
         notes.append("DeepMimic files are in metres with Y up; the units and the axis asked for were not applied")
     content = _parse(path)
     frames = content["Frames"]
-    if (bad := _first_fault(path, frames)) is not None:
-        frame, error = bad
+    if (fault := _first_fault(path, frames)) is not None:
+        frame, error = fault
         if not options.lenient or frame == 0:
             raise error
         notes.append(f"left out frames {frame} to {len(frames) - 1}: {error}")
         frames = frames[:frame]
     motion = _motion(path, np.array(frames, dtype=np.float64), options.fps, notes)
     loops = str(content.get("Loop", "none")).lower() == "wrap" and len(frames) == len(content["Frames"])
-    marks = (Annotation("motion", "loop", "wrap", 0.0, motion.duration),) if loops else ()
-    return Loaded(Take(path.stem, {"motion": motion}, marks), tuple(notes))
+    annotations = (Annotation("motion", "loop", "wrap", 0.0, motion.duration),) if loops else ()
+    return Loaded(Take(path.stem, {"motion": motion}, annotations), tuple(notes))
 
 
 def _parse(path: Path) -> dict[str, Any]:
@@ -126,8 +143,8 @@ def _parse(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):  # bytes that are not text, numbers of thousands of digits, endless nesting
         raise FormatError(path, "expected DeepMimic JSON, found text that is not; is it another format?") from None
     if not isinstance(content, dict) or not isinstance(content.get("Frames"), list):
-        found = f"the keys {', '.join(list(content)[:8]) or 'none'}" if isinstance(content, dict) else "no object"
-        raise FormatError(path, f'expected a DeepMimic object with a list "Frames", found {found}')
+        what = f"the keys {', '.join(list(content)[:8]) or 'none'}" if isinstance(content, dict) else "no object"
+        raise FormatError(path, f'expected a DeepMimic object with a list "Frames", found {what}')
     if not content["Frames"]:
         raise FormatError(path, "expected at least one frame, found none")
     return content
@@ -146,8 +163,8 @@ def _first_fault(path: Path, frames: list[Any]) -> tuple[int, FormatError] | Non
 
 def _fault(row: Any, frame: int, *, last: bool) -> str:
     if not isinstance(row, list) or len(row) != _ROW:
-        found = f"{len(row)} numbers" if isinstance(row, list) else json.dumps(row)[:20]
-        return f"expected {_ROW} numbers in frame {frame}, found {found}"
+        what = f"{len(row)} numbers" if isinstance(row, list) else json.dumps(row)[:20]
+        return f"expected {_ROW} numbers in frame {frame}, found {what}"
     for column, value in enumerate(row):
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
             return f"expected a finite number in frame {frame}, column {column}, found {json.dumps(value)[:20]}"
@@ -166,7 +183,7 @@ def _motion(path: Path, rows: FloatArray, given_fps: float | None, notes: list[s
     fps = given_fps if given_fps is not None else _rate(path, steps)
     if given_fps is not None or np.ptp(steps) <= _STEADY * np.median(steps):
         return Motion(skeleton(), translation, rotations, fps)
-    notes.append(f"frames last {steps.min():.4g} to {steps.max():.4g} s: resampled to {fps:g} frames a second")
+    notes.append(f"frames last {steps.min():.4g} to {steps.max():.4g} s: resampled to {fps:g} frames per second")
     clock = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.arange(round(clock[-1] * fps) + 1) / fps  # rounded, since a clip that loops must keep its last pose
     by_index = Motion(skeleton(), translation, rotations, 1.0)
@@ -174,11 +191,11 @@ def _motion(path: Path, rows: FloatArray, given_fps: float | None, notes: list[s
 
 
 def _rate(path: Path, steps: FloatArray) -> float:
-    """Frames a second of the median step; 60 for the many files that write 0.016666, so that their rates agree."""
+    """Frames per second of the median step; 60 for the many files that write 0.016666, so that their rates agree."""
     step = float(np.median(steps))
     if step <= 0:
         raise FormatError(
-            path, f"expected positive seconds a frame, found {step:g} in frame 0; give the rate with --fps"
+            path, f"expected positive seconds per frame, found {step:g} in frame 0; give the rate with --fps"
         )
     whole = round(1.0 / step)
     return float(whole) if whole and abs(1.0 / step - whole) < _RATE_TOLERANCE * whole else 1.0 / step

@@ -2,12 +2,12 @@
 
 ``{"keys": [{...}, ...]}``, in the order in which they are to be met. A key has
 
-- ``pose``, in full: ``"FILE@SECOND"``, a motion file beside this one, or ``"take:NAME@SECOND"``, of the library;
+- ``pose``, required: ``"FILE@SECOND"``, a motion file in the same folder, or ``"take:NAME@SECOND"``, of the library;
 - ``time``: a second of the result, counted from the first key; or ``[earliest, latest]``; without it the time is free;
-- ``position``: ``[x, z]``, metres in the result's world (Y up), where the root joint stands above the ground;
-- ``heading``: degrees by which the root is turned about the vertical, counter-clockwise seen from above, 0 where the
-  character faces as at rest (+Z for most). The root joint is the pivot of both. Without them both are free, but for
-  the first key, which stands where it does in its file;
+- ``position``: ``[x, z]``, metres in the result's world (Y up), the root joint's place on the ground;
+- ``heading``: degrees by which the root is rotated about the vertical, counter-clockwise seen from above, 0 where the
+  character faces as at rest (+Z for most). Rotation and position are those of the root joint. Without them both are
+  free, except for the first key, which is placed as in its file;
 - ``roles``: the parts of the body that count, as in ``["left_hand"]``; without them, the whole pose;
 - ``name``: what messages call it.
 """
@@ -16,17 +16,23 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import msgspec
 
 from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats.files import read
+from kinetograph.formats.options import ReadOptions
 from kinetograph.keys import Key, key_at
 from kinetograph.motion import Motion
+from kinetograph.take import Take
 
-if TYPE_CHECKING:
-    from kinetograph.formats.options import ReadOptions
-    from kinetograph.library import Library
+
+class Takes(Protocol):
+    """Where takes are found by name: a `kinetograph.library.Library`, for example."""
+
+    def take(self, name: str) -> Take:
+        """The take of a name."""
 
 
 class _Row(msgspec.Struct, forbid_unknown_fields=True):
@@ -42,8 +48,28 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     keys: list[_Row]
 
 
-def read_keys(path: str | Path, library: Library | None = None, options: ReadOptions | None = None) -> tuple[Key, ...]:
-    """The keys of a file. Raises FormatError for one that cannot be read, RequestError for a pose that is not there."""
+def read_keys(path: str | Path, library: Takes | None = None, options: ReadOptions | None = None) -> tuple[Key, ...]:
+    """Read the keys of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+    library : Library, optional
+        Where the takes are that poses name.
+    options : ReadOptions, optional
+        For the motion files that poses name.
+
+    Returns
+    -------
+    tuple of Key
+
+    Raises
+    ------
+    FormatError
+        The file, or a motion file, cannot be read.
+    RequestError
+        A pose is not there.
+    """
     path = Path(path)
     try:
         rows = msgspec.json.decode(path.read_bytes(), type=_File).keys
@@ -54,7 +80,7 @@ def read_keys(path: str | Path, library: Library | None = None, options: ReadOpt
     return tuple(_key(row, number, path.parent, library, options) for number, row in enumerate(rows, start=1))
 
 
-def _key(row: _Row, number: int, folder: Path, library: Library | None, options: ReadOptions | None) -> Key:
+def _key(row: _Row, number: int, folder: Path, library: Takes | None, options: ReadOptions | None) -> Key:
     label = row.name or f"key {number}"
     clip, second = find_pose(row.pose, label, folder, library, options)
     time = (row.time, row.time) if isinstance(row.time, int | float) else row.time
@@ -63,14 +89,35 @@ def _key(row: _Row, number: int, folder: Path, library: Library | None, options:
 
 
 def find_pose(
-    pose: str, label: str, folder: Path, library: Library | None = None, options: ReadOptions | None = None
+    pose: str, label: str, folder: Path, library: Takes | None = None, options: ReadOptions | None = None
 ) -> tuple[Motion, float]:
-    """The clip and second of ``"FILE@SECOND"`` or ``"take:NAME@SECOND"``; files are looked for in ``folder``.
+    """The clip and the second that a pose names.
 
-    Raises RequestError where it says neither, or there is no such take; FormatError for a file that cannot be read.
+    Parameters
+    ----------
+    pose : str
+        ``"FILE@SECOND"`` or ``"take:NAME@SECOND"``.
+    label : str
+        What errors call the key.
+    folder : Path
+        Where files are looked for.
+    library : Library, optional
+        Where takes are looked for.
+    options : ReadOptions, optional
+        For the motion file.
+
+    Returns
+    -------
+    clip : Motion
+    second : float
+
+    Raises
+    ------
+    RequestError
+        The pose has neither form, or there is no such take.
+    FormatError
+        The file cannot be read.
     """
-    from kinetograph.formats import read
-
     name, separator, at = pose.rpartition("@")
     try:
         second = float(at)

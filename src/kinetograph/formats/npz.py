@@ -1,8 +1,9 @@
 """NumPy archives: this package's own motions, and poses of AMASS and of SMPL bodies.
 
-Own files have per track ``track/names``, ``parents``, ``offsets``, ``end_parents``, ``end_offsets``, ``translation``,
-``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z. AMASS's have ``poses``
-(rotation vectors, three numbers a joint), ``trans`` and a rate; Z is up and joints rest in a T pose that faces z.
+Own files have for each track ``track/names``, ``parents``, ``offsets``, ``end_parents``, ``end_offsets``,
+``translation``, ``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z. AMASS
+files have ``poses`` (rotation vectors, three numbers per joint), ``trans`` and a rate; Z is up, and the rest pose is a
+T pose that faces z.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import FormatError, RequestError
-from kinetograph.formats.body import characters
+from kinetograph.formats.body import named_motions
 from kinetograph.formats.conventions import to_metres_y_up
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.smpl import motion_of_poses
@@ -39,12 +40,23 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
-    """A ``.npz`` file as a take in metres, Y up.
+    """Read a ``.npz`` file as a take in metres, Y up.
 
-    Poses need joint offsets: those of ``options.skeleton``, of an array ``joint_offsets`` ``(22, 3)`` in the file, or
-    of an average body, which is noted.
+    Parameters
+    ----------
+    path : str or Path
+    options : ReadOptions, optional
+        ``skeleton`` is a file with the joints' offsets, for poses. Without it they are those of an array
+        ``joint_offsets``, shape ``(22, 3)``, in the file, or of an average body, which is noted.
 
-    Raises FormatError for other archives, objects in them, and arrays that claim more than the file can hold.
+    Returns
+    -------
+    Loaded
+
+    Raises
+    ------
+    FormatError
+        The archive is another, holds objects, or claims more than the file can hold.
     """
     path = Path(path)
     options = options or ReadOptions()
@@ -63,11 +75,22 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
-    """Write a motion, or every motion of a take, as arrays to exactly ``path``.
+    """Write a motion, or every motion of a take, as arrays.
 
-    Raises RequestError for what holds no motion.
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    path : str or Path
+        Written to exactly this path.
+    options : WriteOptions, optional
+        Not used.
+
+    Raises
+    ------
+    RequestError
+        There is no motion.
     """
-    _, motions = characters(what, "NPZ")
+    _, motions = named_motions(what, "NPZ")
     arrays: Arrays = {}
     for track, motion in motions.items():
         skeleton = motion.skeleton
@@ -99,16 +122,16 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
 
 
 def _arrays(path: Path) -> Arrays:
-    """The arrays that are of use, read only where they can be as large as they say."""
+    """The arrays that have a meaning, read only where they can be as large as they say."""
     try:
         with zipfile.ZipFile(path) as archive:
             members = [m for m in archive.infolist() if _wanted(m.filename.removesuffix(".npy"))]
             size = path.stat().st_size
-            if any(member.compress_size > size for member in members):  # room for it would be made before it is missed
+            if any(member.compress_size > size for member in members):  # else memory would be taken before it is missed
                 raise FormatError(path, "an array is longer than the file; is it cut short?")
             limit = _ROOM + _SWELL * size
             if sum(member.file_size for member in members) > limit:
-                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is it made to do harm?")
+                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is the file malicious?")
             return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
     except FormatError:
         raise
@@ -121,7 +144,7 @@ def _wanted(name: str) -> bool:
 
 
 def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
-    """An array out of its bytes; numpy's own reader makes room before it looks whether there is anything."""
+    """An array from its bytes; numpy's own reader takes memory before it checks that the bytes are there."""
     if data[:6] != _MAGIC or len(data) < 12:
         raise FormatError(path, f"{name}: expected a NumPy array")
     wide = data[6] > 1

@@ -1,4 +1,4 @@
-"""What every reader and writer of the package takes and gives."""
+"""What every reader and writer of the package takes and returns."""
 
 from __future__ import annotations
 
@@ -13,9 +13,19 @@ from kinetograph.take import Take
 class ReadOptions:
     """What a person knows about a file. ``None``: as the file says, or a guess where it does not say.
 
-    units: a name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``. fps: frames a second, in place of the
-    file's own rate. lenient: take what can be read of a damaged file. skeleton: a file with the bones that the file's
-    rotations turn, for formats that keep them apart (``.asf`` of an ``.amc``, a body for AMASS poses).
+    Parameters
+    ----------
+    units : {"metre", "centimetre", "millimetre", "inch", "foot", "cmu"}, optional
+        What the file's lengths are in.
+    up : {"x", "y", "z"}, optional
+        The file's upward axis.
+    fps : float, optional
+        Frames per second, in place of the file's own rate.
+    lenient : bool
+        Take what can be read of a damaged file.
+    skeleton : str or Path, optional
+        A file with the bones that the file's rotations belong to, for formats that keep them apart (the ``.asf`` of an
+        ``.amc``, a body for AMASS poses).
     """
 
     units: str | None = None
@@ -29,10 +39,18 @@ class ReadOptions:
 class WriteOptions:
     """How numbers are written where a format leaves a choice.
 
-    order: of the Euler angles, outermost first, ``"zxy"`` being BVH's ``Zrotation Xrotation Yrotation``. units: a
-    name from `conventions.UNITS`. up: ``"x"``, ``"y"`` or ``"z"``. character: whose skin the motions wear, where the
-    format has skins; a body of capsules without one. table: what a CSV of a motion holds, ``"positions"`` of its
-    joints or their ``"angles"``.
+    Parameters
+    ----------
+    order : str
+        Order of Euler angles, outermost first; ``"zxy"`` is BVH's ``Zrotation Xrotation Yrotation``.
+    units : {"metre", "centimetre", "millimetre", "inch", "foot", "cmu"}
+        What lengths are written in.
+    up : {"x", "y", "z"}
+        The upward axis.
+    character : Character, optional
+        Whose skin the motions wear, where the format has skins; a body of capsules without one.
+    table : {"positions", "angles"}
+        What a CSV of a motion holds: positions of its joints, or their angles.
     """
 
     order: str = "zxy"
@@ -44,7 +62,15 @@ class WriteOptions:
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A take in metres, Y up, and notes: what was guessed or repaired on the way, one line each."""
+    """What a reader returns.
+
+    Parameters
+    ----------
+    take : Take
+        In metres, Y up.
+    notes : tuple of str
+        What was guessed or repaired, one line each.
+    """
 
     take: Take
     notes: tuple[str, ...] = field(default=())

@@ -20,9 +20,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
-from kinetograph.sensing.device import Device
-from kinetograph.sensing.layout import PRESETS, Layout, Sensor, preset
-from kinetograph.sensing.readings import GRAVITY, Readings
+from kinetograph.sensing import GRAVITY, Device, Layout, Readings, Sensor, preset
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
 _EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
@@ -32,23 +30,26 @@ _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since 
 
 
 def read_readings(path: str | Path) -> tuple[Readings, tuple[str, ...]]:
-    """Readings from CSV, and what had to be assumed: times that begin late are counted from the first.
+    """Read readings from CSV.
 
-    Raises FormatError, with the line, for another header, cells that are not finite numbers, and a sensor with two rows
-    for one time or whose time runs backwards.
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    readings : Readings
+    notes : tuple of str
+        What had to be assumed: times that begin late are counted from the first.
+
+    Raises
+    ------
+    FormatError
+        With the line, for another header, cells that are not finite numbers, and a sensor with two rows for one time or
+        whose time runs backwards.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise FormatError(path, f"{_EXPECTED}, found bytes that are not text") from None
-    rows = [
-        (number, row)
-        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
-        if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
-    ]
+    rows = _rows(path)
     if not rows:
         raise FormatError(path, f"{_EXPECTED}, found an empty file")
     header = _header(path, *rows[0])
@@ -66,6 +67,21 @@ def read_readings(path: str | Path) -> tuple[Readings, tuple[str, ...]]:
         sensors.append(names.setdefault(sensor, len(names)))
         numbers.append(values)
     return _assemble(tuple(names), np.array(sensors), np.array(numbers), header)
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """The rows that are neither blank nor comments, with the number of their line."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise FormatError(path, f"{_EXPECTED}, found bytes that are not text") from None
+    return [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
+        if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
+    ]
 
 
 def _header(path: Path, number: int, row: list[str]) -> list[str]:
@@ -106,17 +122,25 @@ def _assemble(
     if times.min() > _LATE or times.min() < 0:
         notes.append(f"times begin at {times.min():g} s: counted from there")
         times = times - times.min()
-    found: list[FloatArray | None] = []
+    blocks: list[FloatArray | None] = []
     for group in (FORCE, ANGULAR, ORIENTATION):
         at = columns.index(group[0]) if group[0] in columns else None
-        found.append(None if at is None else numbers[:, at : at + len(group)])
-    force, angular, orientation = found
+        blocks.append(None if at is None else numbers[:, at : at + len(group)])
+    force, angular, orientation = blocks
     assert force is not None  # the header has it
     return Readings(names, times, sensors, force, angular, orientation), tuple(notes)
 
 
 def write_readings(readings: Readings, path: str | Path, *, force: bool = True) -> None:
-    """Write readings as CSV, in order of time; the file appears whole or not at all."""
+    """Write readings as CSV, in order of time; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    readings : Readings
+    path : str or Path
+    force : bool
+        Whether a file that exists is overwritten.
+    """
     blocks = [(FORCE, readings.force), (ANGULAR, readings.angular), (ORIENTATION, readings.orientation)]
     present = [(group, values) for group, values in blocks if values is not None]
     columns = np.concatenate([values for _, values in present], axis=1)
@@ -128,14 +152,29 @@ def write_readings(readings: Readings, path: str | Path, *, force: bool = True) 
 
 
 def read_layout(which: str | Path) -> Layout:
-    """A layout from a TOML file, or a preset by name.
+    """Read a layout from a TOML file, or take a preset by name.
 
-    ``device`` is a table of `Device`'s fields, with ``span_g`` in place of ``span`` if that is easier. ``[[sensor]]``
-    tables have ``name``, ``joint`` (a role or a joint's name) and, where wanted, ``towards``, ``along``, ``offset`` in
-    metres, ``rotation`` (w, x, y, z), ``bias`` in m/s^2 and ``width`` in seconds. ``preset`` begins with a preset's
-    sensors and device.
+    Parameters
+    ----------
+    which : str or Path
 
-    Raises FormatError for a file that says something else, RequestError for an unknown preset.
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    FormatError
+        For a file that is not a layout.
+    RequestError
+        For an unknown preset.
+
+    Notes
+    -----
+    ``device`` is a table of the fields of `kinetograph.sensing.Device`, with ``span_g`` in place of ``span`` if that is
+    easier. ``[[sensor]]`` tables have ``name``, ``joint`` (a role or a joint's name) and, where wanted, ``towards``,
+    ``along``, ``offset`` in metres, ``rotation`` (w, x, y, z), ``bias`` in m/s^2 and ``width`` in seconds. ``preset``
+    begins with a preset's sensors and device.
     """
     path = Path(which)
     if path.suffix.lower() != ".toml":
@@ -179,7 +218,20 @@ def write_layout(
 ) -> None:
     """Write a layout as TOML, which `read_layout` reads back; the file appears whole or not at all.
 
-    notes: a line of comment for a sensor, by name. Raises FormatError for another suffix.
+    Parameters
+    ----------
+    layout : Layout
+    path : str or Path
+        With the suffix ``.toml``.
+    notes : mapping, optional
+        A line of comment for a sensor, by name.
+    force : bool
+        Whether a file that exists is overwritten.
+
+    Raises
+    ------
+    FormatError
+        For another suffix.
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":
@@ -202,6 +254,3 @@ def _known(path: Path, table: Mapping[str, Any], known: set[str], what: str) -> 
     for key in table:
         if key not in known:
             raise FormatError(path, f"{what} has no {key!r}; expected some of {', '.join(sorted(known))}")
-
-
-__all__ = ["PRESETS", "read_layout", "read_readings", "write_layout", "write_readings"]

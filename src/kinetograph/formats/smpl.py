@@ -1,4 +1,4 @@
-"""Poses of the SMPL family of bodies: the order of joints is theirs, the offsets are the user's or an average."""
+"""Poses of the SMPL family of bodies: the joints are in their order, the offsets are given or an average body's."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinetograph.motion import Motion
 from kinetograph.roles import read_names
 from kinetograph.skeleton import Skeleton
 
-# joint, parent, and an offset of a body of 1.70 m from common proportions: left is +x, up +y, the face towards +z
+# joint, parent, and an offset of a body of 1.70 m from common proportions: left is +x, up +y, forward +z
 _BODY: tuple[tuple[str, int, tuple[float, float, float]], ...] = (
     ("pelvis", -1, (0.0, 0.0, 0.0)),
     ("left_hip", 0, (0.075, -0.085, -0.005)),
@@ -47,7 +47,29 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 
 def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[Motion, list[str]]:
-    """The motion of the body's 22 joints in the file's own axes; fingers and face are left out."""
+    """The motion of the body's 22 joints in the file's own axes, and notes; fingers and face are left out.
+
+    Parameters
+    ----------
+    path : Path
+        For errors.
+    arrays : dict of str to ndarray
+        The file's arrays.
+    options : ReadOptions
+        A rate, and a file with the joints' offsets.
+
+    Returns
+    -------
+    motion : Motion
+    notes : list of str
+
+    Raises
+    ------
+    FormatError
+        There are no poses or no rate, or arrays have another shape.
+    RequestError
+        The file with the offsets lacks a joint.
+    """
     notes: list[str] = []
     poses, translation = _poses(path, arrays, notes)
     fps = options.fps or next(
@@ -56,8 +78,8 @@ def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[M
     if not (np.isfinite(fps) and 0 < fps < 1e5):
         raise FormatError(path, "the file gives no rate (mocap_framerate); give it with --fps")
     skeleton = _skeleton(path, arrays, options, notes)
-    turns = rot.unroll(rot.exp(poses))
-    return Motion(skeleton, translation + skeleton.offsets[0], turns, fps), notes
+    rotations = rot.unroll(rot.exp(poses))
+    return Motion(skeleton, translation + skeleton.offsets[0], rotations, fps), notes
 
 
 def _poses(path: Path, arrays: Arrays, notes: list[str]) -> tuple[FloatArray, FloatArray]:
@@ -106,24 +128,24 @@ def _skeleton(path: Path, arrays: Arrays, options: ReadOptions, notes: list[str]
 
 def _offsets_of(path: Path, names: tuple[str, ...]) -> FloatArray:
     """The offsets of the joints of a file, by role or by name."""
-    from kinetograph.formats import read
+    from kinetograph.formats.files import read  # reads any file, this one included
 
     motion = next(iter(read(path).take.tracks.values()))
     if not isinstance(motion, Motion):
         raise RequestError(f"{path}: expected a file with a skeleton, found a signal")
     theirs = {(n.side, n.word, n.number): i for i, n in enumerate(read_names(motion.skeleton.names))}
-    roles = {role: mark.joint for role, mark in motion.skeleton.roles.items() if not mark.offset.any()}
+    roles = {role: point.joint for role, point in motion.skeleton.roles.items() if not point.offset.any()}
     as_role = {"pelvis": "hips", "left_ankle": "left_foot", "right_ankle": "right_foot", "left_foot": "left_toe"}
     as_role |= {"right_foot": "right_toe", "left_wrist": "left_hand", "right_wrist": "right_hand", "spine3": "chest"}
     trunk = _trunk(motion.skeleton)
     roles |= {f"spine{i + 1}": joint for i, joint in enumerate(trunk)} if len(trunk) == 3 else {}
     out = np.zeros((len(names), 3))
     for joint, (name, words) in enumerate(zip(names, read_names(names), strict=True)):
-        found = theirs.get((words.side, words.word, words.number))
-        found = roles.get(name, roles.get(as_role.get(name, ""))) if found is None else found
-        if found is None:
+        index = theirs.get((words.side, words.word, words.number))
+        index = roles.get(name, roles.get(as_role.get(name, ""))) if index is None else index
+        if index is None:
             raise RequestError(f"{path}: no joint that could be {name!r}; a skeleton with SMPL's 22 joints is needed")
-        out[joint] = motion.skeleton.offsets[found] if joint else 0.0
+        out[joint] = motion.skeleton.offsets[index] if joint else 0.0
     return out
 
 

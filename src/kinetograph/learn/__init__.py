@@ -1,9 +1,9 @@
 """Functions of arrays that the three methods share; nothing here knows what a motion is.
 
 The segmental programme of performance control and its alignments; Markov chains, hidden Markov models and the timed
-search of keyframe control; local models, mixtures and continuity of sensor control. Searches that go step by step
-(``init``, ``step``, ``finish``) are used through their modules: ``kinetograph.learn.segmental``,
-``kinetograph.learn.continuity``. Modules are imported on first use, so that ``import kinetograph.learn`` stays quick.
+search of keyframe control; local models, mixtures and continuity of sensor control. A segmental search that goes on
+while its control still arrives is used through its modules, ``segmental``, ``commitment`` and ``unfinished``. Modules
+are imported on first use, so that ``import kinetograph.learn`` stays quick.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ _ROOMS = {
     "Pca": "reduction",
     "Placement": "placement",
     "PreparedExamples": "alignment",
-    "Quantiser": "kmeans",
+    "Quantiser": "quantisation",
     "Rbf": "interpolation",
     "Rigid": "alignment",
+    "Route": "routes",
+    "RouteSegment": "routes",
     "SearchOptions": "goals",
     "SearchState": "segmental",
     "SegmentalPath": "segmental",
@@ -40,21 +42,27 @@ _ROOMS = {
     "Similarity": "alignment",
     "Solution": "posterior",
     "Span": "retiming",
-    "Stay": "goals",
     "UnreachableError": "markov",
-    "Walk": "goals",
+    "best_paths": "continuity",
     "classes_of": "posterior",
     "complete_linkage": "linkage",
     "count_transitions": "markov",
+    "discourage": "transitions",
+    "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
     "fit_lle": "embedding",
     "fit_mixture": "mixture",
     "fit_pca": "reduction",
     "fit_rbf": "interpolation",
+    "init_paths": "continuity",
     "join_small": "mixture",
     "k_best_paths": "k_best",
+    "kmeans": "quantisation",
+    "last_frames": "transitions",
     "learn_strengths": "trust",
+    "least_interval": "goals",
+    "least_steps": "goals",
     "levenberg_marquardt": "posterior",
     "likeliest_path": "markov",
     "make_graph": "transitions",
@@ -64,11 +72,13 @@ _ROOMS = {
     "prove": "segmental",
     "representatives": "linkage",
     "retime": "retiming",
-    "search": "timed_search",
+    "shrinkage": "trust",
     "smooth_path": "smoothing",
     "solve": "segmental",
+    "squared_distances": "distances",
+    "squared_distances_to": "distances",
+    "step_paths": "continuity",
     "viterbi": "hmm",
-    "withdrawal": "trust",
 }
 
 __all__ = [
@@ -93,6 +103,8 @@ __all__ = [
     "Quantiser",
     "Rbf",
     "Rigid",
+    "Route",
+    "RouteSegment",
     "SearchOptions",
     "SearchState",
     "SegmentalPath",
@@ -100,21 +112,27 @@ __all__ = [
     "Similarity",
     "Solution",
     "Span",
-    "Stay",
     "UnreachableError",
-    "Walk",
+    "best_paths",
     "classes_of",
     "complete_linkage",
     "count_transitions",
+    "discourage",
+    "find_route",
     "find_transitions",
     "fit_gaussian",
     "fit_lle",
     "fit_mixture",
     "fit_pca",
     "fit_rbf",
+    "init_paths",
     "join_small",
     "k_best_paths",
+    "kmeans",
+    "last_frames",
     "learn_strengths",
+    "least_interval",
+    "least_steps",
     "levenberg_marquardt",
     "likeliest_path",
     "make_graph",
@@ -124,11 +142,13 @@ __all__ = [
     "prove",
     "representatives",
     "retime",
-    "search",
+    "shrinkage",
     "smooth_path",
     "solve",
+    "squared_distances",
+    "squared_distances_to",
+    "step_paths",
     "viterbi",
-    "withdrawal",
 ]
 
 
@@ -145,13 +165,13 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, PreparedExamples, Rigid, Similarity
     from kinetograph.learn.commitment import Commitment, Hypotheses
-    from kinetograph.learn.continuity import PathSearch, PathState
+    from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
+    from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
-    from kinetograph.learn.goals import Goal, SearchOptions, Stay, Walk
+    from kinetograph.learn.goals import Goal, SearchOptions, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
     from kinetograph.learn.k_best import k_best_paths
-    from kinetograph.learn.kmeans import Quantiser
     from kinetograph.learn.linkage import complete_linkage, representatives
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
@@ -165,8 +185,10 @@ if TYPE_CHECKING:
         levenberg_marquardt,
         mixed,
     )
+    from kinetograph.learn.quantisation import Quantiser, kmeans
     from kinetograph.learn.reduction import Pca, fit_pca
     from kinetograph.learn.retiming import Span, retime
+    from kinetograph.learn.routes import Route, RouteSegment
     from kinetograph.learn.segmental import (
         Arrivals,
         SearchState,
@@ -177,6 +199,6 @@ if TYPE_CHECKING:
         solve,
     )
     from kinetograph.learn.smoothing import smooth_path
-    from kinetograph.learn.timed_search import search
-    from kinetograph.learn.transitions import Graph, find_transitions, make_graph
-    from kinetograph.learn.trust import learn_strengths, withdrawal
+    from kinetograph.learn.timed_search import find_route
+    from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
+    from kinetograph.learn.trust import learn_strengths, shrinkage

@@ -1,15 +1,18 @@
-"""Compiled kernels of `continuity`: arrays in, arrays out, no validation."""
+"""Compiled kernels of `kinetograph.learn.continuity`: arrays in, arrays out, no validation."""
 
 from __future__ import annotations
 
 import numba
 import numpy as np
+import numpy.typing as npt
+
+from kinetograph.arrays import BoolArray, IntArray, SingleArray
 
 STAY, ON, SKIP = 0, 1, 2
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
-def distances(examples, query, weights, out):  # type: ignore[no-untyped-def]
+def distances(examples: SingleArray, query: SingleArray, weights: SingleArray, out: SingleArray) -> None:
     """Weighted squared distances of ``query``, shape ``(C,)``, to examples ``(C, N)``, into ``out``, shape ``(N,)``."""
     out[:] = 0.0
     for c in range(examples.shape[0]):
@@ -23,10 +26,13 @@ def distances(examples, query, weights, out):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def advance(costs, local, first, decay, warp, jump, new, steps):  # type: ignore[no-untyped-def]
-    """One step of the recursion over all frames; ``first`` marks those that begin a recording.
+def advance(
+    costs: SingleArray, local: SingleArray, first: BoolArray, decay: float, warp: float, jump: float,
+    new: SingleArray, steps: npt.NDArray[np.int8],
+) -> None:  # fmt: skip
+    """One step of the recursion over all frames; ``first`` is true for those that begin a recording.
 
-    Costs are shifted so that the least is 0, which keeps them in range for ever.
+    Costs are shifted so that the least is 0, which keeps them in range however long the control is.
     """
     count = costs.shape[0]
     best = np.inf
@@ -55,7 +61,7 @@ def advance(costs, local, first, decay, warp, jump, new, steps):  # type: ignore
 
 
 @numba.njit(cache=True, nogil=True)
-def trace_back(frames, ring, newest, back, first):  # type: ignore[no-untyped-def]
+def trace_back(frames: IntArray, ring: npt.NDArray[np.int8], newest: int, back: int, first: BoolArray) -> None:
     """Where the paths that end at ``frames`` were ``back`` steps before, in place; ``ring`` is ``(L, N)`` of steps."""
     length = ring.shape[0]
     for k in range(frames.shape[0]):

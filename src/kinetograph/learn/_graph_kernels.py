@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-import numba as nb
+import numba
 import numpy as np
 
-compiled = nb.njit(cache=True, nogil=True)
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 
 
-@compiled
-def thin(frames, neighbours, distances, part, apart, limit, most, each, out):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def thin(
+    frames: IntArray,
+    neighbours: IntArray,
+    distances: SingleArray,
+    part: IntArray,
+    apart: int,
+    limit: float,
+    most: int,
+    each: int,
+    out: BoolArray,
+) -> None:
     """Mark in ``out`` ``(P, K)`` the neighbours worth a transition, nearest first; they come sorted by distance.
 
     Left out: those further than ``limit``, those less than ``apart`` frames from the query itself in its own part or
@@ -33,8 +43,16 @@ def thin(frames, neighbours, distances, part, apart, limit, most, each, out):  #
                 kept += 1
 
 
-@compiled
-def relax(to_go, last, starts, target, cost, commit, step):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def relax(
+    to_go: FloatArray,
+    last: IntArray,
+    starts: IntArray,
+    target: IntArray,
+    cost: FloatArray,
+    commit: int,
+    step: float,
+) -> bool:
     """One backward sweep of Bellman's equation over all frames, in place; returns whether any value fell.
 
     to_go ``(N,)``; last ``(N,)``: the last frame of each frame's recording; transitions of frame i are
@@ -53,8 +71,8 @@ def relax(to_go, last, starts, target, cost, commit, step):  # type: ignore[no-u
     return changed
 
 
-@compiled
-def row_distances(rows, columns, row, out):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def add_squared_distances(rows: SingleArray, columns: IntArray, row: SingleArray, out: FloatArray) -> None:
     """Squared distances ``(N,)`` of some columns of rows ``(N, D)`` from as many numbers, added to ``out``."""
     for i in range(rows.shape[0]):
         total = np.float32(0.0)

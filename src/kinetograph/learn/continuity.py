@@ -1,8 +1,8 @@
-"""Which examples a stream of queries is passing through: the lazy neighbourhood graph of Tautges 2011, made exact.
+"""The examples that a stream of queries passes through: the lazy neighbourhood graph of Tautges 2011, made exact.
 
 Tautges links the neighbours of successive queries where one example follows another, and scores the paths through that
-graph. Here every example is a neighbour, so that nothing depends on how many were asked for: the cost of the best path
-that ends at an example is a recursion over all of them, with time warped by single steps and old costs forgotten,
+graph. Here every example is a neighbour, so that nothing depends on the number of neighbours: the cost of the best path
+that ends at an example is a recursion over all of them, with time warped by single steps and old costs discounted,
 ``D_t(i) = d(c_t, c_i) + decay min(D_{t-1}(i - 1), D_{t-1}(i) + warp, D_{t-1}(i - 2) + warp, min_j D_{t-1}(j) + jump)``.
 """
 
@@ -19,10 +19,22 @@ from kinetograph.learn._continuity_kernels import advance, distances, trace_back
 
 @dataclass(frozen=True, eq=False)
 class PathSearch:
-    """examples ``(C, N)`` float32, a row a channel; first ``(N,)``, true where a recording begins.
+    """Examples to follow, and the costs of following them.
 
-    decay: share of the cost carried from one step to the next. warp: cost of standing still or going on by two. jump:
-    cost of going on anywhere. lag: steps by which answers look back.
+    Parameters
+    ----------
+    examples : ndarray of float32, shape (C, N)
+        One row per channel, one column per example.
+    first : ndarray of bool, shape (N,)
+        True where a recording begins.
+    decay : float
+        Share of the cost that is carried from one step to the next.
+    warp : float
+        Cost of staying at an example, or of moving on by two.
+    jump : float
+        Cost of moving on to any other example.
+    lag : int
+        Steps by which answers look back.
     """
 
     examples: SingleArray
@@ -35,21 +47,45 @@ class PathSearch:
 
 @dataclass(frozen=True, eq=False)
 class PathState:
-    """costs ``(N,)`` of the best path to every example; ring: ``(lag + 1, N)`` of the last steps; time: steps done."""
+    """What a search carries from query to query.
+
+    Parameters
+    ----------
+    costs : ndarray of float32, shape (N,)
+        Cost of the best path to each example.
+    ring : ndarray of int8, shape (lag + 1, N)
+        The last steps of these paths.
+    time : int
+        Number of queries so far.
+    """
 
     costs: SingleArray
     ring: npt.NDArray[np.int8]
     time: int
 
 
-def init(search: PathSearch) -> PathState:
+def init_paths(search: PathSearch) -> PathState:
     """The state before the first query."""
     count = search.examples.shape[1]
     return PathState(np.zeros(count, dtype=np.float32), np.ones((search.lag + 1, count), dtype=np.int8), 0)
 
 
-def step(search: PathSearch, state: PathState, query: FloatArray, weights: FloatArray) -> PathState:
-    """The state after one query, shape ``(C,)``; channels with weight 0 are not looked at. Reuses the ring."""
+def step_paths(search: PathSearch, state: PathState, query: FloatArray, weights: FloatArray) -> PathState:
+    """The state after one more query.
+
+    Parameters
+    ----------
+    search : PathSearch
+    state : PathState
+        Its ring is reused: do not step from it again.
+    query : ndarray, shape (C,)
+    weights : ndarray, shape (C,)
+        Channels of weight 0 are ignored.
+
+    Returns
+    -------
+    PathState
+    """
     local = np.empty_like(state.costs)
     distances(search.examples, query.astype(np.float32), weights.astype(np.float32), local)
     new = np.empty_like(local)
@@ -58,8 +94,24 @@ def step(search: PathSearch, state: PathState, query: FloatArray, weights: Float
     return PathState(new, state.ring, state.time + 1)
 
 
-def best(search: PathSearch, state: PathState, count: int, temperature: float) -> tuple[IntArray, FloatArray]:
-    """The examples ``(K,)`` on the ``count`` best paths, ``lag`` steps ago, and weights that sum to 1."""
+def best_paths(search: PathSearch, state: PathState, count: int, temperature: float) -> tuple[IntArray, FloatArray]:
+    """The examples that the best paths passed ``search.lag`` steps ago.
+
+    Parameters
+    ----------
+    search : PathSearch
+    state : PathState
+    count : int
+        Number of paths, K; at most N.
+    temperature : float
+        Difference in cost at which a path's weight falls to 1/e.
+
+    Returns
+    -------
+    examples : ndarray of int, shape (K,)
+    weights : ndarray, shape (K,)
+        They sum to 1.
+    """
     count = min(count, len(state.costs))
     ends = np.argpartition(state.costs, count - 1)[:count].astype(np.int64)
     costs = state.costs[ends].astype(np.float64)

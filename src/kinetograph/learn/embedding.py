@@ -16,9 +16,18 @@ from kinetograph.errors import RequestError
 
 @dataclass(frozen=True, eq=False)
 class Lle:
-    """A locally linear embedding: examples ``(N, D)``, where each lies ``(N, b)``, and what it was made with.
+    """A locally linear embedding, and the map back.
 
-    error: root-mean-square distance of examples left out, embedded and brought back, from themselves.
+    Parameters
+    ----------
+    examples : ndarray, shape (N, D)
+    embedded : ndarray, shape (N, b)
+        Coordinates of the examples.
+    neighbours : int
+    regularisation : float
+        Relative to the trace of a neighbourhood's Gram matrix.
+    error : float
+        Root-mean-square distance of held-out examples, embedded and brought back, from themselves.
     """
 
     examples: FloatArray
@@ -29,21 +38,35 @@ class Lle:
 
     @property
     def dimensions(self) -> int:
-        """How many coordinates there are."""
+        """Number of coordinates."""
         return int(self.embedded.shape[1])
 
     def encode(self, data: FloatArray) -> FloatArray:
-        """Coordinates ``(N, b)`` of new data ``(N, D)``: its neighbours', weighted as they reconstruct it."""
+        """Coordinates ``(N, b)`` of new data ``(N, D)``: its neighbours', with the weights that reconstruct it."""
         return _carry(data, self.examples, self.embedded, self.neighbours, self.regularisation)
 
     def decode(self, coordinates: FloatArray) -> FloatArray:
-        """Data ``(N, D)`` at coordinates ``(N, b)``, likewise the other way round."""
+        """Data ``(N, D)`` at coordinates ``(N, b)``, by the weights that reconstruct these."""
         return _carry(coordinates, self.embedded, self.examples, self.neighbours, self.regularisation)
 
 
 def local_weights(points: FloatArray, neighbours: FloatArray, regularisation: float) -> FloatArray:
-    """Weights ``(N, k)``, rows summing to 1, with which ``(N, k, D)`` best reconstruct ``(N, D)`` (equation 5.3).
+    """Weights with which neighbours best reconstruct points (equation 5.3).
 
+    Parameters
+    ----------
+    points : ndarray, shape (N, D)
+    neighbours : ndarray, shape (N, k, D)
+    regularisation : float
+        Relative to the trace of a neighbourhood's Gram matrix.
+
+    Returns
+    -------
+    ndarray, shape (N, k)
+        Rows sum to 1.
+
+    Examples
+    --------
     >>> local_weights(np.array([[1.0]]), np.array([[[0.0], [4.0]]]), 1e-9).round(6).tolist()
     [[0.75, 0.25]]
     """
@@ -57,7 +80,25 @@ def local_weights(points: FloatArray, neighbours: FloatArray, regularisation: fl
 
 
 def embed(data: FloatArray, dimensions: int, neighbours: int, regularisation: float) -> FloatArray:
-    """Coordinates ``(N, b)`` of unit variance that data's own reconstruction weights leave in place (equation 5.4)."""
+    """Coordinates of unit variance that the data's own reconstruction weights leave in place (equation 5.4).
+
+    Parameters
+    ----------
+    data : ndarray, shape (N, D)
+    dimensions : int
+        Number of coordinates, b.
+    neighbours : int
+    regularisation : float
+
+    Returns
+    -------
+    ndarray, shape (N, b)
+
+    Raises
+    ------
+    RequestError
+        Where there are too few examples.
+    """
     count = len(data)
     if count <= max(neighbours, dimensions) + 1:
         raise RequestError(f"an embedding by {neighbours} neighbours needs more than {count} examples")
@@ -80,7 +121,23 @@ def fit_lle(
 ) -> Lle:
     """The embedding that brings every fourth example, held out, back with the least error (section 5.1.4).
 
-    most: examples used, evenly spaced; the eigenproblem grows faster than the data.
+    Parameters
+    ----------
+    data : ndarray, shape (N, D)
+    dimensions : int
+    neighbours, regularisation : sequence
+        Values to try.
+    most : int
+        Number of examples used, evenly spaced; the eigenproblem grows faster than the data.
+
+    Returns
+    -------
+    Lle
+
+    Raises
+    ------
+    RequestError
+        Where there are too few examples, or nothing to try.
     """
     used = data[np.unique(np.linspace(0, len(data) - 1, min(len(data), most)).astype(np.int64))]
     held = np.zeros(len(used), dtype=np.bool_)
@@ -93,8 +150,8 @@ def fit_lle(
             best = Lle(trial.examples, trial.embedded, k, delta, error)
     if best is None:
         raise RequestError("an embedding needs numbers of neighbours and regularisations to try, found none")
-    return Lle(used, embed(used, dimensions, best.neighbours, best.regularisation), best.neighbours,
-               best.regularisation, best.error)  # fmt: skip
+    embedded = embed(used, dimensions, best.neighbours, best.regularisation)
+    return Lle(used, embedded, best.neighbours, best.regularisation, best.error)
 
 
 def _without_self(near: IntArray) -> IntArray:

@@ -1,4 +1,9 @@
-"""Goals of a search through a transition graph, and what is known about them before it: least costs and steps."""
+"""Goals of a search through a transition graph, and lower bounds of what it takes to reach them.
+
+A *route* goes through frames of recordings and passes *goals* in order; an *interval* is what lies between two goals.
+The bounds forget times and places: they come from Bellman's equation over the whole graph, and no route costs or takes
+less.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +21,22 @@ _SWEEPS = 100
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """What a stage leads to. frames, costs ``(C,)``: where it may be met, and how badly. window: the earliest and
-    latest step at which it is to be met, of the walk's warped time. place: on the ground plane as z + i x, heading:
-    radians; None where they are free. reach: how far off the place a walk may end, which is then made up for.
+    """Frames of which a route is to pass one, and when and where.
+
+    Parameters
+    ----------
+    frames : ndarray of int, shape (C,)
+        Frames of the graph at which the goal may be met.
+    costs : ndarray, shape (C,)
+        Cost of meeting it at each of them.
+    window : tuple of float
+        Earliest and latest step at which it is to be met, in the route's warped time.
+    place : complex, optional
+        Where the root is to be on the ground, z + i x in metres; free without it.
+    heading : float, optional
+        How the root is to face, radians; free without it.
+    reach : float
+        Metres that a route may end away from the place; its path is then shifted to meet it.
     """
 
     frames: IntArray
@@ -31,13 +49,29 @@ class Goal:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """beam: states kept at each step. warp: the largest share by which a leg's time may be stretched or squeezed;
-    warp_fee: cost of a squared log stretch. step_fee: cost of a step. place_scale, heading_scale: metres and radians
-    that cost 1. most_heading: radians beyond which a heading is missed. longest: steps of the longest leg. speed:
-    metres a step, the fastest there is.
+    """Parameters of `find_route`.
+
+    Parameters
+    ----------
+    beam : int
+        States kept at each step.
+    warp : float
+        Largest share by which an interval may be stretched or squeezed in time.
+    warp_fee : float
+        Cost of a squared log stretch.
+    step_fee : float
+        Cost of a step.
+    place_scale, heading_scale : float
+        Metres and radians off a goal's place and heading that cost 1.
+    most_heading : float
+        Radians beyond which a heading is missed.
+    longest : int
+        Steps of the longest interval.
+    speed : float
+        Metres that a recording moves in a step at most.
     """
 
-    beam: int = 4000
+    beam: int = 3000
     warp: float = 0.15
     warp_fee: float = 50.0
     step_fee: float = 0.0
@@ -48,71 +82,73 @@ class SearchOptions:
     speed: float = np.inf
 
 
-@dataclass(frozen=True)
-class Stay:
-    """An interval of a walk in one recording: the frame at step ``step``, in stage ``stage``, and the transition (or
-    -1 at the start and where a goal is passed) that led there.
-    """
-
-    frame: int
-    step: int
-    stage: int
-    edge: int
-
-
-@dataclass(frozen=True, eq=False)
-class Walk:
-    """A walk. stays: in order; passed: the step at which each goal is met, the start's first, and clocks: the same in
-    warped time; cost: of everything.
-    """
-
-    stays: tuple[Stay, ...]
-    passed: tuple[int, ...]
-    clocks: tuple[float, ...]
-    cost: float
-
-
-def longest_legs(goals: list[Goal], options: SearchOptions) -> list[float]:
-    """The most steps that each leg may take, by the windows of the goals at its ends."""
+def longest_intervals(goals: list[Goal], options: SearchOptions) -> list[float]:
+    """The most steps of each interval, by the windows of the goals at its ends."""
     return [
         min((after.window[1] - before.window[0]) * (1 + options.warp), options.longest)
         for before, after in itertools.pairwise(goals)
     ]
 
 
-def costs_to_go(graph: Graph, goals: list[Goal], legs: list[float], step_fee: float) -> list[FloatArray]:
-    """The least cost from every frame through all goals from each stage on, ``(N,)`` a stage, times forgotten.
+def costs_to_go(graph: Graph, goals: list[Goal], most: list[float], step_fee: float) -> list[FloatArray]:
+    """The least cost from every frame through all goals that are left, times and places forgotten.
 
-    legs: the most steps of each; walks with more transitions than a leg has room for are left out.
+    Parameters
+    ----------
+    graph : Graph
+    goals : list of Goal
+        The goals to pass, in order; the frames that a route starts from are not among them.
+    most : list of float
+        The most steps of the interval before each goal; routes with more transitions than fit in it are left out.
+    step_fee : float
+        Cost of a step.
+
+    Returns
+    -------
+    list of ndarray, shape (N,)
+        Costs from the beginning of each interval on.
     """
     after = np.zeros(len(graph))
-    found: list[FloatArray] = []
-    for goal, leg in zip(reversed(goals), reversed(legs), strict=True):
+    costs: list[FloatArray] = []
+    for goal, steps in zip(reversed(goals), reversed(most), strict=True):
         to_go = np.full(len(graph), np.inf)
         np.minimum.at(to_go, goal.frames, goal.costs + after[goal.frames])
-        found.append(_settle(graph, to_go, graph.cost, step_fee, leg))
-        after = committed(graph, found[-1]) + graph.commit * step_fee
-    return found[::-1]
+        costs.append(_settle(graph, to_go, graph.cost, step_fee, steps))
+        after = committed(graph, costs[-1]) + graph.commit * step_fee
+    return costs[::-1]
 
 
 def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
-    """The fewest steps from every frame to a frame of the goal, shape ``(N,)``, infinite where there is no way.
+    """The fewest steps from every frame to a frame of the goal.
 
-    Walks of more than ``most`` steps need not be found.
+    Parameters
+    ----------
+    graph : Graph
+    goal : Goal
+    most : float
+        Routes of more steps may be left out.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Infinite where no route leads to the goal.
     """
     steps = np.full(len(graph), np.inf)
     steps[goal.frames] = 0.0
     return _settle(graph, steps, np.zeros(len(graph.cost)), 1.0, most)
 
 
-def least_leg(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
-    """The fewest steps of a leg from one goal to the next, the steps that must follow a goal included."""
+def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
+    """The fewest steps from one goal to the next, with those for which a recording is played on after a goal.
+
+    Infinite where no route leads there; routes of more than ``most`` steps may be left out.
+    """
     steps = committed(graph, least_steps(graph, stop, most))
     return float(steps[start.frames].min(initial=np.inf)) + graph.commit
 
 
 def _settle(graph: Graph, to_go: FloatArray, cost: FloatArray, step: float, most: float) -> FloatArray:
-    """Sweep until nothing changes, or every walk of up to ``most`` steps has been seen: k sweeps see k transitions."""
+    """Sweep until nothing changes, or every route of up to ``most`` steps is seen: k sweeps see k transitions."""
     for _ in range(int(min(most / (1 + graph.commit), _SWEEPS)) + 1):
         if not _graph_kernels.relax(to_go, graph.last, graph.starts, graph.target, cost, graph.commit, step):
             break
@@ -120,6 +156,6 @@ def _settle(graph: Graph, to_go: FloatArray, cost: FloatArray, step: float, most
 
 
 def committed(graph: Graph, values: FloatArray) -> FloatArray:
-    """Values ``commit`` frames on, infinite where the recording ends before."""
-    on = np.minimum(np.arange(len(graph)) + graph.commit, len(graph) - 1)
-    return np.where(np.arange(len(graph)) + graph.commit <= graph.last, values[on], np.inf)
+    """Values ``(N,)`` at the frame ``graph.commit`` steps later, infinite where the recording ends before."""
+    later = np.minimum(np.arange(len(graph)) + graph.commit, len(graph) - 1)
+    return np.where(np.arange(len(graph)) + graph.commit <= graph.last, values[later], np.inf)

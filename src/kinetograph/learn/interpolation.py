@@ -12,9 +12,16 @@ from kinetograph.arrays import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Rbf:
-    """``mean + sum_i weights_i exp(-|c - centres_i|^2 / widths_i^2)`` (equation 5.9).
+    """The function ``mean + sum_i weights_i exp(-|c - centres_i|^2 / widths_i^2)`` (equation 5.9).
 
-    centres ``(P, a)``, widths ``(P,)``, weights ``(P, b)``, mean ``(b,)``. condition: of the system that was solved.
+    Parameters
+    ----------
+    centres : ndarray, shape (P, a)
+    widths : ndarray, shape (P,)
+    weights : ndarray, shape (P, b)
+    mean : ndarray, shape (b,)
+    condition : float
+        Condition of the system that was solved for the weights.
     """
 
     centres: FloatArray
@@ -57,11 +64,26 @@ def fit_rbf(
     scale: float = 2.0,
     ridge: float = 1e-2,
 ) -> Rbf:
-    """Interpolate ``values``, shape ``(N, b)``, at ``points``, shape ``(N, a)``.
+    """Interpolate values at points by least squares.
 
-    most: centres, evenly picked in order; all points count in the least-squares solve. ridge: added to the diagonal of
-    the normal equations, relative to its mean; it bounds their condition by about the number of centres over ridge.
-    Exact interpolation of readings with noise follows the noise, hence the default is far from 0.
+    Parameters
+    ----------
+    points : ndarray, shape (N, a)
+    values : ndarray, shape (N, b)
+    most : int
+        Number of centres at most, evenly picked in order; all points count in the solve.
+    neighbours : int
+        Number of neighbours whose distance gives a width.
+    scale : float
+        Width over the mean distance to the neighbours.
+    ridge : float
+        Added to the diagonal of the normal equations, relative to its mean; it bounds their condition by about the
+        number of centres over ``ridge``. Exact interpolation of noisy values follows the noise, hence the default is
+        far from 0.
+
+    Returns
+    -------
+    Rbf
     """
     picked = np.unique(np.linspace(0, len(points) - 1, min(len(points), most)).astype(np.int64))
     centres = points[picked]

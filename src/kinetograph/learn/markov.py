@@ -12,20 +12,39 @@ from kinetograph.errors import RequestError
 
 
 class UnreachableError(RequestError):
-    """No path leads from one state to another. reachable: the states that can be reached, ascending."""
+    """No path of a Markov chain leads from one state to another.
+
+    Parameters
+    ----------
+    start, stop : int
+        The two states.
+    reachable : ndarray of int
+        The states that can be reached from ``start``, ascending.
+    """
 
     def __init__(self, start: int, stop: int, reachable: IntArray) -> None:
         self.start, self.stop, self.reachable = start, stop, reachable
-        found = ", ".join(str(s) for s in reachable) or "none"
-        super().__init__(f"no path of the Markov chain leads from state {start} to {stop}; reachable: {found}")
+        named = ", ".join(str(s) for s in reachable) or "none"
+        super().__init__(f"no path of the Markov chain leads from state {start} to {stop}; reachable: {named}")
 
 
 def count_transitions(sequences: Sequence[IntArray], states: int) -> FloatArray:
-    """P(b | a), shape ``(K, K)`` indexed ``[a, b]``: how often b follows a, over how often a occurs.
+    """Transition probabilities by counting: how often b follows a, over how often a occurs.
 
-    A row sums to less than 1 where a sequence ends in its state: the paper divides by the occurrences, not by the
-    transitions. A state that never occurs has a row of zeros.
+    Parameters
+    ----------
+    sequences : sequence of ndarray of int, shape (T,)
+    states : int
+        K.
 
+    Returns
+    -------
+    ndarray, shape (K, K)
+        P(b | a), indexed ``[a, b]``. A row sums to less than 1 where a sequence ends in its state: the paper divides by
+        the occurrences, not by the transitions. A state that never occurs has a row of zeros.
+
+    Examples
+    --------
     >>> count_transitions([np.array([0, 0, 1]), np.array([1, 0])], 2).round(3).tolist()
     [[0.333, 0.333], [0.5, 0.0]]
     """
@@ -38,12 +57,32 @@ def count_transitions(sequences: Sequence[IntArray], states: int) -> FloatArray:
 
 
 def likeliest_path(transitions: FloatArray, start: int, stop: int) -> tuple[IntArray, float]:
-    """The states of the likeliest path from ``start`` to ``stop`` without self-transitions, and its log-likelihood.
+    """The likeliest path from one state to another, without transitions from a state to itself.
 
-    transitions: ``(K, K)``, none above 1. The dynamic programme over ever longer paths ends when no longer one can be
-    likelier; since every step costs at least nothing in -log P, that is Dijkstra's algorithm. Raises
-    UnreachableError.
+    Parameters
+    ----------
+    transitions : ndarray, shape (K, K)
+        Probabilities, indexed ``[from, to]``.
+    start, stop : int
 
+    Returns
+    -------
+    path : ndarray of int, shape (T,)
+        The states, from ``start`` to ``stop``.
+    score : float
+        Log-likelihood.
+
+    Raises
+    ------
+    UnreachableError
+
+    Notes
+    -----
+    The dynamic programme over ever longer paths ends when no longer one can be likelier; since every step costs at
+    least nothing in -log P, that is Dijkstra's algorithm.
+
+    Examples
+    --------
     >>> p = np.array([[0.5, 0.3, 0.1], [0.0, 0.4, 0.6], [0.0, 0.0, 1.0]])
     >>> path, score = likeliest_path(p, 0, 2)
     >>> path.tolist(), round(float(np.exp(score)), 3)
@@ -51,6 +90,17 @@ def likeliest_path(transitions: FloatArray, start: int, stop: int) -> tuple[IntA
     """
     with np.errstate(divide="ignore"):
         costs = -np.log(transitions)
+    best, back = _dijkstra(costs, start)
+    if not np.isfinite(best[stop]):
+        raise UnreachableError(start, stop, np.flatnonzero(np.isfinite(best)))
+    path = [stop]
+    while path[-1] != start:
+        path.append(int(back[path[-1]]))
+    return np.array(path[::-1], dtype=np.int64), -float(best[stop])
+
+
+def _dijkstra(costs: FloatArray, start: int) -> tuple[FloatArray, IntArray]:
+    """The least cost from ``start`` to every state and the state before each on the way, shape ``(K,)`` each."""
     best = np.full(len(costs), np.inf)
     back = np.full(len(costs), -1, dtype=np.int64)
     best[start] = 0.0
@@ -64,9 +114,4 @@ def likeliest_path(transitions: FloatArray, start: int, stop: int) -> tuple[IntA
             if after != state and total < best[after]:
                 best[after], back[after] = total, state
                 heapq.heappush(queue, (total, int(after)))
-    if not np.isfinite(best[stop]):
-        raise UnreachableError(start, stop, np.flatnonzero(np.isfinite(best)))
-    path = [stop]
-    while path[-1] != start:
-        path.append(int(back[path[-1]]))
-    return np.array(path[::-1], dtype=np.int64), -float(best[stop])
+    return best, back

@@ -1,6 +1,6 @@
 """Gaussian mixtures whose number of components is chosen by minimum description length (Xie 2009, section 5.2).
 
-The estimation is Bouman's Cluster, by its author's own package; what is here runs it several times and keeps the best.
+The estimation is Bouman's Cluster, by its author's own package; here it is run several times and the best is kept.
 """
 
 from __future__ import annotations
@@ -14,7 +14,16 @@ from kinetograph.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """weights ``(K,)``, means ``(K, b)``, covariances ``(K, b, b)``, and the description length at the data."""
+    """A mixture of K Gaussians.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (K,)
+    means : ndarray, shape (K, b)
+    covariances : ndarray, shape (K, b, b)
+    length : float
+        Description length of the data that it was fitted to.
+    """
 
     weights: FloatArray
     means: FloatArray
@@ -40,10 +49,21 @@ class Mixture:
 
 
 def fit_mixture(data: FloatArray, runs: int, most: int, rng: np.random.Generator) -> Mixture:
-    """The mixture of the shortest description of ``data``, shape ``(N, b)``, over several runs.
+    """The mixture with the shortest description of the data, over several runs.
 
-    most: components to begin with; they are merged, two at a time, down to one, and the order of least description
-    length is kept. Runs differ in the order of the data, from which the initial components are picked evenly.
+    Parameters
+    ----------
+    data : ndarray, shape (N, b)
+    runs : int
+        They differ in the order of the data, from which the initial components are picked evenly.
+    most : int
+        Components to begin with; they are merged, two at a time, down to one, and the number with the least
+        description length is kept.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    Mixture
     """
     from gmcluster import GMModel
 
@@ -51,17 +71,30 @@ def fit_mixture(data: FloatArray, runs: int, most: int, rng: np.random.Generator
     for _ in range(max(runs, 1)):
         shuffled = data[rng.permutation(len(data))]
         model, info = GMModel.estimate(shuffled, num_clusters="auto", max_clusters=most, return_info=True)
-        found = Mixture(
+        mixture = Mixture(
             np.asarray(model.weights), np.asarray(model.means), np.asarray(model.covariances), float(info.mdl)
         )
-        if best is None or found.length < best.length:
-            best = found
+        if best is None or mixture.length < best.length:
+            best = mixture
     assert best is not None  # at least one run
     return best
 
 
 def join_small(labels: IntArray, means: FloatArray, smallest: int) -> IntArray:
-    """Labels from 0 without gaps, clusters of fewer than ``smallest`` members given to the nearest by mean."""
+    """Give the members of small clusters to the large cluster with the nearest mean.
+
+    Parameters
+    ----------
+    labels : ndarray of int, shape (N,)
+    means : ndarray, shape (K, b)
+    smallest : int
+        Clusters of fewer members are small.
+
+    Returns
+    -------
+    ndarray of int, shape (N,)
+        Labels from 0 without gaps.
+    """
     labels = labels.copy()
     counts = np.bincount(labels, minlength=len(means))
     large = np.flatnonzero(counts >= smallest)

@@ -1,4 +1,4 @@
-"""Gaussian models, what they say of missing values, and nonlinear least squares (Xie 2009, 5.3.2 and 6.2)."""
+"""Gaussian models, missing values, classes, and nonlinear least squares (Xie 2009, sections 5.3.2 and 6.2)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ from kinetograph.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """mean ``(D,)`` and covariance ``(D, D)``."""
+    """A normal distribution.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (D,)
+    covariance : ndarray, shape (D, D)
+    """
 
     mean: FloatArray
     covariance: FloatArray
@@ -22,8 +28,19 @@ class Gaussian:
         return np.asarray(np.linalg.inv(np.linalg.cholesky(self.covariance)))
 
     def fill(self, values: FloatArray, valid: BoolArray) -> FloatArray:
-        """``values``, shape ``(D,)``, with those not valid replaced by their expectation given the others.
+        """Replace the values that are not valid by their expectation given the others.
 
+        Parameters
+        ----------
+        values : ndarray, shape (D,)
+        valid : ndarray of bool, shape (D,)
+
+        Returns
+        -------
+        ndarray, shape (D,)
+
+        Examples
+        --------
         >>> pair = Gaussian(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))
         >>> pair.fill(np.array([2.0, 99.0]), np.array([True, False])).tolist()
         [2.0, 1.0]
@@ -59,8 +76,13 @@ def mixed(parts: Sequence[Gaussian], shares: FloatArray) -> Gaussian:
 class Classes:
     """Gaussians of several classes, and how common each is.
 
-    shares ``(K,)``, means ``(K, D)``, covariances ``(K, D, D)``; whitenings ``(K, D, D)`` and constants ``(K,)`` of
-    their log densities.
+    Parameters
+    ----------
+    shares : ndarray, shape (K,)
+    means : ndarray, shape (K, D)
+    covariances, whitenings : ndarray, shape (K, D, D)
+    constants : ndarray, shape (K,)
+        Constants of the log densities.
     """
 
     shares: FloatArray
@@ -70,7 +92,17 @@ class Classes:
     constants: FloatArray
 
     def log_densities(self, value: FloatArray, valid: BoolArray) -> FloatArray:
-        """Log of share times density, ``(K,)`` but for a common constant, of one value ``(D,)`` where it is valid."""
+        """Log of share times density of one value, by its valid components, up to a constant common to all classes.
+
+        Parameters
+        ----------
+        value : ndarray, shape (D,)
+        valid : ndarray of bool, shape (D,)
+
+        Returns
+        -------
+        ndarray, shape (K,)
+        """
         if valid.all():
             away = np.matmul(self.whitenings, (value - self.means)[:, :, None])[..., 0]
             return np.asarray(self.constants - 0.5 * (away**2).sum(axis=1))
@@ -95,7 +127,16 @@ def classes_of(parts: Sequence[Gaussian], shares: FloatArray) -> Classes:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """value ``(D,)``, its cost (the sum of squared residuals), and the number of evaluations."""
+    """A minimum.
+
+    Parameters
+    ----------
+    value : ndarray, shape (D,)
+    cost : float
+        Sum of squared residuals.
+    evaluations : int
+        Number of evaluations of the residuals.
+    """
 
     value: FloatArray
     cost: float
@@ -111,8 +152,19 @@ def levenberg_marquardt(
 ) -> Solution:
     """Minimise a sum of squares by Levenberg and Marquardt's method.
 
-    residuals: gives residuals ``(R,)`` and their Jacobian ``(R, D)`` at ``(D,)``. most: evaluations. tolerance:
-    relative decrease of the cost at which to stop.
+    Parameters
+    ----------
+    residuals : callable
+        Gives residuals, shape (R,), and their Jacobian, shape (R, D), at a point, shape (D,).
+    start : ndarray, shape (D,)
+    most : int
+        Number of evaluations at most.
+    tolerance : float
+        Relative decrease of the cost below which to stop.
+
+    Returns
+    -------
+    Solution
     """
     x, damping = start, 1e-3
     r, jacobian = residuals(x)

@@ -14,8 +14,13 @@ from kinetograph.errors import DataError
 class Pca:
     """A linear map to fewer dimensions and back.
 
-    mean: ``(D,)``. basis: ``(D, b)``, orthonormal columns, the widest first. variances: ``(D,)`` of all components,
-    kept or not.
+    Parameters
+    ----------
+    mean : ndarray, shape (D,)
+    basis : ndarray, shape (D, b)
+        Orthonormal columns, that of the largest variance first.
+    variances : ndarray, shape (D,)
+        Of all components, kept or not.
     """
 
     mean: FloatArray
@@ -43,13 +48,27 @@ class Pca:
 
 
 def fit_pca(data: FloatArray, keep: float | int) -> Pca:
-    """Principal components of rows ``(N, D)``.
+    """Principal components of rows.
 
-    keep: a whole number of components, or the share of variance, below 1, that they hold at least. Raises DataError
-    for data that are not rows, or another ``keep``.
+    Parameters
+    ----------
+    data : ndarray, shape (N, D)
+    keep : float or int
+        A whole number of components, or the share of variance, below 1, that they hold at least.
 
-    >>> found = fit_pca(np.array([[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]), 0.99)
-    >>> found.dimensions, round(found.share, 6)
+    Raises
+    ------
+    DataError
+        For data that are not rows, or another ``keep``.
+
+    Notes
+    -----
+    A component's sign is arbitrary: its largest entry is made positive, so that pictures do not flip.
+
+    Examples
+    --------
+    >>> pca = fit_pca(np.array([[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]), 0.99)
+    >>> pca.dimensions, round(pca.share, 6)
     (1, 1.0)
     """
     data = np.asarray(data, dtype=np.float64)
@@ -64,6 +83,5 @@ def fit_pca(data: FloatArray, keep: float | int) -> Pca:
     if keep < 1:
         held = np.cumsum(variances) / max(float(variances.sum()), 1e-300)
         count = min(int(np.searchsorted(held, keep - 1e-12)) + 1, len(held))
-    # a component's sign is arbitrary: its largest entry is made positive, so that pictures do not flip
     signs = np.sign(columns[np.abs(columns).argmax(axis=0), np.arange(len(values))])
     return Pca(mean, np.ascontiguousarray((columns * signs)[:, :count]), variances)

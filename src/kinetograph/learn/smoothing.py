@@ -9,12 +9,27 @@ from kinetograph.learn._smoothing_kernels import smooth_columns
 
 
 def smooth_path(means: FloatArray, precisions: FloatArray, weights: FloatArray, before: FloatArray) -> FloatArray:
-    """The path ``(L, b)`` near points ``means``, whose second differences are small.
+    """The path near uncertain points whose second differences are small.
 
-    It minimises ``precisions (x - means)^2 + weights (second difference of x)^2``, summed. precisions: ``(L, b)``, 0
-    where a point is not known. weights: ``(b,)``. before: ``(k, b)``, the path's last ``k`` points, at most two, which
-    stay.
+    It minimises ``precisions (x - means)^2 + weights (second difference of x)^2``, summed.
 
+    Parameters
+    ----------
+    means : ndarray, shape (L, b)
+        The points.
+    precisions : ndarray, shape (L, b)
+        0 where a point is not known.
+    weights : ndarray, shape (b,)
+        Weights of smoothness, one per column.
+    before : ndarray, shape (k, b)
+        The path's last ``k`` points, at most two, which stay as they are.
+
+    Returns
+    -------
+    ndarray, shape (L, b)
+
+    Examples
+    --------
     >>> line = np.array([[1.0], [9.0], [3.0]])
     >>> smooth_path(line, np.array([[1.0], [0.0], [1.0]]), np.ones(1), np.zeros((0, 1))).round(6).ravel().tolist()
     [1.0, 2.0, 3.0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _graph_kernels
 
 _DIMENSIONS = 16
@@ -24,9 +24,17 @@ APART = 5
 class Graph:
     """Frames 0 to N - 1 of recordings laid end to end, and transitions between them.
 
-    last ``(N,)``: the last frame of the recording that a frame belongs to. starts ``(N + 1,)``: frame i has the
-    transitions ``starts[i]`` to ``starts[i + 1] - 1``. target, cost ``(E,)``: after frame i comes frame target, which
-    then is played on for ``commit`` steps at least.
+    Parameters
+    ----------
+    last : ndarray of int, shape (N,)
+        The last frame of the recording that each frame belongs to.
+    starts : ndarray of int, shape (N + 1,)
+        Frame i has the transitions ``starts[i]`` to ``starts[i + 1] - 1``.
+    target : ndarray of int, shape (E,)
+        The frame that follows in place of the next one.
+    cost : ndarray, shape (E,)
+    commit : int
+        Steps for which the recording that a transition leads to is played on at least.
     """
 
     last: IntArray
@@ -39,17 +47,30 @@ class Graph:
         return len(self.last)
 
 
-def lasts(lengths: list[int]) -> IntArray:
-    """The last frame of the recording of every frame, shape ``(N,)``, of recordings of these lengths.
+def last_frames(lengths: list[int]) -> IntArray:
+    """The last frame of each frame's recording, shape ``(N,)``, for recordings of these lengths laid end to end.
 
-    >>> lasts([2, 3]).tolist()
+    Examples
+    --------
+    >>> last_frames([2, 3]).tolist()
     [1, 1, 4, 4, 4]
     """
     return np.repeat(np.cumsum(lengths) - 1, lengths).astype(np.int64)
 
 
 def make_graph(last: IntArray, source: IntArray, target: IntArray, cost: FloatArray, commit: int) -> Graph:
-    """A graph from its transitions in any order; those into the last ``commit`` frames of a recording are left out."""
+    """A graph from its transitions in any order; those into the last ``commit`` frames of a recording are left out.
+
+    Parameters
+    ----------
+    last : ndarray of int, shape (N,)
+        See `last_frames`.
+    source, target : ndarray of int, shape (E,)
+        After frame ``source`` may come frame ``target``.
+    cost : ndarray, shape (E,)
+    commit : int
+        See `Graph`.
+    """
     room = target + commit <= last[target]
     source, target, cost = source[room], target[room], cost[room]
     order = np.argsort(source, kind="stable")
@@ -60,28 +81,34 @@ def make_graph(last: IntArray, source: IntArray, target: IntArray, cost: FloatAr
 def find_transitions(
     features: SingleArray, last: IntArray, commit: int, limit: float, scale: float, fee: float
 ) -> Graph:
-    """Transitions wherever features meet: frame i may be followed by q where q is like i + 1.
+    """Transitions wherever features meet: frame i may be followed by frame q where q is like i + 1.
 
-    features ``(N, D)``, whose distance is in metres; limit: metres, the furthest that counts as meeting; a transition
-    costs ``fee + (distance / scale) ** 2``. The nearest neighbours come from a KD-tree over the principal components;
-    their distances are then taken in full. A match serves both ways, so that a frame that is nobody's neighbour can
-    still be reached from its own. In a large library not every frame is matched, but every n-th.
+    Parameters
+    ----------
+    features : ndarray of float32, shape (N, D)
+        Their Euclidean distance is in metres.
+    last : ndarray of int, shape (N,)
+        See `last_frames`.
+    commit : int
+        See `Graph`.
+    limit : float
+        Metres up to which frames count as meeting.
+    scale, fee : float
+        A transition costs ``fee + (distance / scale) ** 2``.
+
+    Notes
+    -----
+    The nearest neighbours come from a KD-tree over the principal components; their distances are then taken in full. A
+    match is used in both directions, so that a frame that is among no other's neighbours can still be reached from its
+    own. In a large library not every frame is matched, but every n-th.
     """
     frames = np.arange(len(last))
     leaving = frames[1:][last[1:] == last[:-1]]
     leaving = leaving[:: max(1, len(leaving) // _LEAVING)]
     if len(leaving) == 0:
         return make_graph(last, leaving, leaving, np.zeros(0), commit)
-    count = min(int(np.clip(_PAIRS // len(last), 24, 200)), len(last))
-    low = _project(features)
-    _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
-    near = near.reshape(len(leaving), count).astype(np.int64)
-    distances = _full_distances(features, leaving, near)
-    order = np.argsort(distances, axis=1, kind="stable")
-    near, distances = np.take_along_axis(near, order, axis=1), np.take_along_axis(distances, order, axis=1)
-    kept = np.zeros(near.shape, dtype=np.bool_)
-    _graph_kernels.thin(leaving, near, distances, last, APART, limit, MOST, EACH, kept)
-    row, column = np.nonzero(kept)
+    near, distances = _neighbours(features, leaving)
+    row, column = np.nonzero(_worthwhile(leaving, near, distances, last, limit))
     cost = fee + (distances[row, column].astype(np.float64) / scale) ** 2
     one, other = leaving[row], near[row, column]
     back = (other > 0) & (last[other - 1] == last[other])  # a recording's first frame has none before it to leave
@@ -90,13 +117,41 @@ def find_transitions(
 
 
 def discourage(graph: Graph, edges: IntArray, fee: float, around: int) -> Graph:
-    """The graph with transitions like ``edges`` made dearer: those that leave and arrive within ``around`` frames."""
+    """The graph with some transitions, and those like them, made dearer.
+
+    Parameters
+    ----------
+    graph : Graph
+    edges : ndarray of int
+        Transitions.
+    fee : float
+        What is added to the cost of each that leaves and arrives within ``around`` frames of one of them.
+    around : int
+    """
     source = np.repeat(np.arange(len(graph)), np.diff(graph.starts))
     cost = graph.cost.copy()
     for edge in edges:
         near = (abs(source - source[edge]) <= around) & (abs(graph.target - graph.target[edge]) <= around)
         cost[near] += fee
     return replace(graph, cost=cost)
+
+
+def _neighbours(features: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:
+    """The frames nearest to each of ``leaving`` ``(P,)`` and their distances in full, ``(P, K)``, nearest first."""
+    count = min(int(np.clip(_PAIRS // len(features), 24, 200)), len(features))
+    low = _project(features)
+    _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
+    near = near.reshape(len(leaving), count).astype(np.int64)
+    distances = _full_distances(features, leaving, near)
+    order = np.argsort(distances, axis=1, kind="stable")
+    return np.take_along_axis(near, order, axis=1), np.take_along_axis(distances, order, axis=1)
+
+
+def _worthwhile(leaving: IntArray, near: IntArray, distances: SingleArray, last: IntArray, limit: float) -> BoolArray:
+    """Which neighbours ``(P, K)`` are kept."""
+    kept = np.zeros(near.shape, dtype=np.bool_)
+    _graph_kernels.thin(leaving, near, distances, last, APART, limit, MOST, EACH, kept)
+    return kept
 
 
 def _project(features: SingleArray) -> SingleArray:

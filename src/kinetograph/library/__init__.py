@@ -1,18 +1,24 @@
-"""Libraries of takes on disk, their annotations as CSV, and sample recordings."""
+"""Libraries of takes on disk, and their annotations as tables that people edit."""
 
-from kinetograph.library.annotations_csv import export_annotations, import_annotations
+from __future__ import annotations
+
+from kinetograph.library.annotations_csv import export_annotations, import_annotations, read_annotations, read_times
 from kinetograph.library.check import Report
-from kinetograph.library.store import Info, Library, TrackInfo, annotations_of, contents
-from kinetograph.library.streaming import add_stream
+from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.store import Library, annotations_of, contents
+from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
     "Info",
     "Library",
     "Report",
+    "Stream",
     "TrackInfo",
     "add_stream",
     "annotations_of",
     "contents",
     "export_annotations",
     "import_annotations",
+    "read_annotations",
+    "read_times",
 ]

@@ -1,43 +1,83 @@
-"""Annotations as a table that people edit: one row an annotation, ``take,track,kind,label,start,stop``, in seconds."""
+"""Annotations as a table that people edit: one row per annotation, ``take,track,kind,label,start,stop``, in seconds."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from kinetograph.errors import DataError, FormatError
-from kinetograph.library.store import Library, TrackInfo, annotations_of, contents
+from kinetograph.formats import atomic_path
+from kinetograph.library.info import TrackInfo
+from kinetograph.library.store import Library, annotations_of, contents
 from kinetograph.take import Annotation
 
 HEADER = ("take", "track", "kind", "label", "start", "stop")
+"""The columns of a table."""
+
 Row = tuple[int, str, Annotation]
 
 
 def export_annotations(library: Library, path: str | Path, *, kind: str | None = None) -> int:
-    """Write a library's annotations, or those of one kind; how many there were. Numbers keep every digit.
+    """Write a library's annotations as CSV; the file appears whole or not at all.
 
-    Raises FormatError where the file cannot be written; it appears whole or not at all.
+    Parameters
+    ----------
+    library : Library
+    path : str or Path
+    kind : str, optional
+        Only annotations of this kind.
+
+    Returns
+    -------
+    int
+        How many there were.
+
+    Raises
+    ------
+    RequestError
+        The file cannot be made.
+    FormatError
+        The file cannot be written, as the disk is full.
+
+    Notes
+    -----
+    Numbers keep every digit.
     """
     notes = [(take, note) for take in library.names() for note in annotations_of(library, take)]
     kept = [(take, note) for take, note in notes if kind in (None, note.kind)]
     rows = [(take, n.track, n.kind, n.label, repr(n.start), repr(n.stop)) for take, n in kept]
     try:
-        _write_whole(Path(path), rows)
+        with atomic_path(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([HEADER, *rows])
     except OSError as error:
         raise FormatError(path, f"could not be written: {error.strerror}") from error
     return len(rows)
 
 
 def import_annotations(library: Library, path: str | Path) -> int:
-    """Give a library the annotations of a file; how many there were.
+    """Give a library the annotations of a CSV file.
 
-    For every take, track and kind in the file, they take the place of those in the library; all others stay. A cut
-    may leave ``stop`` empty. The whole file is checked first. Raises FormatError with the line.
+    For every take, track and kind in the file, they replace those in the library; all others stay. A cut may leave
+    ``stop`` empty. The whole file is checked first.
+
+    Parameters
+    ----------
+    library : Library
+    path : str or Path
+
+    Returns
+    -------
+    int
+        How many there were.
+
+    Raises
+    ------
+    FormatError
+        The file cannot be read, or does not fit the library; with the line.
     """
     rows = list(_read(Path(path)))
     tracks = {(track.take, track.name): track for track in contents(library)}
@@ -49,9 +89,22 @@ def import_annotations(library: Library, path: str | Path) -> int:
 
 
 def read_annotations(path: str | Path, take: str) -> tuple[Annotation, ...]:
-    """The annotations of one take in a file; those of the only take there is, whatever its name.
+    """Read the annotations of one take.
 
-    Raises FormatError with the line, or naming the takes where none is the one that is wanted.
+    Parameters
+    ----------
+    path : str or Path
+    take : str
+        The take's name; where the file has only one take, its annotations are read whatever its name.
+
+    Returns
+    -------
+    tuple of Annotation
+
+    Raises
+    ------
+    FormatError
+        The file cannot be read, or has several other takes; with the line.
     """
     rows = list(_read(Path(path)))
     takes = sorted({name for _, name, _ in rows})
@@ -61,9 +114,22 @@ def read_annotations(path: str | Path, take: str) -> tuple[Annotation, ...]:
 
 
 def read_times(path: str | Path) -> tuple[float, ...]:
-    """Seconds, one a line in the first column, as beats are exported by audio editors; a line of words may head them.
+    """Read seconds from the first column, one per line, as audio editors export beats.
 
-    Lines that begin with ``#`` are comments. Raises FormatError with the line.
+    The first line may be a header; lines that begin with ``#`` are comments.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    tuple of float
+
+    Raises
+    ------
+    FormatError
+        A cell is not a number, or there is none; with the line.
     """
     times: list[float] = []
     for number, line in enumerate(_text(Path(path)).splitlines(), start=1):
@@ -79,20 +145,8 @@ def read_times(path: str | Path) -> tuple[float, ...]:
         elif times or re.match(r"[-+.\d]|nan|inf", cell.lower()):
             raise FormatError(path, f"expected seconds, 0 or more, in the first column, found {cell!r}", line=number)
     if not times:
-        raise FormatError(path, "expected seconds, one a line, found none")
+        raise FormatError(path, "expected seconds, one per line, found none")
     return tuple(times)
-
-
-def _write_whole(path: Path, rows: Iterable[tuple[str, ...]]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(HEADER)
-            writer.writerows(rows)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Iterator[Row]:
@@ -101,9 +155,9 @@ def _read(path: Path) -> Iterator[Row]:
     try:
         header = tuple(cell.strip() for cell in next(reader, []))
         if header != HEADER:
-            found = ",".join(header) or "nothing"
-            raise FormatError(path, f"expected the header {','.join(HEADER)}, found {found}", line=1)
-        line = reader.line_num + 1  # of the row to come, which may run over several lines
+            first = ",".join(header) or "nothing"
+            raise FormatError(path, f"expected the header {','.join(HEADER)}, found {first}", line=1)
+        line = reader.line_num + 1  # of the next row, which may run over several lines
         for cells in reader:
             if any(cells):
                 yield _row(path, line, cells)
@@ -135,13 +189,13 @@ def _row(path: Path, line: int, cells: list[str]) -> Row:
 
 
 def _check(path: Path, line: int, take: str, note: Annotation, tracks: Mapping[tuple[str, str], TrackInfo]) -> None:
-    found = tracks.get((take, note.track))
-    if found is None:
+    info = tracks.get((take, note.track))
+    if info is None:
         of_take = [track for name, track in tracks if name == take]
         known = f"take {take!r} has {', '.join(of_take)}" if of_take else f"the library has no take {take!r}"
         raise FormatError(path, f"no track {note.track!r} of take {take!r}: {known}", line=line)
-    if note.stop > found.frames / found.fps + 1e-6:
-        end = f"{found.duration:.3f} s"
+    if note.stop > info.frames / info.fps + 1e-6:
+        end = f"{info.duration:.3f} s"
         raise FormatError(path, f"{note.stop} s lies after the end of track {note.track!r} at {end}", line=line)
 
 

@@ -17,9 +17,12 @@ from pathlib import Path
 from kinetograph.errors import DataError, LibraryError
 
 FILE_NAME = "catalogue.sqlite"
-APPLICATION_ID = 0x4B4E544F  # "KNTO"; tells a library's catalogue from any other SQLite file
+APPLICATION_ID = 0x4B4E544F
+"""``"KNTO"``, which distinguishes a library's catalogue from any other SQLite file."""
 VERSION = 1
+"""Of the format."""
 READ_ONLY = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
+"""What errors say of a folder that cannot be written to."""
 PATIENCE = 60.0
 """Seconds that a writer waits for another one to finish."""
 
@@ -45,12 +48,20 @@ _TABLES = (
 )
 
 MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {}
-"""From a version to the step that makes it the next one; each runs inside a write transaction."""
+"""The step from each version to the next one; each runs inside a write transaction."""
 
 
 @dataclass(frozen=True)
 class Storage:
-    """The file that holds the frames, and the byte at which the next take starts."""
+    """Where the frames are.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    stop : int
+        The byte at which the next take starts.
+    """
 
     file: str
     stop: int
@@ -111,7 +122,7 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
 
 
 def require_room(folder: Path) -> None:
-    """Raises LibraryError where ``folder`` has a catalogue already; what a killed `initialize` left is no catalogue."""
+    """Raises LibraryError where a folder has a catalogue; the empty file of a killed `initialize` does not count."""
     path = folder / FILE_NAME
     if path.exists() and path.stat().st_size:
         raise LibraryError(f"{folder}: already holds a library; open it, or choose another folder")
@@ -132,8 +143,8 @@ def initialize(folder: Path, frames_file: str) -> None:
 def require_version(folder: Path) -> None:
     """Bring an older library up to date. Raises LibraryError where it is newer, or no library at all."""
     if not (folder / FILE_NAME).is_file():
-        found = "no such folder" if not folder.is_dir() else f"no {FILE_NAME} in it"
-        raise LibraryError(f"{folder}: not a library: {found}; make one with `kinetograph library create`")
+        why = "no such folder" if not folder.is_dir() else f"no {FILE_NAME} in it"
+        raise LibraryError(f"{folder}: not a library: {why}; make one with `kinetograph library create`")
     with reading(folder) as db:
         version = _version(folder, db)
     if version < VERSION:
@@ -166,5 +177,5 @@ def storage(db: sqlite3.Connection) -> Storage:
 
 
 def set_storage(db: sqlite3.Connection, value: Storage) -> None:
-    """Say where the frames are from now on."""
+    """Write where the frames are."""
     db.execute("UPDATE storage SET file = ?, stop = ?", (value.file, value.stop))

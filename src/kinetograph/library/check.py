@@ -1,4 +1,4 @@
-"""Checking a library: bytes that no take uses, and bytes that are damaged or gone."""
+"""Checking a library for bytes that no take uses, and for bytes that are damaged or gone."""
 
 from __future__ import annotations
 
@@ -15,8 +15,16 @@ from kinetograph.library.frame_files import Span
 
 @dataclass(frozen=True)
 class Report:
-    """What a check found. orphaned: bytes that no take uses, left by a killed writer or a removed take;
-    freed: how many of them were removed; damaged: one line a track that cannot be read; remove its take.
+    """The result of a check.
+
+    Parameters
+    ----------
+    orphaned : int
+        Bytes that no take uses, left by a killed writer or a removed take.
+    freed : int
+        How many of them were removed.
+    damaged : tuple of str
+        One line per track that cannot be read; its take should be removed.
     """
 
     orphaned: int
@@ -37,11 +45,28 @@ class _Used:
 
 
 def examine(folder: Path, repair: bool) -> Report:
-    """Check a library; ``repair`` removes what no take uses. Without it, a take being written counts as orphaned.
+    """Check a library.
 
-    Giving back the bytes of removed takes copies the others to a new file, so that readers are not disturbed: there
-    must be room for both. Where a track is damaged, only bytes after the last take and stray files are removed. Raises
-    LibraryError.
+    Parameters
+    ----------
+    folder : Path
+    repair : bool
+        Remove bytes that no take uses.
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    LibraryError
+        The files cannot be read or written.
+
+    Notes
+    -----
+    Without ``repair``, a take that is being written counts as orphaned. Removing the bytes of removed takes copies the
+    others to a new file, so that readers are not disturbed: there must be room for both. Where a track is damaged, only
+    bytes after the last take and stray files are removed.
     """
     try:
         return _repair(folder) if repair else _look(folder)
@@ -109,7 +134,7 @@ def _repair(folder: Path) -> Report:
 
 
 def _compact(folder: Path, db: sqlite3.Connection, storage: catalogue.Storage, used: list[_Used]) -> None:
-    """Copy the arrays in use to a new file, one after another, and point the catalogue at it."""
+    """Copy the arrays in use to a new file, one after another, and enter it in the catalogue."""
     number = int(storage.file.removeprefix("frames-").removesuffix(".bin"))
     target = folder / f"frames-{number + 1}.bin"
     try:

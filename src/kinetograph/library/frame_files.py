@@ -22,11 +22,26 @@ from kinetograph.errors import LibraryError
 
 Array = npt.NDArray[Any]
 ALIGNMENT = 8
+"""Arrays begin at multiples of this many bytes."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """Where one array lies: type, numbers a frame, frames, first byte and CRC-32."""
+    """Where one array lies.
+
+    Parameters
+    ----------
+    name : str
+    dtype : str
+        NumPy's name of the type, little-endian.
+    width : int
+        Numbers per frame.
+    frames : int
+    start : int
+        The first byte.
+    checksum : int
+        CRC-32 of the bytes.
+    """
 
     name: str
     dtype: str
@@ -42,7 +57,7 @@ class Span:
 
     @property
     def stop(self) -> int:
-        """The byte after the last one, filling included."""
+        """The byte after the last one, with the padding."""
         return self.start + _filled(self.size)
 
 
@@ -51,9 +66,24 @@ def _filled(size: int) -> int:
 
 
 def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[Span]:
-    """Write named arrays, each ``(F, ...)``, at byte ``start`` and flush them to the disk.
+    """Write arrays to a file, and flush them to the disk.
 
-    What lies after ``start`` belongs to no take and is cut off. Raises OSError, after cutting the file back.
+    Parameters
+    ----------
+    path : Path
+    start : int
+        The byte to write at; what lies after it belongs to no take and is cut off.
+    arrays : sequence of tuple of str and ndarray, shape (F, ...)
+        With their names.
+
+    Returns
+    -------
+    list of Span
+
+    Raises
+    ------
+    OSError
+        The arrays could not be written; the file has been cut back.
     """
     spans = []
     try:
@@ -94,11 +124,11 @@ def truncate(path: Path, size: int) -> None:
         if path.stat().st_size > size:
             os.truncate(path, size)
     except OSError:
-        pass  # bytes that stay belong to no take: a check finds them
+        pass  # bytes that stay belong to no take; a check finds them
 
 
 def read(path: Path, span: Span) -> Array:
-    """A copy of one array, shape ``(frames, width)``. Raises LibraryError for one cut short or altered."""
+    """A copy of one array, shape ``(frames, width)``. Raises LibraryError where it is cut short or altered."""
     mapped = view(path, span)
     if mapped is None:
         raise LibraryError(f"{path}: array {span.name!r} is cut short: expected bytes up to {span.start + span.size}")

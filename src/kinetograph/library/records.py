@@ -23,7 +23,25 @@ Reader = Callable[[Span], Array]
 
 @dataclass(frozen=True)
 class TrackRow:
-    """A track as the catalogue has it. columns, units: a signal's; skeleton: the row of a motion's."""
+    """A track as the catalogue has it.
+
+    Parameters
+    ----------
+    id : int
+        Its row.
+    name : str
+    kind : {"motion", "points", "channels"}
+    fps : float
+    frames : int
+    skeleton : int or None
+        The row of a motion's skeleton.
+    columns : tuple of str
+        Of a signal.
+    units : str
+        Of a signal.
+    spans : dict of str to Span
+        Where its arrays lie.
+    """
 
     id: int
     name: str
@@ -37,7 +55,7 @@ class TrackRow:
 
 
 def track_arrays(track: Track) -> list[tuple[str, Array]]:
-    """The arrays of a track as they are stored, each ``(F, ...)``, with their names."""
+    """The arrays of a track as they are stored, each ``(F, ...)``, and their names."""
     if isinstance(track, Signal):
         arrays: list[tuple[str, Array]] = [("values", track.values.astype("<f8"))]
         if not track.valid.all():
@@ -50,7 +68,24 @@ def track_arrays(track: Track) -> list[tuple[str, Array]]:
 
 
 def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spans: Iterable[Span]) -> int:
-    """Add a track and its spans to a take; its row."""
+    """Add a track to a take.
+
+    Parameters
+    ----------
+    db : sqlite3.Connection
+    take : int
+        The take's row.
+    name : str
+        The track's.
+    track : Motion or Signal
+    spans : iterable of Span
+        Where its arrays lie.
+
+    Returns
+    -------
+    int
+        The track's row.
+    """
     if isinstance(track, Motion):
         return insert_motion(db, take, name, (track.skeleton, track.fps, len(track)), spans)
     kind = "points" if track.spatial else "channels"
@@ -60,7 +95,25 @@ def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spa
 def insert_motion(
     db: sqlite3.Connection, take: int, name: str, what: tuple[Skeleton, float, int], spans: Iterable[Span]
 ) -> int:
-    """Add a motion's skeleton, rate and number of frames, and its spans, to a take; its row."""
+    """Add a motion to a take.
+
+    Parameters
+    ----------
+    db : sqlite3.Connection
+    take : int
+        The take's row.
+    name : str
+        The track's.
+    what : tuple of Skeleton, float and int
+        Skeleton, frames per second and number of frames.
+    spans : iterable of Span
+        Where its arrays lie.
+
+    Returns
+    -------
+    int
+        The track's row.
+    """
     skeleton, fps, frames = what
     return _insert(db, take, name, ("motion", fps, frames, insert_skeleton(db, skeleton), None, None), spans)
 
@@ -80,22 +133,35 @@ def _insert(db: sqlite3.Connection, take: int, name: str, values: tuple[Any, ...
 
 def read_tracks(db: sqlite3.Connection, take: int) -> list[TrackRow]:
     """The tracks of a take in the order in which they were given."""
-    found = db.execute(
+    rows = db.execute(
         "SELECT id, name, kind, fps, frames, skeleton, columns, units FROM tracks WHERE take = ? ORDER BY id", (take,)
     ).fetchall()
-    return [_track_row(db, row) for row in found]
+    return [_track_row(db, row) for row in rows]
 
 
 def _track_row(db: sqlite3.Connection, row: Any) -> TrackRow:
     track, name, kind, fps, frames, skeleton, columns, units = row
-    found = db.execute("SELECT name, dtype, width, start, checksum FROM arrays WHERE track = ?", (track,))
-    spans = {s[0]: Span(s[0], s[1], s[2], frames, s[3], s[4]) for s in found}
+    arrays = db.execute("SELECT name, dtype, width, start, checksum FROM arrays WHERE track = ?", (track,))
+    spans = {a[0]: Span(a[0], a[1], a[2], frames, a[3], a[4]) for a in arrays}
     names = () if columns is None else tuple(json.loads(columns))
     return TrackRow(track, name, kind, fps, frames, skeleton, names, units or "", spans)
 
 
 def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track:
-    """The track of a row; ``read`` gives the array of a span, shape ``(F, width)``."""
+    """The track of a row.
+
+    Parameters
+    ----------
+    row : TrackRow
+    skeleton : Skeleton or None
+        A motion's; ``None`` for a signal.
+    read : callable
+        Returns the array of a span, shape ``(F, width)``.
+
+    Returns
+    -------
+    Motion or Signal
+    """
     arrays = {name: read(span) for name, span in row.spans.items()}
     if skeleton is None:
         shape = (row.frames, len(row.columns))
@@ -116,7 +182,7 @@ def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
             "offsets": skeleton.offsets.tolist(),
             "end_parents": skeleton.end_parents.tolist(),
             "end_offsets": skeleton.end_offsets.tolist(),
-            "roles": {r: [int(m.joint), *map(float, m.offset)] for r, m in skeleton.roles.items()},
+            "roles": {role: [int(p.joint), *map(float, p.offset)] for role, p in skeleton.roles.items()},
         }
     )
     digest = hashlib.sha256(body.encode()).hexdigest()
@@ -133,7 +199,7 @@ def read_skeleton(db: sqlite3.Connection, row: int) -> Skeleton:
         np.array(body["offsets"], dtype=np.float64),
         np.array(body["end_parents"], dtype=np.int64),
         np.array(body["end_offsets"], dtype=np.float64).reshape(-1, 3),
-        {role: Landmark(mark[0], np.array(mark[1:])) for role, mark in body["roles"].items()},
+        {role: Landmark(place[0], np.array(place[1:])) for role, place in body["roles"].items()},
     )
 
 
@@ -147,9 +213,9 @@ def insert_annotations(db: sqlite3.Connection, tracks: dict[str, int], annotatio
 
 def read_annotations(db: sqlite3.Connection, take: int) -> tuple[Annotation, ...]:
     """The annotations of a take in the order in which they were given."""
-    found = db.execute(
+    rows = db.execute(
         "SELECT tracks.name, annotations.kind, label, start, stop FROM annotations "
         "JOIN tracks ON tracks.id = annotations.track WHERE tracks.take = ? ORDER BY annotations.id",
         (take,),
     )
-    return tuple(Annotation(*row) for row in found)
+    return tuple(Annotation(*row) for row in rows)

@@ -1,9 +1,11 @@
-"""Adding a motion to a library a block of frames at a time: an hour at 120 Hz takes no more memory than a minute."""
+"""Adding a long motion to a library in blocks of frames, in memory that does not grow with it."""
 
 from __future__ import annotations
 
 import os
 import zlib
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,7 +20,7 @@ from kinetograph.skeleton import Skeleton
 
 
 class Stream(Protocol):
-    """A motion in blocks, as `formats.stream` gives it."""
+    """A motion in blocks of frames, as `kinetograph.formats.stream` returns it."""
 
     @property
     def skeleton(self) -> Skeleton:
@@ -26,13 +28,13 @@ class Stream(Protocol):
 
     @property
     def fps(self) -> float:
-        """Frames a second."""
+        """Frames per second."""
 
     @property
     def frames(self) -> int:
-        """How many frames the blocks have together."""
+        """Number of frames of all blocks."""
 
-    def blocks(self) -> Any:
+    def blocks(self) -> Iterator[Motion]:
         """The blocks, in order."""
 
 
@@ -44,10 +46,27 @@ def add_stream(
     track: str = "motion",
     progress: Progress | None = None,
 ) -> None:
-    """Add a take of one motion, read and written a block at a time; wholly or not at all.
+    """Add a take of one motion, read and written in blocks, wholly or not at all.
 
-    progress: called with the frames that are in and their number. Raises RequestError where the name is taken,
-    LibraryError where the disk is full, and what the stream raises.
+    Parameters
+    ----------
+    library : Library
+    name : str
+        The take's.
+    stream : Stream
+    track : str
+        The motion's name in the take.
+    progress : Progress, optional
+        Called with frames written and their number.
+
+    Raises
+    ------
+    RequestError
+        The name is taken.
+    LibraryError
+        The disk is full.
+    FormatError
+        The stream cannot be read.
     """
     with catalogue.writing(library.path) as db:
         if db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone():
@@ -70,7 +89,7 @@ def add_stream(
 
 
 class _Column:
-    """One array under construction: where its next bytes go, and the checksum so far."""
+    """One array under construction: where its next bytes are written, and the checksum so far."""
 
     def __init__(self, name: str, dtype: str, width: int, frames: int, start: int) -> None:
         self.span = frame_files.Span(name, dtype, width, frames, start, 0)
@@ -88,20 +107,19 @@ class _Column:
         return frame_files.Span(span.name, span.dtype, span.width, span.frames, span.start, self.checksum)
 
 
-def _append(path: Any, start: int, stream: Stream, progress: Progress | None) -> list[frame_files.Span]:
-    """Write the arrays side by side, as their sizes are known, and flush them."""
+def _append(path: Path, start: int, stream: Stream, progress: Progress | None) -> list[frame_files.Span]:
+    """Write both arrays at once, as their sizes are known, and flush them."""
     shifts = _Column("translation", "<f8", 3, stream.frames, start)
-    turns = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)
+    rotations = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)
     done = 0
     with path.open("r+b", buffering=0) as file:
         file.truncate(start)
-        file.truncate(turns.span.stop)
+        file.truncate(rotations.span.stop)
         for block in stream.blocks():
-            assert isinstance(block, Motion)
             shifts.write(file.fileno(), block.translation)
-            turns.write(file.fileno(), block.rotations.astype(np.float32))
+            rotations.write(file.fileno(), block.rotations.astype(np.float32))
             done += len(block)
             if progress is not None:
                 progress(done, stream.frames)
         os.fsync(file.fileno())
-    return [shifts.finished(), turns.finished()]
+    return [shifts.finished(), rotations.finished()]

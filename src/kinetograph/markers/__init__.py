@@ -1,4 +1,6 @@
-"""Markers to motion: a skeleton fitted to the markers of an optical system."""
+"""From markers to motion: a skeleton fitted to the markers of an optical system."""
+
+from __future__ import annotations
 
 from kinetograph.markers.fit import MarkerFit, fit_markers, fitted_take, subjects
 

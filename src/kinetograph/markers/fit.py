@@ -1,10 +1,10 @@
 """A skeleton's motion from the markers of the Plug-in-Gait set, by inverse kinematics.
 
-Joint centres and axes as `plug_in_gait` finds them in single frames give the body: medians over the take of bones and
-of the markers' places on them. Then, in turn, the poses of some frames are fitted to the markers, and bones and places
-to those poses, by linear least squares that hold on to the first estimate: bones are as long, and joints lie where, the
-movement says. Last, every frame is fitted from the one before it. A joint whose markers are hidden is drawn to turns
-between those before and after, as strongly as leaves the markers that are seen their say.
+The body is first estimated from joint centres and axes in single frames: medians over the take of the bones and of the
+markers' places on them. Then two fits alternate: of the poses of some frames to the markers, and of bones and places
+to those poses, by linear least squares with the first estimate as a prior. Last, every frame is fitted, beginning with
+the pose of the frame before it. A joint whose markers are hidden is drawn to rotations between those before and after,
+so weakly that the markers that are seen decide where they can.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import landmark_positions
 from kinetograph.markers.plug_in_gait import MARKERS, Segment, leg_length, missing, segments
-from kinetograph.markers.solver import Solver, measured
+from kinetograph.markers.solver import ROUNDS, Solver, measured
 from kinetograph.motion import Motion
 from kinetograph.roles import with_found_roles
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Landmark, Skeleton
 from kinetograph.take import Take, Track
 
-_STRAY = 0.1  # metres that a marker may miss by before it is said
+_STRAY = 0.1  # metres: a marker that misses by more is noted
 _TIPS = {"toe": (0.0, 0.0, 0.06), "head": (0.0, 0.21, 0.0), "hand": (0.2, 0.0, 0.0)}  # of the leg's length; the left's
 
 
@@ -33,8 +33,15 @@ _TIPS = {"toe": (0.0, 0.0, 0.06), "head": (0.0, 0.21, 0.0), "hand": (0.2, 0.0, 0
 class MarkerFit:
     """A motion fitted to markers.
 
-    places: where each marker is on the skeleton. misses: shape ``(F, M)`` metres from each marker to its place on the
-    body, NaN where it was not seen. notes: what was left out or bridged, one line each.
+    Parameters
+    ----------
+    motion : Motion
+    places : dict of str to Landmark
+        Where each marker is on the skeleton.
+    misses : ndarray, shape (F, M)
+        Metres from each marker to its place on the body, NaN where it was not seen.
+    notes : tuple of str
+        What was left out or bridged.
     """
 
     motion: Motion
@@ -43,20 +50,42 @@ class MarkerFit:
     notes: tuple[str, ...]
 
     def residuals(self) -> list[dict[str, str | float]]:
-        """A row a marker and one for all: mean, 95 % and most of its misses in mm, and the share of frames seen."""
+        """Mean, 95 % and maximum of the misses in mm, and the share of frames seen, per marker and for all together."""
         rows = [_row(name, self.misses[:, i]) for i, name in enumerate(self.places)]
         return [*rows, _row("all", self.misses.reshape(-1))]
 
 
-def fit_markers(signal: Signal, subject: str | None = None) -> MarkerFit:
+def fit_markers(signal: Signal, subject: str | None = None, *, rounds: int = ROUNDS) -> MarkerFit:
     """The motion of a body that wears the Plug-in-Gait markers.
 
-    signal: points in metres, Y up, named as in the set, with or without a subject's name and a colon before. subject:
-    whose markers, where they are of several people. Pelvis and legs are needed; the trunk, the head and the arms
-    come with their markers, and the thighs', arms' and back's spare markers help. The skeleton stands in a T pose at
-    rest, and is as long as the body measured.
+    Parameters
+    ----------
+    signal : Signal
+        Points in metres, Y up, named as in the set, with or without a subject's name and a colon in front.
+    subject : str, optional
+        Whose markers to fit, where they are of several people.
+    rounds : int
+        How often the body is measured; with 0, bones and joint centres are those of the first estimate.
 
-    Raises RequestError naming the markers that are missing, or where no frame shows enough of them at once.
+    Returns
+    -------
+    MarkerFit
+        The skeleton's rest pose is a T pose, and its bones are those of the body.
+
+    Raises
+    ------
+    RequestError
+        Markers are missing, or no frame shows enough of them at once.
+
+    Notes
+    -----
+    The markers of pelvis and legs are needed. Trunk, head and arms are fitted where their markers are there; additional
+    markers on thighs, arms and back improve the fit.
+
+    References
+    ----------
+    Davis, Ounpuu, Tyburski, Gage: A gait analysis data collection and reduction technique. Human Movement Science 10,
+    1991.
     """
     names, columns, notes = _own(signal, subject)
     points = np.where(signal.valid[..., None], signal.values, np.nan)[:, columns]
@@ -65,19 +94,33 @@ def fit_markers(signal: Signal, subject: str | None = None) -> MarkerFit:
     names, points = [names[i] for i in wanted], points[:, wanted]
     seen: BoolArray = np.isfinite(points[..., 0])
     solver = Solver(_skeleton(body, names, points), np.nan_to_num(points), seen, _joints(body, names), _guess(body))
-    places, solver = measured(solver, _places(body, names, points))
+    places, solver = measured(solver, _places(body, names, points), rounds)
     motion = solver.motion(places, signal.fps)
-    marks = {name: Landmark(int(j), places[i]) for i, (name, j) in enumerate(zip(names, solver.joints, strict=True))}
-    found = landmark_positions(motion, list(marks.values()))
-    misses = np.where(seen, np.linalg.norm(found - solver.points, axis=-1), np.nan)
-    return MarkerFit(motion, marks, misses, (*notes, *_gaps(names, seen, signal.fps), *_strays(names, misses)))
+    on_body = {name: Landmark(int(j), places[i]) for i, (name, j) in enumerate(zip(names, solver.joints, strict=True))}
+    fitted = landmark_positions(motion, list(on_body.values()))
+    misses = np.where(seen, np.linalg.norm(fitted - solver.points, axis=-1), np.nan)
+    return MarkerFit(motion, on_body, misses, (*notes, *_gaps(names, seen, signal.fps), *_strays(names, misses)))
 
 
 def fitted_take(take: Take) -> tuple[Take, dict[str, MarkerFit]]:
-    """The take with its markers made motions, and each one's fit; motions stay as they are.
+    """Replace the markers in a take by motions.
 
-    A track is named after the person where several wear markers. Raises RequestError where there is neither motion nor
-    a body's markers.
+    Parameters
+    ----------
+    take : Take
+        Its motions, and signals that are not points, stay as they are.
+
+    Returns
+    -------
+    take : Take
+        A motion is named after the person where several wear markers.
+    fits : dict of str to MarkerFit
+        By track.
+
+    Raises
+    ------
+    RequestError
+        Points are not the markers of a body.
     """
     tracks: dict[str, Track] = {}
     fits: dict[str, MarkerFit] = {}
@@ -94,7 +137,7 @@ def fitted_take(take: Take) -> tuple[Take, dict[str, MarkerFit]]:
 
 
 def subjects(signal: Signal) -> list[str]:
-    """Those whose names stand before the colon of some marker of the set; ``""`` where names have no colon."""
+    """The names in front of the colon of markers of the set; ``""`` where a marker's name has no colon."""
     known = {name for group in MARKERS.values() for name in group}
     split = [_split(name) for name in signal.names]
     return list(dict.fromkeys(person for person, name in split if name in known))
@@ -106,7 +149,7 @@ def _split(name: str) -> tuple[str, str]:
 
 
 def _own(signal: Signal, subject: str | None) -> tuple[list[str], list[int], list[str]]:
-    """The names of a body's markers, without the subject's, their columns, and notes."""
+    """The names of a body's markers, without the subject's name, their columns, and notes."""
     if not signal.spatial:
         raise RequestError("markers are points (F, P, 3), found channels")
     people = subjects(signal)
@@ -118,8 +161,8 @@ def _own(signal: Signal, subject: str | None) -> tuple[list[str], list[int], lis
     never = {name for name, i in own.items() if not signal.valid[:, i].any()}
     lost = missing(own.keys() - never)
     if lost:
-        found = ", ".join(list(own)[:8]) + (", ..." if len(own) > 8 else "")
-        raise RequestError(f"no Plug-in-Gait body: missing the markers {', '.join(lost)}; found {found or 'none'}")
+        some = ", ".join(list(own)[:8]) + (", ..." if len(own) > 8 else "")
+        raise RequestError(f"no Plug-in-Gait body: missing the markers {', '.join(lost)}; found {some or 'none'}")
     others = [name for name in own if name not in known]
     names = [name for name in own if name in known and name not in never]
     if "SACR" in names:
@@ -140,10 +183,10 @@ def _joints(body: dict[str, Segment], names: list[str]) -> IntArray:
 def _in_axes(segment: Segment, points: FloatArray, name: str) -> FloatArray:
     """The median place, ``(3,)``, of points ``(F, 3)`` on a segment."""
     local = np.einsum("fba,fb->fa", segment.axes, points - segment.origin)
-    there = local[np.isfinite(local).all(axis=1)]
-    if len(there) == 0:
-        raise RequestError(f"no frame shows {name} together with the markers beside it; too much is hidden")
-    return np.asarray(np.median(there, axis=0))
+    known = local[np.isfinite(local).all(axis=1)]
+    if len(known) == 0:
+        raise RequestError(f"no frame shows {name} together with the markers next to it; too much is hidden")
+    return np.asarray(np.median(known, axis=0))
 
 
 def _places(body: dict[str, Segment], names: list[str], points: FloatArray) -> FloatArray:
@@ -167,13 +210,13 @@ def _skeleton(body: dict[str, Segment], names: list[str], points: FloatArray) ->
 
 
 def _guess(body: dict[str, Segment]) -> tuple[FloatArray, FloatArray]:
-    """Every frame's pose as its markers alone tell it: roots ``(F, 3)`` and local turns ``(F, J, 4)``.
+    """Every frame's pose from its own markers: roots ``(F, 3)`` and local rotations ``(F, J, 4)``.
 
-    What a frame does not tell is in its rest pose, or else, for the root, as in the frame before.
+    Where markers are missing, a joint is in its rest pose and the root as in the frame before.
     """
     frames = np.arange(len(body["hips"].origin))
-    there = np.flatnonzero(np.isfinite(body["hips"].axes).all(axis=(1, 2)))
-    held = there[np.maximum(np.searchsorted(there, frames, side="right") - 1, 0)]
+    known = np.flatnonzero(np.isfinite(body["hips"].axes).all(axis=(1, 2)))
+    held = known[np.maximum(np.searchsorted(known, frames, side="right") - 1, 0)]
     world: dict[str, FloatArray] = {"": np.broadcast_to(np.eye(3), (len(frames), 3, 3))}
     local = []
     for name, segment in body.items():
@@ -185,7 +228,7 @@ def _guess(body: dict[str, Segment]) -> tuple[FloatArray, FloatArray]:
 
 
 def _gaps(names: list[str], seen: BoolArray, fps: float) -> list[str]:
-    """A note on the markers that were hidden, with the longest time that one was."""
+    """A note on the markers that were hidden, with the longest time that one was hidden."""
     hidden = {name: int((~seen[:, i]).sum()) for i, name in enumerate(names) if not seen[:, i].all()}
     if not hidden:
         return []
@@ -196,7 +239,7 @@ def _gaps(names: list[str], seen: BoolArray, fps: float) -> list[str]:
 
 
 def _strays(names: list[str], misses: FloatArray) -> list[str]:
-    """A note on markers so far off at times that they are likely to be named as another or to be none."""
+    """A note on markers so far off at times that they are probably mistaken for others."""
     far = np.nan_to_num(misses) > _STRAY
     if not far.any():
         return []
@@ -212,7 +255,7 @@ def _longest(hidden: BoolArray) -> int:
 
 
 def _row(name: str, misses: FloatArray) -> dict[str, str | float]:
-    there = 1000.0 * misses[np.isfinite(misses)]
-    figures = (float(there.mean()), float(np.percentile(there, 95)), float(there.max())) if len(there) else (0.0,) * 3
+    seen = 1000.0 * misses[np.isfinite(misses)]
+    figures = (float(seen.mean()), float(np.percentile(seen, 95)), float(seen.max())) if len(seen) else (0.0,) * 3
     mean, high, most = figures
-    return {"marker": name, "mean_mm": mean, "p95_mm": high, "max_mm": most, "seen": len(there) / len(misses)}
+    return {"marker": name, "mean_mm": mean, "p95_mm": high, "max_mm": most, "seen": len(seen) / len(misses)}

@@ -1,4 +1,4 @@
-"""Frames of axes and centres of joints from points; what depends on a point that is not there is NaN."""
+"""Axes of segments and centres of joints from points; what depends on a missing point is NaN."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _ROUNDS = 12
 
 
 def length(v: FloatArray) -> FloatArray:
-    """Lengths, ``(...)``, of vectors ``(..., 3)``."""
+    """Lengths ``(...)`` of vectors ``(..., 3)``."""
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", v, v)))
 
 
@@ -21,13 +21,26 @@ def unit(v: FloatArray) -> FloatArray:
 
 
 def middle(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The points half-way, ``(..., 3)``."""
+    """The points half-way between points, ``(..., 3)``."""
     return np.asarray(0.5 * (a + b))
 
 
 def axes(**given: FloatArray) -> FloatArray:
-    """Right-handed axes as columns, ``(F, 3, 3)``: the first one given is kept, the second one made square to it.
+    """Right-handed axes from two of them.
 
+    Parameters
+    ----------
+    **given : ndarray, shape (F, 3)
+        Two of ``x``, ``y`` and ``z``, of any length: the direction of the first is kept, the second is made
+        perpendicular to it.
+
+    Returns
+    -------
+    ndarray, shape (F, 3, 3)
+        Unit axes as columns.
+
+    Examples
+    --------
     >>> axes(y=np.array([[0.0, 2, 0]]), x=np.array([[3.0, 1, 0]]))[0].tolist() == np.eye(3).tolist()
     True
     """
@@ -42,17 +55,37 @@ def axes(**given: FloatArray) -> FloatArray:
     return out
 
 
-def chord(above: FloatArray, marker: FloatArray, beside: FloatArray, away: float) -> FloatArray:
-    """The centre of a joint, ``(F, 3)``, by the chord function of Davis et al. (1991).
+def chord(above: FloatArray, marker: FloatArray, between: FloatArray, away: float) -> FloatArray:
+    """The centre of a joint by the chord function.
 
-    It is ``away`` metres from the marker on the joint, at a right angle to the way from it to the joint ``above``, in
-    the plane of those two and ``beside``, a marker between the two joints; on the far side of the line from ``above``
-    to the marker than ``beside`` or, where ``away`` is negative, on the near one.
+    The lines from the centre to the marker and to the joint above are at a right angle, in the plane of those two and
+    of ``between``.
+
+    Parameters
+    ----------
+    above : ndarray, shape (F, 3)
+        The centre of the joint above, metres.
+    marker : ndarray, shape (F, 3)
+        The marker on the joint.
+    between : ndarray, shape (F, 3)
+        A marker between the two joints.
+    away : float
+        Metres from the marker to the centre. The centre is on the other side of the line from ``above`` to the marker
+        than ``between`` or, where this is negative, on the same side.
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
+
+    References
+    ----------
+    Davis, Ounpuu, Tyburski, Gage: A gait analysis data collection and reduction technique. Human Movement Science 10,
+    1991.
     """
     line = marker - above
     reach = length(line)[..., None]
     along = line / np.where(reach > 1e-9, reach, np.nan)
-    aside = unit(beside - above - np.sum((beside - above) * along, axis=-1, keepdims=True) * along)
+    aside = unit(between - above - np.sum((between - above) * along, axis=-1, keepdims=True) * along)
     sine = np.clip(abs(away) / reach, 0.0, 1.0)
     # a right angle at the centre: the centre lies on the circle over the line, `away` from the marker
     centre = marker - along * (abs(away) * sine) - np.sign(away) * aside * (abs(away) * np.sqrt(1 - sine * sine))
@@ -60,10 +93,22 @@ def chord(above: FloatArray, marker: FloatArray, beside: FloatArray, away: float
 
 
 def hinge(above: FloatArray, marker: FloatArray, below: FloatArray, away: float, bent: float) -> FloatArray:
-    """The unit normals, ``(F, 3)``, of a limb's plane: of ``above``, the hinge's centre and ``below``, as they turn.
+    """The unit normals of a limb's plane, through the joint above, the hinge's centre and the joint below.
 
-    The centre is ``away`` metres from the marker along the normal. NaN where the limb bends by less than ``bent``
-    radians.
+    Parameters
+    ----------
+    above, below : ndarray, shape (F, 3)
+        Centres of the joints above and below, metres.
+    marker : ndarray, shape (F, 3)
+        The marker on the hinge.
+    away : float
+        Metres from the marker to the hinge's centre, along the normal.
+    bent : float
+        Radians; the normals of limbs that bend by less are NaN.
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
     """
     normal = np.zeros_like(marker)
     for _ in range(_ROUNDS):

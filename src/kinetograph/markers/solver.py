@@ -1,4 +1,4 @@
-"""Poses that bring a skeleton's markers to where they were recorded, and the bones that let them come nearest."""
+"""Fitting poses to markers, and bones and the markers' places on them to poses."""
 
 from __future__ import annotations
 
@@ -13,26 +13,37 @@ from kinetograph.markers import _kernels
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
+ROUNDS = 8
+"""How often bones and places are fitted, and poses to them."""
+
 _SAMPLES = 150  # frames of a take from which the body is measured
-_ROUNDS = 8
-_CENTRE, _PLACE = 0.015, 0.03  # metres that the first estimates of joints and of markers on bones are trusted to
-_SKIN = 0.01  # metres that skin moves over bone
-_INDEPENDENT = 30  # frames of a sample, as its errors are alike for a while
-# radians that joints turn by from the rest pose about x, y and z, where markers hardly tell: knees are hinges,
-# a collar bone does not turn about itself, and neighbours in the trunk share what they bend
+_CENTRE, _PLACE = 0.015, 0.03  # metres: standard deviations of the first estimates of joints and of places on bones
+_SKIN = 0.01  # metres: standard deviation of skin over bone
+_INDEPENDENT = 30  # frames of a sample whose errors are independent of each other
+# radians: standard deviations of joints from the rest pose about x, y and z, where markers hardly decide: knees are
+# hinges, a collar bone does not rotate about itself, and neighbours in the trunk bend alike
 _RANGES = {"knee": (9.0, 0.15, 0.15), "collar": (0.15, 0.5, 0.5), "hand": (0.15, 9.0, 9.0)}
 _RANGES |= dict.fromkeys(("spine", "chest", "neck", "head"), (0.5, 0.5, 0.5))
-_BRIDGED = 0.35  # radians that joints with hidden markers may be off the turns between those before and after
-_FURTHEST = 0.05  # metres; a marker that misses by more is likely to be another one
-_NEEDED = {"hips": 3, "chest": 3, "head": 3}  # markers that tell a segment's turn; two elsewhere
-_SEEN_WITH = {"spine": "chest", "neck": "head"}  # segments without markers, and what carries them
+_BRIDGED = 0.35  # radians: standard deviation of joints with hidden markers from the rotations before and after
+_FURTHEST = 0.05  # metres: a marker that misses by more is probably another one
+_NEEDED = {"hips": 3, "chest": 3, "head": 3}  # markers that determine a segment's rotation; two elsewhere
+_SEEN_WITH = {"spine": "chest", "neck": "head"}  # segments without markers, and those whose markers count
 
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """A skeleton and the markers ``(F, M, 3)``: which are seen ``(F, M)``, and the joint that each is on ``(M,)``.
+    """A skeleton and the markers that it is fitted to.
 
-    guess: of each frame's pose, roots ``(F, 3)`` and local turns ``(F, J, 4)``.
+    Parameters
+    ----------
+    skeleton : Skeleton
+    points : ndarray, shape (F, M, 3)
+        The markers, metres.
+    seen : ndarray of bool, shape (F, M)
+    joints : ndarray of int, shape (M,)
+        The joint that each marker is on.
+    guess : tuple of ndarray, shapes (F, 3) and (F, J, 4)
+        Roots and local rotations from which each frame may begin.
     """
 
     skeleton: Skeleton
@@ -42,23 +53,38 @@ class Solver:
     guess: tuple[FloatArray, FloatArray]
 
     def poses(self, places: FloatArray, prior: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
-        """Roots ``(F, 3)`` and local turns ``(F, J, 4)``, solved from the frame that shows most on, and back."""
+        """Solve the poses, beginning with the frame that shows most markers, forwards and then backwards.
+
+        Parameters
+        ----------
+        places : ndarray, shape (M, 3)
+            Of the markers in the frames of their joints, metres.
+        prior : tuple of ndarray, shapes (F, J, 4) and (F, J, 3)
+            Rotations that joints are drawn to, and how strongly.
+
+        Returns
+        -------
+        roots : ndarray, shape (F, 3)
+        rotations : ndarray, shape (F, J, 4)
+            Local.
+        """
         frames = len(self.points)
         first = int(np.argmax(self.seen.sum(axis=1)))
-        roots, turns = np.empty((frames, 3)), np.empty((frames, len(self.skeleton), 4))
+        roots, rotations = np.empty((frames, 3)), np.empty((frames, len(self.skeleton), 4))
         # one layout of memory, so that the kernel is compiled once
         points, places = np.ascontiguousarray(self.points), np.ascontiguousarray(places)
         prior, guess = (
             (np.ascontiguousarray(first), np.ascontiguousarray(second)) for first, second in (prior, self.guess)
         )
-        tree, marks = (self.skeleton.parents, np.ascontiguousarray(self.skeleton.offsets)), (self.joints, places)
+        tree = (self.skeleton.parents, np.ascontiguousarray(self.skeleton.offsets))
+        attached = (self.joints, places)
         for order in (np.arange(first, frames, dtype=np.int64), np.arange(first, -1, -1, dtype=np.int64)):
-            frame_by_frame = (order, _FURTHEST, roots, turns)
-            _kernels.solve(points, np.ascontiguousarray(self.seen), tree, marks, prior, guess, *frame_by_frame)
-        return roots, turns
+            frame_by_frame = (order, _FURTHEST, roots, rotations)
+            _kernels.solve(points, np.ascontiguousarray(self.seen), tree, attached, prior, guess, *frame_by_frame)
+        return roots, rotations
 
     def rest(self) -> tuple[FloatArray, FloatArray]:
-        """The rest pose as what joints are drawn to, so weakly that it only decides what no marker tells."""
+        """The rest pose as a prior, so weak that it only decides what no marker does; see ``poses``."""
         frames, joints = len(self.points), len(self.skeleton)
         ranges = np.array([_RANGES.get(name.rpartition("_")[2], (9.0,) * 3) for name in self.skeleton.names])
         weights = np.broadcast_to((_SKIN / ranges) ** 2, (frames, joints, 3)).copy()
@@ -66,23 +92,34 @@ class Solver:
         return rot.identity(frames, joints), weights
 
     def motion(self, places: FloatArray, fps: float) -> Motion:
-        """Every frame's pose; where markers are hidden, drawn to what lies between those before and after."""
+        """Fit every frame's pose; where markers are hidden, rotations are drawn to those between frames that show them.
+
+        Parameters
+        ----------
+        places : ndarray, shape (M, 3)
+            Of the markers in the frames of their joints, metres.
+        fps : float
+
+        Returns
+        -------
+        Motion
+        """
         known = self._known()
         target, weights = self.rest()
-        # what is hidden stays as it was, for a start
-        roots, turns = self.poses(places, (target, weights * known[..., None]))
+        # first without a prior for what is hidden, which then stays as in the frame before
+        roots, rotations = self.poses(places, (target, weights * known[..., None]))
         if not known.all():
             for joint in np.flatnonzero(known.any(axis=0) & ~known.all(axis=0)).tolist():
-                bridge = _bridged(turns, known, joint)
+                bridge = _bridged(rotations, known, joint)
                 target[:, joint] = np.where(known[:, joint, None], target[:, joint], bridge)
             prior = (target, np.where(known[..., None], weights, (_SKIN / _BRIDGED) ** 2))
-            roots, turns = self.poses(places, prior)
-        there = np.flatnonzero(self.seen.sum(axis=1) >= 3)
-        roots = np.stack([np.interp(np.arange(len(roots)), there, roots[there, i]) for i in range(3)], axis=1)
-        return Motion(self.skeleton, roots, rot.unroll(rot.normalize(turns)), fps)
+            roots, rotations = self.poses(places, prior)
+        sure = np.flatnonzero(self.seen.sum(axis=1) >= 3)
+        roots = np.stack([np.interp(np.arange(len(roots)), sure, roots[sure, i]) for i in range(3)], axis=1)
+        return Motion(self.skeleton, roots, rot.unroll(rot.normalize(rotations)), fps)
 
     def _known(self) -> BoolArray:
-        """Which joints' turns the markers of their segments tell, ``(F, J)``."""
+        """The joints whose rotations the markers of their segments determine, ``(F, J)``."""
         known = np.ones((len(self.points), len(self.skeleton)), dtype=np.bool_)
         for joint, name in enumerate(self.skeleton.names):
             own = self.joints == self.skeleton.index(_SEEN_WITH.get(name, name))
@@ -91,25 +128,40 @@ class Solver:
         return known
 
 
-def _bridged(turns: FloatArray, known: BoolArray, joint: int) -> FloatArray:
-    """A joint's turns ``(F, 4)``, those of frames that do not tell them between those before and after."""
-    there = np.flatnonzero(known[:, joint])
-    frames = np.arange(len(turns))
-    after = np.searchsorted(there, frames)
-    low, high = there[np.maximum(after - 1, 0)], there[np.minimum(after, len(there) - 1)]
+def _bridged(rotations: FloatArray, known: BoolArray, joint: int) -> FloatArray:
+    """A joint's rotations ``(F, 4)``, interpolated in frames that do not determine them."""
+    sure = np.flatnonzero(known[:, joint])
+    frames = np.arange(len(rotations))
+    after = np.searchsorted(sure, frames)
+    low, high = sure[np.maximum(after - 1, 0)], sure[np.minimum(after, len(sure) - 1)]
     share = np.clip((frames - low) / np.maximum(high - low, 1), 0.0, 1.0)
-    return rot.slerp(turns[low, joint], turns[high, joint], share)
+    return rot.slerp(rotations[low, joint], rotations[high, joint], share)
 
 
-def measured(solver: Solver, places: FloatArray) -> tuple[FloatArray, Solver]:
-    """The markers' places ``(M, 3)`` and the skeleton, fitted to the movement of some frames."""
+def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[FloatArray, Solver]:
+    """Fit bones and the markers' places to the movement of some frames.
+
+    Parameters
+    ----------
+    solver : Solver
+        With a first estimate of the bones.
+    places : ndarray, shape (M, 3)
+        A first estimate of the markers' places in the frames of their joints, metres.
+    rounds : int
+
+    Returns
+    -------
+    places : ndarray, shape (M, 3)
+    solver : Solver
+        With the fitted bones.
+    """
     chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
     guess = (solver.guess[0][chosen], solver.guess[1][chosen])
     some = Solver(solver.skeleton, solver.points[chosen], solver.seen[chosen], solver.joints, guess)
     first = (solver.skeleton.offsets, places)
-    for _ in range(_ROUNDS):
-        roots, turns = some.poses(places, some.rest())
-        motion = Motion(some.skeleton, roots, rot.normalize(turns), 1.0)
+    for _ in range(rounds):
+        roots, rotations = some.poses(places, some.rest())
+        motion = Motion(some.skeleton, roots, rot.normalize(rotations), 1.0)
         offsets, places = _refined(some, motion, places, first)
         some = replace(some, skeleton=replace(some.skeleton, offsets=offsets))
     return places, replace(solver, skeleton=some.skeleton)
@@ -118,10 +170,10 @@ def measured(solver: Solver, places: FloatArray) -> tuple[FloatArray, Solver]:
 def _refined(
     solver: Solver, motion: Motion, places: FloatArray, first: tuple[FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Bones ``(J, 3)`` and places ``(M, 3)`` that fit the markers best in given poses, near a first guess of both."""
+    """Bones ``(J, 3)`` and places ``(M, 3)`` that fit the markers best in given poses, near a first estimate."""
     rows, misses = _linear(solver, motion, places)
-    joints, marks = len(solver.skeleton), len(places)
-    held = np.repeat([_CENTRE, _PLACE], [3 * joints, 3 * marks]) ** -2.0
+    joints, markers = len(solver.skeleton), len(places)
+    held = np.repeat([_CENTRE, _PLACE], [3 * joints, 3 * markers]) ** -2.0
     now = np.concatenate([solver.skeleton.offsets.reshape(-1), places.reshape(-1)])
     start = np.concatenate([first[0].reshape(-1), first[1].reshape(-1)])
     noise = _SKIN**2 * len(motion) / _INDEPENDENT
@@ -131,21 +183,21 @@ def _refined(
 
 
 def _linear(solver: Solver, motion: Motion, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How markers move with each bone and place, ``(3 F M, 3 J + 3 M)``, and what they miss, ``(3 F M,)``."""
-    positions, turns = forward(motion)
-    matrices = rot.to_matrix(turns)
-    joints, marks = len(solver.skeleton), len(places)
-    size = 3 * (joints + marks)
-    found = positions[:, solver.joints] + np.einsum("fmab,mb->fma", matrices[:, solver.joints], places)
-    rows = np.zeros((len(positions), marks, 3, size))
-    for mark, joint in enumerate(solver.joints.tolist()):
-        rows[:, mark, :, 3 * (joints + mark) : 3 * (joints + mark) + 3] = matrices[:, joint]
+    """The markers' derivatives by bones and places, ``(3 F M, 3 J + 3 M)``, and what they miss, ``(3 F M,)``."""
+    positions, rotations = forward(motion)
+    matrices = rot.to_matrix(rotations)
+    joints, markers = len(solver.skeleton), len(places)
+    size = 3 * (joints + markers)
+    posed = positions[:, solver.joints] + np.einsum("fmab,mb->fma", matrices[:, solver.joints], places)
+    rows = np.zeros((len(positions), markers, 3, size))
+    for marker, joint in enumerate(solver.joints.tolist()):
+        rows[:, marker, :, 3 * (joints + marker) : 3 * (joints + marker) + 3] = matrices[:, joint]
         while (parent := int(solver.skeleton.parents[joint])) >= 0:
-            rows[:, mark, :, 3 * joint : 3 * joint + 3] = matrices[:, parent]
+            rows[:, marker, :, 3 * joint : 3 * joint + 3] = matrices[:, parent]
             joint = parent
     # the root moves freely with each frame: only what differs between a frame's markers counts
     share = solver.seen / np.maximum(solver.seen.sum(axis=1, keepdims=True), 1)
-    misses = np.where(solver.seen[..., None], solver.points - found, 0.0)
+    misses = np.where(solver.seen[..., None], solver.points - posed, 0.0)
     misses = (misses - np.einsum("fm,fma->fa", share, misses)[:, None]) * solver.seen[..., None]
     rows = (rows - np.einsum("fm,fmas->fas", share, rows)[:, None]) * solver.seen[..., None, None]
     return np.asarray(rows).reshape(-1, size), np.asarray(misses).reshape(-1)

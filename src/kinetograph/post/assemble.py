@@ -22,12 +22,22 @@ from kinetograph.take import Annotation
 
 @dataclass(frozen=True)
 class PostSettings:
-    """What happens to chosen pieces.
+    """What happens to the chosen pieces after a method's search.
 
-    blend: ``"inertialised"``, ``"linear"`` (the thesis) or ``"none"``. blend_duration: seconds a seam is felt on
-    either side. footskate: whether planted feet are held by inverse kinematics. ease: seconds over which a foot's
-    correction comes and goes. handholds: how hands are brought to those of the partner, or None to leave them. limits:
-    how far constraints may turn the joints of arms and legs, or None for as far as they like.
+    Parameters
+    ----------
+    blend : {"inertialised", "linear", "none"}
+        How consecutive pieces are made to meet, see ``kinetograph.post.blend``; ``"linear"`` is the thesis' blend.
+    blend_duration : float
+        Seconds before and after a seam over which it is corrected.
+    footskate : bool
+        Whether planted feet are kept from sliding by inverse kinematics.
+    ease : float
+        Seconds over which the correction of a foot grows and fades.
+    handholds : HoldSettings or None
+        How hands are brought to those of the partner; None leaves them where they are.
+    limits : JointLimits or None
+        How far these constraints may rotate the joints of arms and legs; None for no limit.
     """
 
     blend: str = "inertialised"
@@ -40,15 +50,40 @@ class PostSettings:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A piece, the recording it is taken from and that recording's annotations, in the recording's seconds."""
+    """A piece with the recording it is taken from.
+
+    Parameters
+    ----------
+    piece : Piece
+    motion : Motion
+        The recording.
+    annotations : tuple of Annotation
+        Those of the recording, in its seconds.
+    """
 
     piece: Piece
     motion: Motion
-    marks: tuple[Annotation, ...]
+    annotations: tuple[Annotation, ...]
 
 
-def assemble(parts: list[Part], fps: float, frames: int, settings: PostSettings) -> Motion:
-    """The pieces placed and joined: a motion of ``frames`` frames at ``fps``."""
+def join_parts(parts: list[Part], fps: float, frames: int, settings: PostSettings) -> Motion:
+    """The pieces stretched, placed and joined.
+
+    Parameters
+    ----------
+    parts : list of Part
+        In order of time, without gaps.
+    fps : float
+        Frames per second of the result.
+    frames : int
+        Number of frames of the result.
+    settings : PostSettings
+        Its ``blend`` and ``blend_duration`` are used.
+
+    Returns
+    -------
+    Motion
+    """
     clips = [
         Clip(
             part.motion,
@@ -66,27 +101,51 @@ def assemble(parts: list[Part], fps: float, frames: int, settings: PostSettings)
 
 def constrain(
     motion: Motion,
-    marks: tuple[Annotation, ...],
+    annotations: tuple[Annotation, ...],
     holds: tuple[Hold, ...],
     settings: PostSettings,
     ranges: Sequence[JointRange] = (),
 ) -> Motion:
-    """The motion with what its annotations demand: the body goes where its hands are held, the feet stand, the hands
-    hold.
+    """A motion changed to meet its contacts and holds.
 
-    ranges: those of the joints of arms and legs, within which ``settings.limits`` keep them.
+    The body is moved towards where its hands are held, planted feet are kept from sliding, and hands are brought to
+    what they hold.
+
+    Parameters
+    ----------
+    motion : Motion
+    annotations : tuple of Annotation
+        Those of the motion; contacts are used.
+    holds : tuple of Hold
+    settings : PostSettings
+    ranges : sequence of JointRange, optional
+        Ranges of the joints of arms and legs, within which ``settings.limits`` keeps them.
+
+    Returns
+    -------
+    Motion
     """
     if settings.handholds:
         motion = follow_hands(motion, holds, settings.handholds)
-    moved = clean_feet(motion, contacts_of(marks), ease=settings.ease) if settings.footskate else motion
+    moved = clean_feet(motion, contacts_of(annotations), ease=settings.ease) if settings.footskate else motion
     if settings.handholds:
         moved = hold_hands(moved, holds, settings.handholds)
     return limit_limbs(moved, ranges, motion, settings.limits) if settings.limits else moved
 
 
 def edits(motion: Motion, parts: list[Part]) -> FloatArray:
-    """How far each frame is from the recording it came from, shape ``(F,)``: mean joint distance in metres, the
-    root's place on the ground and heading put aside.
+    """How far each frame is from the recording it came from.
+
+    Parameters
+    ----------
+    motion : Motion
+    parts : list of Part
+        What the motion was made of.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Mean distance of joints in metres, without the root's place on the ground and heading.
     """
     times = np.arange(len(motion)) / motion.fps
     starts = np.array([part.piece.start for part in parts])
@@ -96,8 +155,8 @@ def edits(motion: Motion, parts: list[Part]) -> FloatArray:
         own = np.flatnonzero(owner == i)
         if len(own):
             source = sample(part.motion, part.piece.source_time(times[own]), motion.fps)
-            mine = Motion(motion.skeleton, motion.translation[own], motion.rotations[own], motion.fps)
-            gap = joint_positions(_centred(mine)) - joint_positions(_centred(source))
+            result = Motion(motion.skeleton, motion.translation[own], motion.rotations[own], motion.fps)
+            gap = joint_positions(_centred(result)) - joint_positions(_centred(source))
             out[own] = np.linalg.norm(gap, axis=-1).mean(axis=1)
     return out
 

@@ -1,7 +1,7 @@
 """Constraints after synthesis: hands that meet what they hold, by inverse kinematics of the arms (Hsu 2004, chapter 5).
 
-A hold comes and goes smoothly, and moves a hand no further than a limit: where the pieces chosen do not fit the
-partner, a hand that falls short looks better than an arm torn out of its posture. What is left is the residual.
+A hold grows and fades smoothly, and moves a hand no further than a limit: where the chosen pieces do not fit the
+partner, a hand that misses its target looks better than an arm far from its posture. The rest is the residual.
 """
 
 from __future__ import annotations
@@ -20,16 +20,23 @@ from kinetograph.post.easing import smoothstep
 from kinetograph.post.limbs import ARM, has_limb, move_limb, usual_hinge
 
 NEAR = (0.15, 0.4)
-"""Shares of an arm's length from the shoulder within which a hand does not follow at all, and beyond which it does."""
+"""Shares of an arm's length: nearer to the shoulder than the first a hand is not moved; beyond the second it is moved
+in full."""
 ROUND = (np.radians(90.0), np.radians(150.0))
-"""Angles about the shoulder up to which a hand follows all the way, and from which on not at all."""
+"""Angles about the shoulder in radians: up to the first a hand is moved in full, from the second on not at all."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """A hand that is to be at ``target``, shape ``(F, 3)`` metres, wherever ``held``, shape ``(F,)``, says so.
+    """A hand that is to be at a target during some frames.
 
-    hand: its role. The target is needed for the frames beside those held too, over which the hold comes and goes.
+    Parameters
+    ----------
+    hand : {"left_hand", "right_hand"}
+    target : ndarray, shape (F, 3)
+        Metres. It is also needed for the frames next to those held, over which the hold grows and fades.
+    held : ndarray of bool, shape (F,)
+        The frames at which the hand is to be there.
     """
 
     hand: str
@@ -39,9 +46,23 @@ class Hold:
 
 @dataclass(frozen=True)
 class HoldSettings:
-    """ease: seconds over which a hold comes and goes. furthest: metres that a hand may be moved. share: how much of
-    what the hands miss the whole body makes up for on the ground, before the arms do the rest, from 0 to 1; calm:
-    seconds over which it does.
+    """How hands are brought to what they hold.
+
+    Parameters
+    ----------
+    ease : float
+        Seconds over which a hold grows and fades.
+    furthest : float
+        Metres that a hand may be moved.
+    share : float
+        Part of the distance that the whole body is moved along the ground before the arms do the rest, from 0 to 1.
+    calm : float
+        Width in seconds of the Gaussian that smooths the movement of the body.
+
+    Raises
+    ------
+    RequestError
+        If ``ease`` or ``furthest`` is negative.
     """
 
     ease: float = 0.25
@@ -55,25 +76,46 @@ class HoldSettings:
 
 
 def hold_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | None = None) -> Motion:
-    """The motion with its hands on what they hold; a hand with several holds at once goes to their middle.
+    """A motion with its hands on what they hold.
 
-    Hands keep their turn in the world. A skeleton without arms comes back as it was.
+    Parameters
+    ----------
+    motion : Motion
+    holds : sequence of Hold
+        A hand with several holds at once is brought to the middle of their targets.
+    settings : HoldSettings, optional
+
+    Returns
+    -------
+    Motion
+        Hands keep their rotation in the world. A motion of a skeleton without arms is returned as it is.
     """
     settings = settings or HoldSettings()
     for side in ("left", "right"):
-        mine = [hold for hold in holds if hold.hand == f"{side}_hand"]
-        if mine and has_limb(motion, side, ARM):
+        own = [hold for hold in holds if hold.hand == f"{side}_hand"]
+        if own and has_limb(motion, side, ARM):
             arm = [motion.skeleton.landmark(f"{side}_{part}").joint for part in ARM]
-            correction = hand_correction(motion, mine, settings)
+            correction = hand_correction(motion, own, settings)
             correction *= comfort(joint_positions(motion)[:, arm], correction)[:, None]
             motion = move_limb(motion, arm, correction, usual_hinge(motion, arm), steady=True)
     return motion
 
 
 def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings | None = None) -> Motion:
-    """The motion with its body moved on the ground towards where its hands are to be, slowly and by a share of it.
+    """A motion with its body moved along the ground towards where its hands are to be.
 
     Feet slide with the body: clean them afterwards.
+
+    Parameters
+    ----------
+    motion : Motion
+    holds : sequence of Hold
+    settings : HoldSettings, optional
+        Its ``share`` and ``calm`` say how far and how slowly.
+
+    Returns
+    -------
+    Motion
     """
     settings = settings or HoldSettings()
     if not holds or settings.share == 0:
@@ -89,10 +131,22 @@ def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings |
 
 
 def comfort(arm: FloatArray, correction: FloatArray) -> FloatArray:
-    """How much of a hand's ``correction``, shape ``(F, 3)`` metres, an arm can do without being twisted, ``(F,)``.
+    """Shares of a hand's correction that its arm can follow without rotating fast.
 
-    arm: shoulder, elbow and hand, ``(F, 3, 3)``. A hand that would go to its own shoulder, or to the other side of it,
-    whirls the arm round: from `NEAR` of the arm's length on, and from `ROUND` on, it follows less and less.
+    The arm of a hand that is moved close to its shoulder, or to the other side of it, would swing round. Such a hand is
+    moved less and less between the two limits of `NEAR` and of `ROUND`.
+
+    Parameters
+    ----------
+    arm : ndarray, shape (F, 3, 3)
+        World positions of shoulder, elbow and hand in metres.
+    correction : ndarray, shape (F, 3)
+        Metres that the hand would be moved.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        From 0 to 1.
     """
     shoulder, elbow, hand = np.moveaxis(arm, 1, 0)
     now, wanted = hand - shoulder, hand + correction - shoulder
@@ -108,7 +162,20 @@ def _rise(x: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def hand_correction(motion: Motion, holds: Sequence[Hold], settings: HoldSettings) -> FloatArray:
-    """How far one hand is to be moved, shape ``(F, 3)`` metres, to meet its holds within the limits."""
+    """How far one hand is to be moved to meet its holds.
+
+    Parameters
+    ----------
+    motion : Motion
+    holds : sequence of Hold
+        All of one hand.
+    settings : HoldSettings
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
+        Metres, at most ``settings.furthest`` long.
+    """
     hand = role_positions(motion, (holds[0].hand,))[:, 0]
     weights = np.stack([ease_weights(hold.held, settings.ease * motion.fps) for hold in holds])
     total = weights.sum(axis=0)
@@ -123,8 +190,20 @@ def _limited(offset: FloatArray, furthest: float) -> FloatArray:
 
 
 def ease_weights(held: BoolArray, ease: float) -> FloatArray:
-    """Weights ``(F,)``: 1 where held, falling smoothly to 0 over ``ease`` frames to either side.
+    """Weights that are 1 where something is held and fall smoothly to 0 before and after.
 
+    Parameters
+    ----------
+    held : ndarray of bool, shape (F,)
+    ease : float
+        Frames over which they fall.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+
+    Examples
+    --------
     >>> ease_weights(np.array([False, False, True, False]), 2.0).tolist()
     [0.0, 0.5, 1.0, 0.5]
     """
@@ -139,7 +218,18 @@ def ease_weights(held: BoolArray, ease: float) -> FloatArray:
 
 
 def hold_residuals(motion: Motion, holds: Sequence[Hold]) -> FloatArray:
-    """Distances in metres of the hands from what they hold, over every held frame of every hold."""
+    """Distances of hands from what they hold.
+
+    Parameters
+    ----------
+    motion : Motion
+    holds : sequence of Hold
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Metres, one per held frame of every hold.
+    """
     distances = [np.zeros(0)]
     for hold in holds:
         hand = role_positions(motion, (hold.hand,))[:, 0]

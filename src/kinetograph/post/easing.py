@@ -8,7 +8,15 @@ from kinetograph.arrays import FloatArray
 
 
 def smoothstep(u: FloatArray) -> FloatArray:
-    """From 0 at ``u <= 0`` to 1 at ``u >= 1``, level at both ends.
+    """The cubic from 0 at ``u <= 0`` to 1 at ``u >= 1``, level at both ends.
+
+    Parameters
+    ----------
+    u : ndarray, shape (...)
+
+    Returns
+    -------
+    ndarray, shape (...)
 
     Examples
     --------

@@ -14,36 +14,46 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.motion import Motion
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.limbs import LEG, has_limb, move_limb
+from kinetograph.segmentation import runs
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
 STRETCHED = 0.995
-"""Share of its length that a correction straightens a leg to at most; a knee is at 169 degrees there, and people walk
-with up to 170."""
+"""Share of its length that a correction straightens a leg to at most. Its knee is at 169 degrees then; people walk with
+up to 170."""
 REACHED = 0.99
 """Share of its length up to which a leg is straightened before the hips go down."""
 BOWED = 0.7
-"""Share of the way to `STRETCHED` that a leg is straightened by all that is asked for."""
+"""Share of the distance to `STRETCHED` up to which a leg is straightened in full."""
 SINK = 0.15
 """Seconds over which the hips go down for a foot to be reached, and come up again."""
 DEEPEST = 0.06
 """Metres that the hips go down at most."""
 FURTHEST = 0.3
-"""Metres that a foot is moved at most: one that slides by twice as much in a plant was set down in two places."""
+"""Metres that a foot is moved at most; one that slides by twice as much in a plant was set down in two places."""
 GRIP = 0.12
-"""Seconds over which a planted foot comes to be held and is let go."""
+"""Seconds over which the hold of a planted foot grows and fades."""
 
 
 def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float = 0.2) -> Motion:
-    """The motion with planted feet held still on the ground plane; heights and the feet's own turns are kept.
+    """A motion with planted feet that stand still along the ground.
 
-    contacts: of kind ``"contact"``, labelled ``left_foot``, ``left_toe`` and so on, in the motion's seconds. ease:
-    seconds over which a correction comes before the first and goes after the last plant. A skeleton without legs
-    comes back as it was.
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        Of kind ``"contact"``, labelled ``left_foot``, ``left_toe`` and so on, in the motion's seconds.
+    ease : float
+        Seconds over which the correction grows before the first plant and fades after the last.
+
+    Returns
+    -------
+    Motion
+        Heights and the world rotations of feet are kept. A motion of a skeleton without legs is returned as it is.
     """
     offsets = {s: foot_correction(motion, contacts, s, ease) for s in SIDES if has_limb(motion, s, LEG)}
     drop = hip_drop(motion, offsets)
@@ -55,15 +65,24 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
 
 
 def hip_drop(motion: Motion, offsets: Mapping[str, FloatArray]) -> FloatArray:
-    """How far the hips go down, shape ``(F, 3)`` metres, for the legs to reach where ``offsets`` take the feet.
+    """How far the hips go down so that the legs can reach their corrected feet.
 
-    It comes and goes over `SINK` seconds, and is `DEEPEST` at most.
+    Parameters
+    ----------
+    motion : Motion
+    offsets : mapping of str to ndarray, shape (F, 3)
+        Side to the metres that its foot is to be moved.
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
+        Metres; it grows and fades over `SINK` seconds and is `DEEPEST` at most.
     """
     needed = np.zeros(len(motion))
     positions = joint_positions(motion)
     for side, offset in offsets.items():
         hip, knee, ankle = (positions[:, motion.skeleton.landmark(f"{side}_{part}").joint] for part in LEG)
-        furthest = np.maximum(REACHED * leg_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
+        furthest = np.maximum(REACHED * straight_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
         leg = ankle + offset - hip
         level = leg[:, 0] ** 2 + leg[:, 2] ** 2
         lowest = np.sqrt(np.maximum(furthest**2 - level, 0.0))
@@ -75,13 +94,40 @@ def hip_drop(motion: Motion, offsets: Mapping[str, FloatArray]) -> FloatArray:
     return np.outer(drop, [0.0, 1.0, 0.0])
 
 
-def leg_length(hip: FloatArray, knee: FloatArray, ankle: FloatArray) -> FloatArray:
-    """Metres, shape ``(F,)``, of a leg that is straight."""
+def straight_length(hip: FloatArray, knee: FloatArray, ankle: FloatArray) -> FloatArray:
+    """Length that legs have when they are straight.
+
+    Parameters
+    ----------
+    hip, knee, ankle : ndarray, shape (F, 3)
+        World positions in metres.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Metres.
+    """
     return np.asarray(np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1))
 
 
 def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: float) -> BoolArray:
-    """The frames, shape ``(F,)``, at which ``role`` is in contact."""
+    """The frames at which a role is in contact.
+
+    Parameters
+    ----------
+    contacts : tuple of Annotation
+    role : str
+        Label of the contacts that count.
+    frames : int
+        Number of frames.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    ndarray of bool, shape (F,)
+        True from the start to the stop of every such contact, both included.
+    """
     mask = np.zeros(frames, dtype=np.bool_)
     for note in contacts:
         if note.label == role:
@@ -90,17 +136,31 @@ def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: 
 
 
 def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str, ease: float) -> FloatArray:
-    """How far a foot is to be moved, shape ``(F, 3)`` metres, to stand still while it is planted."""
+    """How far a foot is to be moved to stand still while it is planted.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+    side : {"left", "right"}
+    ease : float
+        Seconds over which the correction grows before the first plant and fades after the last.
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
+        Metres along the ground.
+    """
     frames = len(motion)
     roles = [r for r in (f"{side}_foot", f"{side}_toe") if r in motion.skeleton.roles]
     masks = np.stack([contact_mask(contacts, role, frames, motion.fps) for role in roles])
-    points = _points(motion, roles)
+    points = np.moveaxis(role_positions(motion, roles), 1, 0)
     both = masks[:, 1:] & masks[:, :-1]
     count = both.sum(axis=0)
     slide = np.einsum("rf,rfi->fi", both.astype(np.float64), np.diff(points, axis=1)) / np.maximum(count, 1)[:, None]
     slide[:, 1] = 0.0
     offset = np.zeros((frames, 3))
-    plants = _runs(np.asarray(masks.any(axis=0)))
+    plants = runs(np.asarray(masks.any(axis=0)))
     for start, stop in plants:
         held = slide[start : stop - 1] * _grip(stop - 1 - start, motion.fps)[:, None]
         path = np.concatenate([np.zeros((1, 3)), -np.cumsum(held, axis=0)])
@@ -113,10 +173,24 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
 def move_foot(
     motion: Motion, side: str, offset: FloatArray, *, gently: bool = True, lowered: FloatArray | None = None
 ) -> Motion:
-    """Move an ankle by ``offset``, shape ``(F, 3)`` metres, bending hip and knee; the foot keeps its world turn.
+    """A motion with an ankle moved by bending hip and knee.
 
-    gently: straighten legs as `within_reach` does, else as far as `reach` can. lowered ``(F, 3)``: what the body was
-    moved down by, which the foot goes up again first.
+    Parameters
+    ----------
+    motion : Motion
+    side : {"left", "right"}
+    offset : ndarray, shape (F, 3)
+        Metres in the world that the ankle is moved.
+    gently : bool
+        Straighten legs no further than `within_reach` does; otherwise as far as
+        `kinetograph.post.inverse_kinematics.reach` can.
+    lowered : ndarray, shape (F, 3), optional
+        Metres that the body was moved down by, which the ankle is first moved up again.
+
+    Returns
+    -------
+    Motion
+        The foot keeps its rotation in the world.
     """
     joints = [motion.skeleton.landmark(f"{side}_{part}").joint for part in LEG]
     hips = [motion.skeleton.roles.get(f"{s}_hip") for s in SIDES]
@@ -126,18 +200,33 @@ def move_foot(
         hip, knee, ankle = (positions[:, joint] for joint in joints)
         if lowered is None:
             lowered = np.zeros_like(offset)
-        furthest = np.maximum(STRETCHED * leg_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
+        furthest = np.maximum(STRETCHED * straight_length(hip, knee, ankle), np.linalg.norm(ankle - hip, axis=-1))
         offset = lowered + within_reach(hip, furthest, ankle + lowered, offset)
     return move_limb(motion, joints, offset, hinge, steady=gently)
 
 
 def within_reach(hip: FloatArray, furthest: FloatArray, ankle: FloatArray, offset: FloatArray) -> FloatArray:
-    """How far of ``offset``, shape ``(F, 3)`` metres, an ankle is moved so that a leg is straightened gently or not.
+    """How far an ankle is moved towards a target so that its leg is straightened gently.
 
-    furthest ``(F,)``: metres from the hip that it may be at. A leg's length changes ever faster with its knee's angle
-    as it gets straight: a foot that is pulled the last centimetre makes the knee snap. An ankle that would get further
-    from the hip than it is now goes there for `BOWED` of what there is up to ``furthest``, and then ever less. It stays
-    on the line of its offset.
+    The angle of a knee changes ever faster with the leg's length as the leg gets straight, so that the last centimetre
+    makes the knee jump. An ankle that would get further from the hip than it is now is moved in full for `BOWED` of the
+    distance up to ``furthest``, and then ever less. It stays on the line of its offset.
+
+    Parameters
+    ----------
+    hip : ndarray, shape (F, 3)
+        World position in metres.
+    furthest : ndarray, shape (F,)
+        Metres from the hip that the ankle may be at.
+    ankle : ndarray, shape (F, 3)
+        World position in metres.
+    offset : ndarray, shape (F, 3)
+        Metres that the ankle is to be moved.
+
+    Returns
+    -------
+    ndarray, shape (F, 3)
+        Metres that it is moved.
     """
     leg = ankle - hip
     now, wanted = np.linalg.norm(leg, axis=-1), np.linalg.norm(leg + offset, axis=-1)
@@ -152,23 +241,11 @@ def within_reach(hip: FloatArray, furthest: FloatArray, ankle: FloatArray, offse
     return np.asarray(np.clip(share, 0.0, 1.0)[:, None] * offset)
 
 
-def _points(motion: Motion, roles: list[str]) -> FloatArray:
-    """World positions, shape ``(R, F, 3)``."""
-    from kinetograph.kinematics import role_positions
-
-    return np.moveaxis(role_positions(motion, roles), 1, 0)
-
-
 def _grip(steps: int, fps: float) -> FloatArray:
-    """How firmly a foot is held at each step of a plant: a foot that is stopped dead, or let go at once, jerks."""
+    """Weights of a plant's steps, which rise at its start and fall at its end so that the foot does not jerk."""
     ramp = GRIP * fps
     inward = np.minimum(np.arange(steps), np.arange(steps)[::-1]) + 0.5
     return smoothstep(inward / max(ramp, 1.0))
-
-
-def _runs(mask: BoolArray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _fill_swings(offset: FloatArray, plants: list[tuple[int, int]], ease: int) -> None:

@@ -1,10 +1,11 @@
-"""Limits on joints: no further than the recordings went, by a margin, and no further from where a joint was.
+"""Limits on joints: the range seen in recordings with a margin, and a largest rotation from where a joint was.
 
-A joint's turns are vectors of rotation from their mean, along the principal axes of those that were seen. A knee has
-one wide range, of its hinge, and two narrow ones; nobody need say which. Anatomy is what people did.
+Rotations of a joint are rotation vectors from their mean, along the principal axes of those that were seen. A knee has
+one wide range, that of its hinge, and two narrow ones, without anyone having to say which.
 
-A limb that a constraint has turned too far goes back towards where it was, all its joints by one share, which comes and
-goes smoothly. Bringing each joint into its range by itself would have arms flip from one end of a range to the other.
+A limb that a constraint has rotated too far is rotated back towards where it was, all its joints by one share, which
+grows and fades smoothly. Bringing each joint into its range by itself would let arms flip from one end of a range to
+the other.
 """
 
 from __future__ import annotations
@@ -27,8 +28,18 @@ _SHARES = np.arange(9) / 8
 
 @dataclass(frozen=True, eq=False)
 class JointRange:
-    """Where a joint may turn: ``mean``, a quaternion ``(4,)`` against its parent; ``axes`` ``(3, 3)``, a unit vector a
-    row; ``low`` and ``high`` ``(3,)`` radians of rotation from the mean along each.
+    """The rotations that a joint may have.
+
+    Parameters
+    ----------
+    joint : int
+        Index of the joint.
+    mean : ndarray, shape (4,)
+        Its mean rotation in its parent's frame.
+    axes : ndarray, shape (3, 3)
+        Principal axes of its rotation vectors from the mean, one unit vector per row.
+    low, high : ndarray, shape (3,)
+        Least and greatest component along each axis, in radians.
     """
 
     joint: int
@@ -37,46 +48,93 @@ class JointRange:
     low: FloatArray
     high: FloatArray
 
-    def along(self, turns: FloatArray) -> FloatArray:
-        """Radians ``(..., 3)`` along the axes of turns ``(..., 4)``."""
-        return np.asarray(rot.log(rot.multiply(rot.conjugate(self.mean), turns)) @ self.axes.T)
+    def along(self, rotations: FloatArray) -> FloatArray:
+        """Components of rotations along the axes.
+
+        Parameters
+        ----------
+        rotations : ndarray, shape (..., 4)
+            In the frame of the joint's parent.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            Radians.
+        """
+        return np.asarray(rot.log(rot.multiply(rot.conjugate(self.mean), rotations)) @ self.axes.T)
 
 
 @dataclass(frozen=True)
 class JointLimits:
-    """margin: radians that joints may go beyond the range seen. turn: radians that a joint may be turned away from
-    where it was before a constraint moved it. ease: seconds over which a limb that is held back comes free again.
+    """How far constraints may rotate the joints of arms and legs.
+
+    Parameters
+    ----------
+    margin : float
+        Radians that a joint may go beyond the range seen in recordings.
+    rotation : float
+        Radians that a joint may be rotated from where it was before a constraint moved it.
+    ease : float
+        Seconds over which the limit of a limb grows and fades.
+
+    Raises
+    ------
+    RequestError
+        If one is negative or not finite.
     """
 
     margin: float = 0.25
-    turn: float = 2.0
+    rotation: float = 2.0
     ease: float = 0.15
 
     def __post_init__(self) -> None:
-        values = (self.margin, self.turn, self.ease)
+        values = (self.margin, self.rotation, self.ease)
         if not (np.isfinite(values).all() and min(values) >= 0):
-            raise RequestError(f"margin, turn and ease must be 0 or more, found {', '.join(f'{v:g}' for v in values)}")
+            listed = ", ".join(f"{v:g}" for v in values)
+            raise RequestError(f"margin, rotation and ease must be 0 or more, found {listed}")
 
 
 def limbs_of(skeleton: Skeleton) -> tuple[tuple[int, ...], ...]:
-    """The joints of each arm and leg, as far as the skeleton has them."""
-    found = []
+    """The joints of each arm and leg, as far as the skeleton has them.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+
+    Returns
+    -------
+    tuple of tuple of int
+        Indices of joints, one tuple per limb.
+    """
+    limbs = []
     for limb in (ARM, LEG):
         for side in ("left", "right"):
             roles = (f"{side}_{part}" for part in limb)
-            found.append(tuple(skeleton.landmark(role).joint for role in roles if role in skeleton.roles))
-    return tuple(limb for limb in found if limb)
+            limbs.append(tuple(skeleton.landmark(role).joint for role in roles if role in skeleton.roles))
+    return tuple(limb for limb in limbs if limb)
 
 
 def seen_ranges(motions: Sequence[Motion], joints: Iterable[int]) -> tuple[JointRange, ...]:
-    """What turns the joints took in some motions of one skeleton."""
+    """The ranges of joints in some motions.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        Of one skeleton.
+    joints : iterable of int
+
+    Returns
+    -------
+    tuple of JointRange
+        One per joint.
+    """
     return tuple(_seen(joint, np.concatenate([m.rotations[:, joint] for m in motions])) for joint in joints)
 
 
-def _seen(joint: int, turns: FloatArray) -> JointRange:
-    _, vectors = np.linalg.eigh(turns.T @ turns)
+def _seen(joint: int, rotations: FloatArray) -> JointRange:
+    _, vectors = np.linalg.eigh(rotations.T @ rotations)
     mean = vectors[:, -1]  # the quaternion nearest to all, whatever their signs
-    radians = rot.log(rot.multiply(rot.conjugate(mean), turns))
+    radians = rot.log(rot.multiply(rot.conjugate(mean), rotations))
     centred = radians - radians.mean(axis=0)
     axes = np.linalg.eigh(centred.T @ centred)[1].T[::-1]
     along = radians @ axes.T
@@ -84,26 +142,50 @@ def _seen(joint: int, turns: FloatArray) -> JointRange:
 
 
 def beyond(motion: Motion, ranges: Sequence[JointRange]) -> FloatArray:
-    """How far joints are outside their ranges, shape ``(F, R)`` radians, 0 inside."""
-    found = [np.zeros((len(motion), 0))]
+    """How far joints are outside their ranges.
+
+    Parameters
+    ----------
+    motion : Motion
+    ranges : sequence of JointRange
+
+    Returns
+    -------
+    ndarray, shape (F, R)
+        Radians, one column per range; 0 inside.
+    """
+    outside = [np.zeros((len(motion), 0))]
     for limits in ranges:
         along = limits.along(motion.rotations[:, limits.joint])
         over = np.maximum(np.maximum(limits.low - along, along - limits.high), 0.0)
-        found.append(np.linalg.norm(over, axis=1, keepdims=True))
-    return np.concatenate(found, axis=1)
+        outside.append(np.linalg.norm(over, axis=1, keepdims=True))
+    return np.concatenate(outside, axis=1)
 
 
 def limit_limbs(motion: Motion, ranges: Sequence[JointRange], before: Motion, limits: JointLimits) -> Motion:
-    """The motion with limbs that have been moved led back towards ``before`` as far as limits demand.
+    """A motion with its limbs moved back towards where they were, as far as limits demand.
 
     Limits are for what constraints do, not for what was recorded or blended: a joint that was beyond its range before
     may stay as far out as it was, and one that was not moved stays where it is.
+
+    Parameters
+    ----------
+    motion : Motion
+    ranges : sequence of JointRange
+        Ranges of the joints of arms and legs.
+    before : Motion
+        The motion before constraints moved it.
+    limits : JointLimits
+
+    Returns
+    -------
+    Motion
     """
     rotations = motion.rotations.copy()
     for limb in limbs_of(motion.skeleton):
         old, new = before.rotations[:, limb], motion.rotations[:, limb]
-        mine = [limit for limit in ranges if limit.joint in limb]
-        share = allowed_share(old, new, [(limb.index(limit.joint), limit) for limit in mine], limits)
+        own = [(limb.index(limit.joint), limit) for limit in ranges if limit.joint in limb]
+        share = allowed_share(old, new, own, limits)
         share = _calm(share, limits.ease * motion.fps)
         back = share < 1.0 - 1e-9
         rotations[:, limb] = np.where(back[:, None, None], rot.slerp(old, new, share[:, None]), new)
@@ -113,9 +195,22 @@ def limit_limbs(motion: Motion, ranges: Sequence[JointRange], before: Motion, li
 def allowed_share(
     old: FloatArray, new: FloatArray, ranges: Sequence[tuple[int, JointRange]], limits: JointLimits
 ) -> FloatArray:
-    """How far, shape ``(F,)`` from 0 to 1 in eighths, a limb may go from turns ``old`` ``(F, J, 4)`` to ``new``.
+    """How far a limb may go from old to new rotations.
 
-    ranges: which of the limb's joints each belongs to. The way there is to be legal, not only its end.
+    All rotations in between must be within the limits too, not only those at the end.
+
+    Parameters
+    ----------
+    old, new : ndarray, shape (F, J, 4)
+        Rotations of the limb's joints.
+    ranges : sequence of (int, JointRange)
+        Each range with the position of its joint in the limb.
+    limits : JointLimits
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Shares from 0 to 1 in steps of an eighth.
     """
     legal = np.ones((len(_SHARES), len(old)), dtype=np.bool_)
     for i, limit in ranges:
@@ -126,7 +221,7 @@ def allowed_share(
             row &= ((along >= low - 1e-6) & (along <= high + 1e-6)).all(axis=1)
     for i in range(old.shape[1]):
         angle = rot.angle_between(old[:, i], new[:, i])
-        legal &= _SHARES[:, None] * angle <= limits.turn + 1e-6
+        legal &= _SHARES[:, None] * angle <= limits.rotation + 1e-6
     legal[0] = True
     return np.asarray(_SHARES[np.cumprod(legal, axis=0).sum(axis=0) - 1])
 

@@ -1,4 +1,4 @@
-"""What a skeleton's rest pose says about the body: its axes, its legs, and which way its limbs point."""
+"""What a skeleton's rest pose says about the body: its axes, its legs, and the directions of its limbs."""
 
 from __future__ import annotations
 
@@ -12,24 +12,44 @@ from kinetograph.skeleton import Skeleton
 
 _NEXT = {"shoulder": "elbow", "elbow": "hand", "hip": "knee", "knee": "foot", "foot": "toe"}
 _UPRIGHT = np.cos(np.radians(25.0))  # axes nearer to a coordinate axis than this are taken to be it
-_SOLE = 0.045  # of the leg's length: an ankle's height over the sole, where toes do not tell
+_SOLE = 0.045  # of the leg's length: least height of an ankle over the sole
 
 
 def rest_motion(skeleton: Skeleton) -> Motion:
-    """One frame of the rest pose."""
+    """A motion of one frame, the rest pose of a skeleton."""
     return Motion(skeleton, skeleton.offsets[:1], rot.identity(1, len(skeleton)), 30.0)
 
 
 def role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
-    """Where each role's point is at rest, ``(3,)`` metres."""
+    """Positions of all roles at rest.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+
+    Returns
+    -------
+    dict of str to ndarray, shape (3,)
+        Metres.
+    """
     positions = forward(rest_motion(skeleton))[0][0]
-    return {role: positions[mark.joint] + mark.offset for role, mark in skeleton.roles.items()}
+    return {role: positions[landmark.joint] + landmark.offset for role, landmark in skeleton.roles.items()}
 
 
 def body_axes(skeleton: Skeleton) -> FloatArray:
-    """Rows: the directions to the left, up and forward of a skeleton at rest, shape ``(3, 3)``.
+    """Directions of a body at rest.
 
-    Rest poses stand along coordinate axes; a spine that leans a little is no reason to lean the whole body.
+    Rest poses stand along coordinate axes: a direction that is nearly one, as of a spine that leans a little, is taken
+    to be it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Rows: unit vectors to the left, up and forward.
     """
     places = role_places(skeleton)
     pairs = [(places[f"left_{p}"], places[f"right_{p}"]) for p in ("hip", "shoulder") if f"right_{p}" in places]
@@ -58,7 +78,7 @@ def _snapped(direction: FloatArray) -> FloatArray:
 
 
 def leg_length(skeleton: Skeleton) -> float:
-    """Metres from hip to knee to ankle, the mean of the sides; the skeleton's height where there are no legs."""
+    """Metres from hip to knee to ankle, the mean of the sides; half the skeleton's height where there are no legs."""
     places = role_places(skeleton)
     lengths = [
         float(np.linalg.norm(places[f"{side}_hip"] - places[f"{side}_knee"]))
@@ -83,7 +103,19 @@ def ankle_height(skeleton: Skeleton) -> float:
 
 
 def limb_direction(skeleton: Skeleton, role: str) -> FloatArray | None:
-    """Which way a limb's bone points at rest, ``(3,)``, or None for the trunk and for limbs that end."""
+    """Direction at rest of the bone below a joint of a limb.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    role : str
+        The role of the joint.
+
+    Returns
+    -------
+    ndarray, shape (3,), or None
+        Metres from the joint to the next of the limb; None for the trunk and for the last joint of a limb.
+    """
     side, _, part = role.partition("_")
     below = f"{side}_{_NEXT.get(part, '')}"
     places = role_places(skeleton)

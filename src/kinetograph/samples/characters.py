@@ -1,4 +1,4 @@
-"""Characters to wear: the human body of the sample ``character``.
+"""The human body of the sample ``character``.
 
 It is MakeHuman's base mesh (CC0) with the bones of Carnegie Mellon's skeleton, in a suit: the mesh's own helper group
 of tights. The mesh is in decimetres, the rig in metres with Z up.
@@ -11,17 +11,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import FetchError
 from kinetograph.progress import Progress
 from kinetograph.roles import with_found_roles
-from kinetograph.samples import fetching as samples
+from kinetograph.samples.fetching import fetch, where
 from kinetograph.skeleton import Skeleton
 
-SAMPLE = "character"
+CHARACTER = "character"
+"""The name of the sample with the human body."""
+
 _DECIMETRE = 0.1
 _DRAWN = {"body": 0, "helper-tights": 1, "helper-l-eye": 2, "helper-r-eye": 2}  # groups of the mesh, and their tints
 _PALETTE = (("skin", (0.52, 0.33, 0.24)), ("suit", (0.05, 0.10, 0.20)), ("eyes", (0.6, 0.6, 0.6)))
@@ -30,11 +31,24 @@ _MOST_JOINTS = 4  # that may move one point
 
 
 def human(*, progress: Progress | None = None) -> Character:
-    """The human body, fetched first where this machine has none; see `samples.fetch` for ``progress``.
+    """A human body, which is downloaded first where this machine has none.
 
-    Raises FetchError where it cannot be had.
+    Parameters
+    ----------
+    progress : Progress, optional
+        Called with bytes that have arrived and their total.
+
+    Returns
+    -------
+    Character
+        With the joints of Carnegie Mellon's skeleton.
+
+    Raises
+    ------
+    FetchError
+        The download failed.
     """
-    folder = samples.where(SAMPLE) or samples.fetch(SAMPLE, progress=progress)
+    folder = where(CHARACTER) or fetch(CHARACTER, progress=progress)
     rig: dict[str, Any] = json.loads((folder / "rig.cmu_mb.json").read_text())
     names = _parents_first({name: str(bone["parent"]) for name, bone in rig.items()})
     vertices, faces, tints = _mesh(folder / "base.obj")
@@ -90,12 +104,14 @@ def _mesh(path: Path) -> tuple[FloatArray, IntArray, IntArray]:
             faces.append([int(word.partition("/")[0]) - 1 for word in rest.split()])
             tints.append(tint)
     if not faces or any(len(face) != 4 for face in faces):
-        raise FetchError(f"{path}: expected a mesh of four-cornered faces; fetch the sample {SAMPLE!r} again")
+        raise FetchError(f"{path}: expected a mesh of four-cornered faces; fetch the sample {CHARACTER!r} again")
     return np.array(points) * _DECIMETRE, np.array(faces), np.array(tints)
 
 
 def _covered(vertices: FloatArray, faces: IntArray, tints: IntArray) -> BoolArray:
-    """The faces of the body, ``(T,)``, that lie well under the suit: in bent joints they would come through it."""
+    """The faces of the body, ``(T,)``, that lie well under the suit; where joints bend they would come through it."""
+    from scipy.spatial import cKDTree
+
     suit = faces[tints == 1]
     edges = np.sort(np.stack([suit, np.roll(suit, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     borders, counts = np.unique(edges, axis=0, return_counts=True)
@@ -119,7 +135,7 @@ def _weights(path: Path, names: list[str], count: int) -> tuple[IntArray, FloatA
 
 
 def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Unit normals of the points: those of the triangles around, by their area."""
+    """Unit normals of the points: means of those of the triangles around, weighted by area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     faces = np.cross(b - a, c - a)
     out = np.zeros_like(points)

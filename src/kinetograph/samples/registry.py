@@ -10,8 +10,23 @@ from dataclasses import dataclass
 class Sample:
     """Recordings inside a wheel of a package index.
 
-    wheel: the file's name; size, sha256: the file's. prefix: the folder of the archive that holds the recordings;
-    files: their names, without folders, and SHA-256. licence: the recordings', then the wheel's.
+    Parameters
+    ----------
+    name, summary : str
+    project, version : str
+        Of the package.
+    wheel : str
+        The file's name.
+    size : int
+        Bytes of the wheel.
+    sha256 : str
+        Of the wheel.
+    prefix : str
+        The folder of the archive that holds the recordings.
+    files : mapping of str to str
+        Names of the recordings, without folders, and their SHA-256.
+    licence : str
+        Of the recordings, then of the wheel.
     """
 
     name: str
@@ -29,6 +44,8 @@ class Sample:
     def tags(self) -> tuple[str, str, tuple[str, ...]]:
         """The wheel's Python tag, ABI tag and platform tags.
 
+        Examples
+        --------
         >>> SAMPLES["deepmimic-clips"].tags
         ('cp311', 'cp311', ('manylinux_2_17_x86_64', 'manylinux2014_x86_64'))
         """
@@ -89,3 +106,4 @@ _CHARACTER = Sample(
 )
 
 SAMPLES: dict[str, Sample] = {sample.name: sample for sample in (_DEEPMIMIC_CLIPS, _CHARACTER)}
+"""All samples by name."""

@@ -1,13 +1,19 @@
-"""Where recordings are cut into segments: at footplants, beats, labels, or at fixed lengths; and what they are labelled
-with: contacts and handholds."""
+"""Where recordings are cut into segments, and the contacts and handholds that are detected in them.
+
+Cuts are at footplants, at beats, at labels or at fixed lengths; `compare_cuts` and `compare_labels` compare them with
+those that a person made.
+"""
 
 from kinetograph.segmentation.agreement import CutAgreement, compare_cuts, compare_labels, even_cuts
 from kinetograph.segmentation.beats import BeatSettings, detect_beats, subdivide
 from kinetograph.segmentation.cuts import cuts_at_labels, cuts_by_length
-from kinetograph.segmentation.footplants import ContactThresholds, detect_contacts, footplant_cuts
-from kinetograph.segmentation.handholds import HoldThresholds, detect_handholds
+from kinetograph.segmentation.footplants import CONTACT_ROLES, ContactThresholds, detect_contacts, footplant_cuts
+from kinetograph.segmentation.handholds import HANDS, HoldThresholds, detect_handholds
+from kinetograph.segmentation.intervals import runs
 
 __all__ = [
+    "CONTACT_ROLES",
+    "HANDS",
     "BeatSettings",
     "ContactThresholds",
     "CutAgreement",
@@ -21,5 +27,6 @@ __all__ = [
     "detect_handholds",
     "even_cuts",
     "footplant_cuts",
+    "runs",
     "subdivide",
 ]

@@ -1,7 +1,7 @@
 """Beats from the dancers' own motion: feet that come down in a rhythm (after Kim, Park and Shin 2003, and Ellis 2007).
 
-The *pulse* is high where a foot is set down: where its speed falls. Its autocorrelation gives the tempo, and a
-dynamic programme the beats: as much pulse as possible at intervals as even as possible.
+The *pulse* is high where a foot is set down, where its speed falls. Its autocorrelation gives the tempo, and a dynamic
+programme gives the beats: as much pulse as possible at intervals as even as possible.
 """
 
 from __future__ import annotations
@@ -18,13 +18,28 @@ from kinetograph.kinematics import role_positions, velocities
 from kinetograph.motion import Motion, resample
 
 FEET = ("left_toe", "right_toe")
+"""The roles whose landings are looked at."""
 RATE = 60.0
+"""Frames per second at which beats are detected."""
 
 
 @dataclass(frozen=True)
 class BeatSettings:
-    """period: shortest and longest seconds between beats. smooth: seconds over which a step's landing is spread.
-    evenness: weight of even intervals against the pulse.
+    """How beats are detected.
+
+    Parameters
+    ----------
+    period : tuple of float, (shortest, longest)
+        Seconds between beats.
+    smooth : float
+        Width in seconds of the Gaussian that smooths the speed of the feet.
+    evenness : float
+        Weight of even intervals against the pulse.
+
+    Raises
+    ------
+    RequestError
+        If the period does not run from a shorter to a longer time.
     """
 
     period: tuple[float, float] = (0.25, 0.6)
@@ -37,9 +52,23 @@ class BeatSettings:
 
 
 def detect_beats(motions: Sequence[Motion], settings: BeatSettings | None = None) -> tuple[float, ...]:
-    """Seconds of the beats to which the motions, synchronised, are danced, from first to last.
+    """Beats to which synchronised motions are danced.
 
-    Raises RequestError for motions shorter than four of the longest periods, or without any movement of the feet.
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The dancers.
+    settings : BeatSettings, optional
+
+    Returns
+    -------
+    tuple of float
+        Seconds, from first to last.
+
+    Raises
+    ------
+    RequestError
+        If a motion is shorter than four of the longest periods, or no foot moves.
     """
     settings = settings or BeatSettings()
     slow = [resample(motion, RATE) for motion in motions]
@@ -55,14 +84,38 @@ def detect_beats(motions: Sequence[Motion], settings: BeatSettings | None = None
 
 
 def landing_pulse(motion: Motion, smooth: float) -> FloatArray:
-    """How fast the feet lose speed, shape ``(F,)`` in m/s^2, smoothed over ``smooth`` seconds; never negative."""
+    """How fast the feet lose speed.
+
+    Parameters
+    ----------
+    motion : Motion
+    smooth : float
+        Width in seconds of the Gaussian that smooths their speed.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Metres per second squared, 0 where no foot gets slower.
+    """
     speed = np.linalg.norm(velocities(role_positions(motion, FEET), motion.fps), axis=-1)
     calm = gaussian_filter1d(speed, smooth * motion.fps, axis=0, mode="nearest")
     return np.asarray(np.maximum(-velocities(calm, motion.fps), 0.0).sum(axis=1))
 
 
 def tempo(pulse: FloatArray, shortest: int, longest: int) -> float:
-    """The period in frames, between two bounds, at which a pulse ``(F,)`` repeats itself best."""
+    """The period at which a pulse repeats itself best.
+
+    Parameters
+    ----------
+    pulse : ndarray, shape (F,)
+    shortest, longest : int
+        Bounds in frames.
+
+    Returns
+    -------
+    float
+        Frames.
+    """
     centred = pulse - pulse.mean()
     lags = np.arange(shortest, longest + 1)
     matches = np.array([np.dot(centred[:-lag], centred[lag:]) / (len(centred) - lag) for lag in lags])
@@ -74,10 +127,22 @@ def tempo(pulse: FloatArray, shortest: int, longest: int) -> float:
 
 
 def track_beats(pulse: FloatArray, period: float, evenness: float) -> IntArray:
-    """Frames of the beats that have most pulse at intervals near ``period``, by dynamic programming.
+    """Frames of the beats that have most pulse at even intervals, by dynamic programming.
 
-    The score of a row of beats is their pulse less ``evenness`` times the squared logarithm of each interval over the
-    period; intervals are between half and twice the period.
+    The score of a sequence of beats is their pulse less ``evenness`` times the squared logarithm of each interval over
+    the period; intervals are between half and twice the period.
+
+    Parameters
+    ----------
+    pulse : ndarray, shape (F,)
+    period : float
+        Frames.
+    evenness : float
+
+    Returns
+    -------
+    ndarray of int, shape (B,)
+        Frames.
     """
     gaps = np.arange(max(round(period / 2), 1), round(period * 2) + 1)
     costs = evenness * np.log(gaps / period) ** 2
@@ -97,7 +162,30 @@ def track_beats(pulse: FloatArray, period: float, evenness: float) -> IntArray:
 
 
 def subdivide(beats: Sequence[float], parts: int) -> tuple[float, ...]:
-    """The beats and, between each two of them, the times that divide the interval into ``parts`` equal ones."""
+    """Beats with equal parts between them.
+
+    Parameters
+    ----------
+    beats : sequence of float
+        Seconds.
+    parts : int
+        Number of parts that each interval is divided into.
+
+    Returns
+    -------
+    tuple of float
+        Seconds.
+
+    Raises
+    ------
+    RequestError
+        If ``parts`` is less than 1.
+
+    Examples
+    --------
+    >>> subdivide([1.0, 2.0, 4.0], 2)
+    (1.0, 1.5, 2.0, 3.0, 4.0)
+    """
     if parts < 1:
         raise RequestError(f"a beat is divided into 1 part or more, found {parts}")
     at = np.arange((len(beats) - 1) * parts + 1) / parts

@@ -9,9 +9,24 @@ from kinetograph.take import Take
 
 
 def cuts_by_length(take: Take, track: str, length: float) -> tuple[float, ...]:
-    """Seconds of cuts ``length`` seconds apart, from the start of the track; a shorter rest is left over.
+    """Cuts at equal distances from the start of a track; a shorter rest is left over.
 
-    Raises RequestError unless the track holds at least one such length.
+    Parameters
+    ----------
+    take : Take
+    track : str
+    length : float
+        Seconds between cuts.
+
+    Returns
+    -------
+    tuple of float
+        Seconds.
+
+    Raises
+    ------
+    RequestError
+        If the track is shorter than one length.
     """
     duration = take.tracks[track].duration
     if not (np.isfinite(length) and 0 < length <= duration):
@@ -20,7 +35,23 @@ def cuts_by_length(take: Take, track: str, length: float) -> tuple[float, ...]:
 
 
 def cuts_at_labels(take: Take, track: str, kind: str) -> tuple[float, ...]:
-    """Seconds at which annotations of one kind start or stop. Raises RequestError where there are none."""
+    """Cuts where annotations of one kind start or stop.
+
+    Parameters
+    ----------
+    take : Take
+    track, kind : str
+
+    Returns
+    -------
+    tuple of float
+        Seconds.
+
+    Raises
+    ------
+    RequestError
+        If the track has no such annotation; the message names the kinds there are.
+    """
     times = {t for note in take.annotated(track, kind) for t in (note.start, note.stop)}
     if not times:
         kinds = ", ".join(sorted({note.kind for note in take.annotations})) or "none"

@@ -10,18 +10,29 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
+from kinetograph.segmentation.intervals import runs, with_hysteresis
 from kinetograph.take import Annotation
 
 CONTACT_ROLES = ("left_foot", "left_toe", "right_foot", "right_toe")
+"""The points of the feet whose contacts are detected."""
 
 
 @dataclass(frozen=True)
 class ContactThresholds:
     """When a point of a foot is planted; the second of each pair is looser, which keeps contacts from flickering.
 
-    height: metres above the point's own lowest level, to begin and to stay. speed: metres a second, likewise.
-    shortest: seconds; briefer contacts are dropped. gap: seconds; briefer breaks are closed. smooth: seconds over
-    which speed is measured.
+    Parameters
+    ----------
+    height : tuple of float, (begin, stay)
+        Metres above the point's own lowest level.
+    speed : tuple of float, (begin, stay)
+        Metres per second.
+    shortest : float
+        Seconds; briefer contacts are dropped.
+    gap : float
+        Seconds; briefer breaks are closed.
+    smooth : float
+        Seconds over which speed is measured.
     """
 
     height: tuple[float, float] = (0.04, 0.06)
@@ -34,23 +45,49 @@ class ContactThresholds:
 def detect_contacts(
     motion: Motion, thresholds: ContactThresholds | None = None, track: str = "motion"
 ) -> tuple[Annotation, ...]:
-    """Contacts of ankles and toes with the ground as annotations of kind ``"contact"``, labelled with the role.
+    """Contacts of ankles and toes with the ground.
 
-    A skeleton without feet has none.
+    Parameters
+    ----------
+    motion : Motion
+    thresholds : ContactThresholds, optional
+    track : str
+        The track of the motion.
+
+    Returns
+    -------
+    tuple of Annotation
+        Of kind ``"contact"``, labelled with the role; none for a skeleton without feet.
     """
     thresholds = thresholds or ContactThresholds()
     roles = [role for role in CONTACT_ROLES if role in motion.skeleton.roles]
-    found: list[Annotation] = []
+    contacts: list[Annotation] = []
     for role, positions in zip(roles, np.moveaxis(role_positions(motion, roles), 1, 0), strict=True):
-        for start, stop in intervals(_planted(positions, motion.fps, thresholds)):
-            found.append(Annotation(track, "contact", role, start / motion.fps, (stop - 1) / motion.fps))
-    return tuple(sorted(found, key=lambda note: (note.start, note.label)))
+        for start, stop in runs(_planted(positions, motion.fps, thresholds)):
+            contacts.append(Annotation(track, "contact", role, start / motion.fps, (stop - 1) / motion.fps))
+    return tuple(sorted(contacts, key=lambda note: (note.start, note.label)))
 
 
 def footplant_cuts(motion: Motion, contacts: tuple[Annotation, ...], shortest: float = 0.2) -> tuple[float, ...]:
-    """Seconds at which a foot is planted, either foot; cuts less than ``shortest`` seconds apart become the first.
+    """Times at which either foot is planted.
 
-    Raises RequestError where no foot is ever planted.
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        See `detect_contacts`.
+    shortest : float
+        Seconds between cuts; of cuts that are closer, the first is kept.
+
+    Returns
+    -------
+    tuple of float
+        Seconds.
+
+    Raises
+    ------
+    RequestError
+        If there are fewer than two.
     """
     times = sorted(_plants(contacts, "left") + _plants(contacts, "right"))
     kept: list[float] = []
@@ -87,19 +124,4 @@ def _planted(positions: FloatArray, fps: float, thresholds: ContactThresholds) -
     speed = np.linalg.norm((positions[ahead] - positions[behind]) / span * fps, axis=1)
     begin = (height < thresholds.height[0]) & (speed < thresholds.speed[0])
     stay = (height < thresholds.height[1]) & (speed < thresholds.speed[1])
-    planted = np.zeros(len(positions), dtype=np.bool_)
-    for start, stop in intervals(stay):
-        planted[start:stop] = begin[start:stop].any()
-    for start, stop in intervals(~planted):
-        if start > 0 and stop < len(planted) and (stop - start) / fps < thresholds.gap:
-            planted[start:stop] = True
-    for start, stop in intervals(planted):
-        if (stop - start) / fps < thresholds.shortest:
-            planted[start:stop] = False
-    return planted
-
-
-def intervals(mask: BoolArray) -> list[tuple[int, int]]:
-    """Runs of true as half-open intervals of frames."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return with_hysteresis(begin, stay, fps, thresholds.shortest, thresholds.gap)

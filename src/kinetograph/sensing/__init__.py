@@ -1,31 +1,65 @@
-"""Body-worn sensors: what they report, where they sit, how they are simulated, brought to one clock and calibrated."""
+"""Body-worn sensors, without any model of movement.
 
-from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_on_motion, mounted
+What sensors report (`Readings`), where they sit (`Layout`), how they are simulated (`simulate`), brought to one rate
+(`uniform`, `LiveUniform`) and calibrated (`calibrate_on_motion`, `calibrate_on_library`). `SensorControl
+<kinetograph.methods.sensor.SensorControl>` makes motion out of their readings.
+"""
+
+from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_on_motion, faultless, mounted
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.device import Device
-from kinetograph.sensing.free_calibration import calibrate_freely, calibrate_on_library
-from kinetograph.sensing.layout import PRESETS, Layout, Sensor, preset
-from kinetograph.sensing.readings import Readings
-from kinetograph.sensing.uniform import Resampling, uniform
-from kinetograph.sensing.virtual import simulate, specific_force
+from kinetograph.sensing.free_calibration import LibraryReadings, Standing, calibrate_freely, calibrate_on_library
+from kinetograph.sensing.layout import PRESETS, Layout, Sensor, attach, keep_sensors, preset
+from kinetograph.sensing.readings import (
+    GRAVITY,
+    KINDS,
+    Readings,
+    channels,
+    check_names,
+    check_units,
+    kinds_of,
+    renumbered,
+    select_rows,
+    select_sensors,
+    shifted,
+)
+from kinetograph.sensing.resampling import LiveUniform, Resampling, uniform
+from kinetograph.sensing.virtual import simulate, simulate_kinds, specific_force
 
 __all__ = [
+    "GRAVITY",
+    "KINDS",
     "PRESETS",
     "Calibration",
     "ClockOffset",
     "Device",
     "Layout",
+    "LibraryReadings",
+    "LiveUniform",
     "Readings",
     "Resampling",
     "Sensor",
+    "Standing",
+    "attach",
     "calibrate",
     "calibrate_freely",
     "calibrate_on_library",
     "calibrate_on_motion",
+    "channels",
+    "check_names",
+    "check_units",
     "clock_offset",
+    "faultless",
+    "keep_sensors",
+    "kinds_of",
     "mounted",
     "preset",
+    "renumbered",
+    "select_rows",
+    "select_sensors",
+    "shifted",
     "simulate",
+    "simulate_kinds",
     "specific_force",
     "uniform",
 ]

@@ -5,15 +5,20 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+
 SPIKE = 25.0
-"""m/s^2 that a row may differ from the line through its neighbours, besides what they differ from it themselves."""
+"""m/s^2 by which a row may differ from the line through its neighbours, in addition to how they differ from it."""
 
 
 @numba.njit(cache=True, nogil=True)
-def line_through(times, values, low, high, skip, at, scale, out):  # type: ignore[no-untyped-def]
+def line_through(
+    times: FloatArray, values: FloatArray, low: int, high: int, skip: int, at: float, scale: float, out: FloatArray
+) -> int:
     """Local least-squares line through rows ``low`` to ``high - 1`` but ``skip``, evaluated at ``at`` into ``out``.
 
-    Rows count by a triangle of half width ``scale`` about ``at`` that never quite reaches 0. Returns how many count.
+    Rows are weighted by a triangle of half width ``scale`` about ``at`` that never quite reaches 0. Returns the number
+    of rows.
     """
     channels = values.shape[1]
     count = 0
@@ -42,10 +47,10 @@ def line_through(times, values, low, high, skip, at, scale, out):  # type: ignor
 
 
 @numba.njit(cache=True, nogil=True)
-def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
+def repaired(times: FloatArray, values: FloatArray, rows: int, row: int, out: FloatArray) -> bool:
     """The row's values, or those of the line through its neighbours where it is a spike; true for a spike.
 
-    Spikes are told by the first three channels, the force.
+    Spikes are recognised by the first three channels, the force.
     """
     low, high = max(row - 2, 0), min(row + 3, rows)
     scale = 2.5 * max(times[high - 1] - times[low], 1e-6)
@@ -72,13 +77,14 @@ def repaired(times, values, rows, row, out):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def sample_sensor(times, values, rows, at, smooth, gap, limit, out):  # type: ignore[no-untyped-def]
-    """A sensor's value at one time from rows not later than ``limit``, into ``out``; whether it is valid, and
-    spikes.
-    """
+def sample_sensor(
+    times: FloatArray, values: FloatArray, rows: int, at: float, smooth: float, gap: float, limit: float,
+    out: FloatArray,
+) -> tuple[bool, int]:  # fmt: skip
+    """A sensor's value at one time from rows not later than ``limit``, into ``out``; its validity, and spikes."""
     while rows > 0 and times[rows - 1] > limit:
         rows -= 1
-    after = np.searchsorted(times[:rows], at)
+    after = int(np.searchsorted(times[:rows], at))
     if rows == 0 or (after == rows and at - times[rows - 1] > smooth) or (after == 0 and times[0] - at > smooth):
         return False, 0
     if 0 < after < rows and times[after] - times[after - 1] > gap:
@@ -99,8 +105,14 @@ def sample_sensor(times, values, rows, at, smooth, gap, limit, out):  # type: ig
 
 
 @numba.njit(cache=True, nogil=True)
-def sample_all(times, values, counts, ticks, smooth, gap, patience, out, valid):  # type: ignore[no-untyped-def]
-    """Every sensor, rows ``(S, R)`` and ``(S, R, C)`` of which ``counts`` count, at every tick; returns spikes met."""
+def sample_all(
+    times: FloatArray, values: FloatArray, counts: IntArray, ticks: FloatArray, smooth: float, gap: float,
+    patience: float, out: FloatArray, valid: BoolArray,
+) -> int:  # fmt: skip
+    """Sample every sensor at every tick; returns the number of spikes.
+
+    Rows are ``(S, R)`` times and ``(S, R, C)`` values, of which each sensor's first ``counts`` are there.
+    """
     spikes = 0
     for sensor in range(times.shape[0]):
         rows = counts[sensor]

@@ -1,7 +1,7 @@
-"""Calibration: how each sensor is turned on its bone and what it adds, from a few seconds of a known motion.
+"""Calibration: each sensor's rotation on its bone and its offset, from a few seconds of a known motion.
 
-Wahba's problem, solved by Kabsch's singular value decomposition: the rotation that takes the directions a sensor
-reported to those that a virtual sensor on the same bone would have.
+Wahba's problem: the rotation that takes the directions a sensor reported to those that a virtual sensor on the same
+bone would have reported.
 """
 
 from __future__ import annotations
@@ -16,30 +16,43 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
 from kinetograph.sensing.clock import ClockOffset, clock_offset
-from kinetograph.sensing.layout import Layout, keep
-from kinetograph.sensing.readings import Readings, check_names, check_units, only
-from kinetograph.sensing.uniform import uniform
+from kinetograph.sensing.layout import Layout, keep_sensors
+from kinetograph.sensing.readings import Readings, check_names, check_units, select_sensors, shifted
+from kinetograph.sensing.resampling import uniform
+from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
 from kinetograph.sensing.virtual import simulate
 
 RATE = 60.0
-"""Frames a second at which readings are compared."""
+"""Frames per second at which readings are compared."""
 APART = np.radians(45.0)
-"""Angle between the rotations that two halves give beyond which neither is believed."""
+"""Angle between the rotations of two halves beyond which neither is accepted."""
 ALONG_A_LINE = 1.5e-3
 """Mean square, across the direction that a sensor mostly points, below which it points one way: 2.2 degrees."""
 AGREEMENT = 0.5
 """Correlation of magnitudes below which readings and a motion are not of one performance."""
+LEAST_FRAMES = 30
+"""Valid frames that a calibration needs."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """How to turn readings into those of a layout's sensors.
+    """The rotations and offsets that make readings those of a layout's sensors.
 
-    names: the sensors. rotations: ``(S, 4)`` from the real sensor's frame to the virtual one's. offsets: ``(S, 3)``
-    m/s^2, taken from the readings before they are turned. residuals, before: root-mean-square m/s^2, ``(S,)``, between
-    calibrated, or raw, and virtual readings. apart: ``(S,)`` radians between the rotations that either half of the
-    frames alone gives, which tells how far to trust them. accepted: ``(S,)``, false where calibration was worse than
-    none, or a free calibration's halves disagreed, and is left out (identity).
+    Parameters
+    ----------
+    names : tuple of str
+        The sensors.
+    rotations : ndarray, shape (S, 4)
+        Quaternions from the real sensor's frame to the virtual one's.
+    offsets : ndarray, shape (S, 3)
+        In m/s^2, subtracted from the readings before they are rotated.
+    residuals, before : ndarray, shape (S,)
+        Root-mean-square m/s^2 between calibrated, or raw, and virtual readings.
+    apart : ndarray, shape (S,)
+        Radians between the rotations that each half of the frames alone gives: a measure of their reliability.
+    accepted : ndarray of bool, shape (S,)
+        False where calibration is no better than none, or the halves of a free calibration disagree; the sensor then
+        has the identity.
     """
 
     names: tuple[str, ...]
@@ -62,18 +75,27 @@ class Calibration:
 
 
 def mounted(layout: Layout, calibration: Calibration) -> Layout:
-    """The layout with its sensors turned and biased as calibration found them; those not accepted stay as they are.
+    """The layout with its sensors rotated and offset as calibrated; sensors that were not accepted stay as they are.
 
-    A model that is fitted to it takes the sensors' readings as they come.
+    A model that is fitted to the new layout takes the sensors' readings as they come.
+
+    Parameters
+    ----------
+    layout : Layout
+    calibration : Calibration
+
+    Returns
+    -------
+    Layout
     """
-    found = {name: i for i, name in enumerate(calibration.names) if calibration.accepted[i]}
+    rows = {name: i for i, name in enumerate(calibration.names) if calibration.accepted[i]}
     sensors = [
         replace(
             sensor,
-            rotation=rot.multiply(sensor.rotation, calibration.rotations[found[sensor.name]]),
-            bias=calibration.offsets[found[sensor.name]],
+            rotation=rot.multiply(sensor.rotation, calibration.rotations[rows[sensor.name]]),
+            bias=calibration.offsets[rows[sensor.name]],
         )
-        if sensor.name in found
+        if sensor.name in rows
         else sensor
         for sensor in layout.sensors
     ]
@@ -81,17 +103,30 @@ def mounted(layout: Layout, calibration: Calibration) -> Layout:
 
 
 def calibrate_on_motion(readings: Readings, layout: Layout, motion: Motion) -> tuple[Calibration, ClockOffset]:
-    """Calibration by a motion that was recorded while the sensors were worn, and how far ahead their clock was.
+    """Calibrate by a motion that was recorded while the sensors were worn.
 
-    Raises RequestError for sensors that the layout does not have, readings that are not of the motion, and whatever
-    `calibrate` refuses.
+    Parameters
+    ----------
+    readings : Readings
+    layout : Layout
+    motion : Motion
+
+    Returns
+    -------
+    calibration : Calibration
+    clock : ClockOffset
+        By how much the sensors' clock is ahead of the motion's.
+
+    Raises
+    ------
+    RequestError
+        For sensors that the layout does not have, for readings that are not of the motion, and as `calibrate`.
     """
     check_units(readings)
-    worn = keep(layout, readings.names)
+    worn = keep_sensors(layout, readings.names)
     reference, _ = framed(simulate(motion, faultless(worn)), worn)
     clock = _clock(framed(readings, worn)[0], reference)
-    shifted = replace(readings, times=readings.times - clock.seconds, _checked=True)
-    measured, valid = framed(shifted, worn)
+    measured, valid = framed(shifted(readings, -clock.seconds), worn)
     frames = min(len(measured), len(reference))
     return calibrate(worn.names, measured[:frames], reference[:frames], valid[:frames]), clock
 
@@ -102,50 +137,64 @@ def faultless(layout: Layout) -> Layout:
 
 
 def framed(readings: Readings, layout: Layout) -> tuple[FloatArray, BoolArray]:
-    """Readings in the order of a layout's sensors, ``(F, S, 3)`` m/s^2 at `RATE`, and which are valid, ``(F, S)``.
+    """Readings in the order of a layout's sensors.
 
-    Raises RequestError for a sensor of the layout that the readings do not have.
+    Parameters
+    ----------
+    readings : Readings
+    layout : Layout
+
+    Returns
+    -------
+    force : ndarray, shape (F, S, 3)
+        In m/s^2, at ``RATE``.
+    valid : ndarray of bool, shape (F, S)
+
+    Raises
+    ------
+    RequestError
+        For a sensor of the layout that the readings do not have.
     """
-    signal = uniform(only(readings, layout.names), RATE)
+    signal = uniform(select_sensors(readings, layout.names), RATE)
     return signal.values.reshape(len(signal), -1, 3), signal.valid[:, ::3]
 
 
 def _clock(measured: FloatArray, reference: FloatArray) -> ClockOffset:
     a, b = (np.linalg.norm(x, axis=2) for x in (measured, reference))
     furthest = min(2.0, (min(len(a), len(b)) - 12) / RATE / 1.5)
-    found = clock_offset(a, b, RATE, max(furthest, 0.5))
-    if found.correlation < AGREEMENT:
+    clock = clock_offset(a, b, RATE, max(furthest, 0.5))
+    if clock.correlation < AGREEMENT:
         raise RequestError(
             f"the readings and the motion agree at no clock offset up to {furthest:.1f} s (best correlation "
-            f"{found.correlation:.2f}); give the motion that was performed, from the second at which the readings begin"
+            f"{clock.correlation:.2f}); give the motion that was performed, from the second at which the readings begin"
         )
-    return found
-
-
-def wahba(measured: FloatArray, reference: FloatArray, weights: FloatArray | None = None) -> FloatArray:
-    """The quaternion, ``(4,)``, that best turns vectors ``measured`` onto ``reference``, both ``(N, 3)``.
-
-    >>> turn = rot.about("y", 0.3)
-    >>> v = np.eye(3)
-    >>> bool(np.allclose(wahba(v, rot.rotate(turn, v)), turn))
-    True
-    """
-    w = np.ones(len(measured)) if weights is None else weights
-    u, _, vt = np.linalg.svd(np.einsum("n,ni,nj->ij", w, reference, measured))
-    handed = np.diag([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
-    return rot.from_matrix(u @ handed @ vt)
+    return clock
 
 
 def calibrate(
     names: tuple[str, ...], measured: FloatArray, reference: FloatArray, valid: BoolArray | None = None
 ) -> Calibration:
-    """Rotation and offset of each sensor from what it measured, ``(F, S, 3)`` m/s^2, and what a virtual one would have.
+    """Calibrate each sensor by what it measured and what a virtual one would have measured.
 
-    A still pose shows gravity from one side only, which leaves the turn about the vertical open: the frames must
+    A still pose shows gravity from one side only, which leaves the rotation about the vertical open: the frames must
     hold movement, or several poses. The last third of the frames is kept aside: a sensor whose calibration, found on
     the first two thirds, is no better there than no calibration is left as it is.
 
-    Raises RequestError for shapes that disagree, fewer than 30 valid frames, or a sensor that always points one way.
+    Parameters
+    ----------
+    names : tuple of str
+    measured, reference : ndarray, shape (F, S, 3)
+        In m/s^2.
+    valid : ndarray of bool, shape (F, S), optional
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    RequestError
+        For shapes that disagree, fewer than ``LEAST_FRAMES`` valid frames, or a sensor that always points one way.
     """
     if measured.shape != reference.shape or measured.shape[1:] != (len(names), 3):
         raise RequestError(
@@ -153,49 +202,43 @@ def calibrate(
         )
     mask = np.ones(measured.shape[:2], dtype=np.bool_) if valid is None else valid
     pairs = [Pairs(measured[mask[:, s], s], reference[mask[:, s], s]) for s in range(len(names))]
-    return calibrated(names, pairs)
+    return calibrate_pairs(names, pairs)
 
 
-@dataclass(frozen=True, eq=False)
-class Pairs:
-    """What one sensor measured and what it should have, both ``(F, 3)`` m/s^2.
+def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
+    """Calibrate each sensor by its pairs, unless that is no better than none on frames kept aside.
 
-    uncalibrated: ``(F, 3)``, what readings that are left as they are should have been, where that is something else.
-    standing: a reading ``(3,)`` at rest and what it should have been, which counts as much as a third of the frames.
-    biased: whether the sensor may add something of its own.
-    """
+    Parameters
+    ----------
+    names : tuple of str
+    pairs : sequence of Pairs
+        One per sensor.
+    apart : ndarray, shape (S,), optional
+        Radians by which two halves of the frames disagree, where the reference itself depends on the
+        calibration; beyond ``APART`` a sensor is not accepted.
 
-    measured: FloatArray
-    reference: FloatArray
-    uncalibrated: FloatArray | None = None
-    standing: tuple[FloatArray, FloatArray] | None = None
-    biased: bool = True
+    Returns
+    -------
+    Calibration
 
-    def part(self, rows: slice) -> Pairs:
-        """Some of the frames."""
-        return replace(self, measured=self.measured[rows], reference=self.reference[rows])
-
-
-def calibrated(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
-    """Rotation and offset of each sensor, or neither where that is no better on frames kept aside.
-
-    apart: ``(S,)`` radians by which two halves of the frames disagree, where the reference was itself found by way of
-    the calibration; beyond `APART` it is not believed. Raises RequestError for fewer than 30 frames, or a sensor that
-    always points one way.
+    Raises
+    ------
+    RequestError
+        For fewer than ``LEAST_FRAMES`` frames, or a sensor that always points one way.
     """
     for name, own in zip(names, pairs, strict=True):
         _check(name, own)
-    believed = np.ones(len(names), dtype=np.bool_) if apart is None else apart <= APART
+    agreeing = np.ones(len(names), dtype=np.bool_) if apart is None else apart <= APART
     if apart is None:
-        first = np.array([fitted(own.part(slice(len(own.measured) // 2)))[0] for own in pairs])
-        second = np.array([fitted(own.part(slice(len(own.measured) // 2, None)))[0] for own in pairs])
+        first = np.array([fit_pairs(own.part(slice(len(own.measured) // 2)))[0] for own in pairs])
+        second = np.array([fit_pairs(own.part(slice(len(own.measured) // 2, None)))[0] for own in pairs])
         apart = np.asarray(rot.angle_between(first, second))
-    found = [_one(own) for own in pairs]
-    turns, offsets, residuals, before, better = (np.array(column) for column in zip(*found, strict=True))
-    accepted = better.astype(np.bool_) & believed
+    columns = zip(*(_fit_and_test(own) for own in pairs), strict=True)
+    rotations, offsets, residuals, before, better = (np.array(column) for column in columns)
+    accepted = better.astype(np.bool_) & agreeing
     return Calibration(
         names,
-        np.where(accepted[:, None], turns, rot.IDENTITY),
+        np.where(accepted[:, None], rotations, rot.IDENTITY),
         np.where(accepted[:, None], offsets, 0.0),
         np.where(accepted, residuals, before),
         before,
@@ -206,57 +249,29 @@ def calibrated(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray
 
 def _check(name: str, pairs: Pairs) -> None:
     reference = pairs.reference
-    if len(reference) < 30:
-        raise RequestError(f"sensor {name!r}: calibration needs 30 valid frames or more, found {len(reference)}")
+    if len(reference) < LEAST_FRAMES:
+        raise RequestError(
+            f"sensor {name!r}: calibration needs {LEAST_FRAMES} valid frames or more, found {len(reference)}"
+        )
     directions = reference / np.maximum(np.linalg.norm(reference, axis=1, keepdims=True), 1e-9)
     # vectors in one plane are enough for Wahba's problem, those along one line are not
     if float(np.linalg.eigvalsh(directions.T @ directions / len(directions))[1]) < ALONG_A_LINE:
         raise RequestError(
-            f"sensor {name!r}: the readings point one way throughout, which leaves its turn about that open; "
-            "calibrate on a motion in which the bone turns"
+            f"sensor {name!r}: the readings point one way throughout, which leaves its rotation about that direction "
+            "open; calibrate on a motion in which the bone rotates"
         )
 
 
-def _one(pairs: Pairs) -> tuple[FloatArray, FloatArray, float, float, bool]:
+def _fit_and_test(pairs: Pairs) -> tuple[FloatArray, FloatArray, float, float, bool]:
     """Rotation, offset, residual after and before, and whether it is better on the last third than none."""
     measured, reference = pairs.measured, pairs.reference
     cut = 2 * len(measured) // 3
-    turn, offset = fitted(pairs.part(slice(cut)))
-    kept = _rms(rot.rotate(turn, measured[cut:] - offset) - reference[cut:])
-    left = reference if pairs.uncalibrated is None else pairs.uncalibrated
-    none, before = _rms(measured[cut:] - left[cut:]), _rms(measured - left)
-    turn, offset = fitted(pairs)
-    return turn, offset, _rms(rot.rotate(turn, measured - offset) - reference), before, kept < none
-
-
-def fitted(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
-    """Rotation and offset by turns; an offset of more than 2 m/s^2 is no sensor's and left out."""
-    measured, reference = pairs.measured, pairs.reference
-    offset = np.zeros(3)
-    turn = rot.IDENTITY
-    # foot impacts, which bones of no mass overstate, would otherwise decide
-    for _ in range(20):
-        error = np.linalg.norm(rot.rotate(turn, measured - offset) - reference, axis=1)
-        weights = 1.0 / np.maximum(error, np.median(error) + 1e-9)
-        turn = _turned(pairs, measured - offset, weights)
-        if not pairs.biased:
-            continue
-        away = measured - rot.rotate(rot.conjugate(turn), reference)
-        offset = (weights[:, None] * away).sum(axis=0) / weights.sum()
-        if np.linalg.norm(offset) > 2.0:
-            offset = np.zeros(3)
-    return turn, offset
-
-
-def _turned(pairs: Pairs, measured: FloatArray, weights: FloatArray) -> FloatArray:
-    if pairs.standing is None:
-        return wahba(measured, pairs.reference, weights)
-    read, wanted = pairs.standing
-    return wahba(
-        np.concatenate([measured, read[None]]),
-        np.concatenate([pairs.reference, wanted[None]]),
-        np.append(weights, 0.5 * weights.sum()),
-    )
+    rotation, offset = fit_pairs(pairs.part(slice(cut)))
+    kept = _rms(rot.rotate(rotation, measured[cut:] - offset) - reference[cut:])
+    raw = reference if pairs.uncalibrated is None else pairs.uncalibrated
+    none, before = _rms(measured[cut:] - raw[cut:]), _rms(measured - raw)
+    rotation, offset = fit_pairs(pairs)
+    return rotation, offset, _rms(rot.rotate(rotation, measured - offset) - reference), before, kept < none
 
 
 def _rms(difference: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""How far one clock is ahead of another, from what both recorded."""
+"""The offset between two clocks, from signals that were recorded by both."""
 
 from __future__ import annotations
 
@@ -12,8 +12,14 @@ from kinetograph.errors import RequestError
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """seconds: to be taken from the readings' times to bring them onto the motion's clock. correlation: of the two
-    signals at that offset, at most 1.
+    """An offset between the clock of readings and that of a motion.
+
+    Parameters
+    ----------
+    seconds : float
+        To be subtracted from the readings' times to bring them onto the motion's clock.
+    correlation : float
+        Of the two signals at that offset, at most 1.
     """
 
     seconds: float
@@ -21,13 +27,34 @@ class ClockOffset:
 
 
 def clock_offset(readings: FloatArray, motion: FloatArray, fps: float, furthest: float = 1.0) -> ClockOffset:
-    """By how much the clock of ``readings``, shape ``(F,)`` or ``(F, C)``, is ahead of that of ``motion``, likewise.
+    """The seconds by which the clock of readings is ahead of a motion's.
 
-    Both are at ``fps``, of the same quantity (magnitudes of specific force need no calibration), and compared column by
-    column. The peak of their normalised cross-correlation within ``furthest`` seconds is refined by a parabola, which
-    finds fractions of a frame.
+    Both signals are of the same quantity (magnitudes of specific force need no calibration) and compared column by
+    column. The peak of their normalised cross-correlation is refined by a parabola, which gives fractions of a frame.
 
-    Raises RequestError where the signals are too short or do not vary.
+    Parameters
+    ----------
+    readings, motion : ndarray, shape (F,) or (F, C)
+        The same quantity, once measured and once computed from the motion.
+    fps : float
+        Rate of both, in Hz.
+    furthest : float
+        Greatest offset that is tried, in seconds.
+
+    Returns
+    -------
+    ClockOffset
+
+    Raises
+    ------
+    RequestError
+        Where the signals are too short or do not vary.
+
+    Examples
+    --------
+    >>> wave = np.sin(np.arange(200) ** 1.3 / 20)
+    >>> round(clock_offset(wave[:-5], wave[5:], 100.0, 0.2).seconds, 2)
+    0.05
     """
     a = np.asarray(readings, dtype=np.float64).reshape(len(readings), -1)
     b = np.asarray(motion, dtype=np.float64).reshape(len(motion), -1)
@@ -42,12 +69,16 @@ def clock_offset(readings: FloatArray, motion: FloatArray, fps: float, furthest:
     best = int(np.argmax(scores))
     if not scores[best] > 0:
         raise RequestError("the signals do not vary together at any offset; are they of the same movement?")
-    shift = 0.0
-    if 0 < best < len(lags) - 1:
-        left, here, right = scores[best - 1 : best + 2]
-        bend = left - 2 * here + right
-        shift = 0.0 if bend >= 0 else float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5))
-    return ClockOffset(float((lags[best] + shift) / fps), float(scores[best]))
+    return ClockOffset(float((lags[best] + _peak(scores, best)) / fps), float(scores[best]))
+
+
+def _peak(scores: FloatArray, best: int) -> float:
+    """Where a parabola through the best score and its neighbours is highest, in steps from the best."""
+    if not 0 < best < len(scores) - 1:
+        return 0.0
+    left, here, right = scores[best - 1 : best + 2]
+    bend = left - 2 * here + right
+    return 0.0 if bend >= 0 else float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5))
 
 
 def _correlation(a: FloatArray, b: FloatArray, lag: int) -> float:

@@ -1,4 +1,4 @@
-"""What a device does to what it measures: range, bits, noise, and the ways of its clock and its radio."""
+"""What a device does to what it measures: range, bits, noise, and the faults of its clock and its radio."""
 
 from __future__ import annotations
 
@@ -14,11 +14,33 @@ from kinetograph.errors import RequestError
 class Device:
     """A device model; the default measures exactly.
 
-    span: m/s^2 that a channel reaches either way before it clips. bits: of a channel's whole range, or None. noise:
-    standard deviation in m/s^2. rate: samples a second. offset: seconds that its clock is ahead of the motion's.
-    jitter: standard deviation of sample times in seconds. loss: share of packets lost. width: seconds over which the
-    second derivative of a position is taken. turn_noise: standard deviation in rad/s of a gyroscope; tilt_noise: in
-    radians, of an orientation.
+    Parameters
+    ----------
+    span : float
+        Value in m/s^2 at which a channel clips, in both directions.
+    bits : int, optional
+        Bits of a channel's whole range; without it values are not rounded.
+    noise : float
+        Standard deviation in m/s^2.
+    rate : float
+        Samples per second.
+    offset : float
+        Seconds by which its clock is ahead of the motion's.
+    jitter : float
+        Standard deviation of sample times in seconds.
+    loss : float
+        Share of packets that are lost, from 0 up to 1.
+    width : float
+        Seconds over which the second derivative of a position is taken.
+    turn_noise : float
+        Standard deviation of a gyroscope in rad/s.
+    tilt_noise : float
+        Standard deviation of an orientation in radians.
+
+    Raises
+    ------
+    RequestError
+        For values that no device can have.
     """
 
     span: float = np.inf
@@ -46,8 +68,21 @@ class Device:
 
 
 def measure(device: Device, force: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """What a device reports of true specific force, shape ``(..., 3)`` m/s^2: noise, then clipping, then rounding.
+    """What a device reports of true specific force: noise, then clipping, then rounding.
 
+    Parameters
+    ----------
+    device : Device
+    force : ndarray, shape (..., 3)
+        In m/s^2.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Examples
+    --------
     >>> measure(Device(span=16.0, bits=3), np.array([1.9, -3.0, 99.0]), np.random.default_rng(0)).tolist()
     [0.0, -4.0, 12.0]
     """

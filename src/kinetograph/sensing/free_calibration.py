@@ -1,8 +1,8 @@
-"""Calibration without a recorded motion: by a pose that everybody can stand in, and by what a library's bodies do.
+"""Calibration without a recorded motion: by a standing pose, and by movement that is like a library's.
 
-How a sensor is turned about a known direction is open at first. What does not depend on it, the reading along that
-direction and its size across, is enough to find where in a library the wearer is; the library's virtual sensors there
-then serve as the reference of Wahba's problem, and its solution finds the wearer better. A few rounds settle it.
+A sensor's rotation about a known direction is open at first. The reading along that direction and its size across it do
+not depend on this rotation, and are enough to find the wearer's path through a library; the library's virtual sensors
+along the path then serve as the reference of Wahba's problem, whose solution gives a better path. A few rounds suffice.
 """
 
 from __future__ import annotations
@@ -15,25 +15,39 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import continuity
-from kinetograph.learn.continuity import PathSearch
+from kinetograph.learn import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.motion import Motion
-from kinetograph.sensing.calibration import RATE, Calibration, Pairs, calibrated, faultless, fitted, framed
-from kinetograph.sensing.layout import Layout, attach, keep
-from kinetograph.sensing.readings import GRAVITY, Readings, check_units, select
+from kinetograph.sensing.calibration import RATE, Calibration, calibrate_pairs, faultless, framed
+from kinetograph.sensing.layout import Layout, attach, keep_sensors
+from kinetograph.sensing.readings import GRAVITY, Readings, check_units, select_rows
+from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
 from kinetograph.sensing.virtual import simulate
 from kinetograph.skeleton import Skeleton
 
 ROUNDS = 8
-LAG = 6  # frames that the matching looks back
-LONGEST = 1800  # frames that are looked at
-STILL = 1.0  # m/s^2 that the readings of somebody who stands still vary by at most
+"""Rounds of matching and of solving Wahba's problem."""
+LAG = 6
+"""Frames by which the matching looks back."""
+LONGEST = 1800
+"""Frames that are used at most."""
+STILL = 1.0
+"""m/s^2 by which the readings of somebody who stands still vary at most."""
+FEWEST = 5
+"""Readings of each sensor that standing still needs."""
 _HANGING = ("shoulder", "elbow", "hand", "hip", "knee")  # joints whose bones hang when a body stands
 
 
 @dataclass(frozen=True, eq=False)
-class Example:
-    """What a library's bodies would have read: force ``(N, S, 3)`` m/s^2; first ``(N,)``, where recordings begin."""
+class LibraryReadings:
+    """What a layout's sensors would have read on a library's bodies.
+
+    Parameters
+    ----------
+    force : ndarray, shape (N, S, 3)
+        In m/s^2.
+    first : ndarray of bool, shape (N,)
+        True where a recording begins.
+    """
 
     force: FloatArray
     first: BoolArray
@@ -41,7 +55,13 @@ class Example:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """At rest in a pose that is known: what each sensor read and should have read, both ``(S, 3)`` m/s^2."""
+    """Readings at rest in a pose that is known.
+
+    Parameters
+    ----------
+    read, wanted : ndarray, shape (S, 3)
+        In m/s^2: what each sensor read, and what it should have read.
+    """
 
     read: FloatArray
     wanted: FloatArray
@@ -50,13 +70,30 @@ class Standing:
 def calibrate_on_library(
     readings: Readings, layout: Layout, motions: Sequence[Motion], still: tuple[float, float] | None = None
 ) -> Calibration:
-    """Calibration by movement that is like a library's motions, and by seconds of standing still, arms hanging.
+    """Calibrate by movement that is like a library's motions, and by standing still, arms hanging.
 
-    Half a minute, from the end of standing on, is looked at. Raises RequestError for sensors that the layout does not
-    have, and whatever `standing_still` and `calibrate_freely` refuse.
+    Half a minute, from the end of standing on, is used.
+
+    Parameters
+    ----------
+    readings : Readings
+    layout : Layout
+    motions : sequence of Motion
+        The library's, of one skeleton.
+    still : pair of float, optional
+        Seconds between which the wearer stood still.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    RequestError
+        For sensors that the layout does not have, and as ``standing_still`` and `calibrate_freely`.
     """
     check_units(readings)
-    worn = keep(layout, readings.names)
+    worn = keep_sensors(layout, readings.names)
     library = examples_of(motions, worn)
     standing = still and standing_still(readings, worn, still, motions[0].skeleton, library)
     measured, valid = framed(readings, worn)
@@ -65,27 +102,46 @@ def calibrate_on_library(
     return calibrate_freely(worn.names, measured[rows], library, valid[rows], standing)
 
 
-def examples_of(motions: Sequence[Motion], layout: Layout) -> Example:
+def examples_of(motions: Sequence[Motion], layout: Layout) -> LibraryReadings:
     """What a layout's sensors would have read during motions."""
-    found = [framed(simulate(motion, faultless(layout)), layout)[0] for motion in motions]
-    first = np.zeros(sum(len(force) for force in found), dtype=np.bool_)
-    first[np.cumsum([0, *(len(force) for force in found[:-1])])] = True
-    return Example(np.concatenate(found), first)
+    forces = [framed(simulate(motion, faultless(layout)), layout)[0] for motion in motions]
+    first = np.zeros(sum(len(force) for force in forces), dtype=np.bool_)
+    first[np.cumsum([0, *(len(force) for force in forces[:-1])])] = True
+    return LibraryReadings(np.concatenate(forces), first)
 
 
 def standing_still(
-    readings: Readings, layout: Layout, between: tuple[float, float], skeleton: Skeleton, library: Example
+    readings: Readings, layout: Layout, between: tuple[float, float], skeleton: Skeleton, library: LibraryReadings
 ) -> Standing:
-    """What sensors read between two times, at which the wearer stood still, upright, arms hanging.
+    """What sensors read while the wearer stood still, upright, arms hanging.
 
-    Bones of arms and legs then hang, whatever their turn about themselves; other parts are held as the library's
-    bodies hold them on average. Raises RequestError for no readings then, or a wearer who moved.
+    The bones of arms and legs then hang, whatever their rotation about themselves; other parts are held as the
+    library's bodies hold them on average.
+
+    Parameters
+    ----------
+    readings : Readings
+    layout : Layout
+    between : pair of float
+        Seconds.
+    skeleton : Skeleton
+        The library's.
+    library : LibraryReadings
+
+    Returns
+    -------
+    Standing
+
+    Raises
+    ------
+    RequestError
+        For no readings then, or a wearer who moved.
     """
-    part = select(readings, (readings.times >= between[0]) & (readings.times <= between[1]))
+    part = select_rows(readings, (readings.times >= between[0]) & (readings.times <= between[1]))
     read = np.zeros((len(layout.names), 3))
     for index, name in enumerate(readings.names):
         rows = part.force[part.sensors == index]
-        if len(rows) < 5:
+        if len(rows) < FEWEST:
             raise RequestError(
                 f"sensor {name!r}: expected readings between {between[0]:g} and {between[1]:g} s, found {len(rows)}; "
                 f"they last until {readings.duration:.1f} s"
@@ -100,15 +156,15 @@ def standing_still(
     return Standing(read, GRAVITY * _upright(layout, skeleton, library))
 
 
-def _upright(layout: Layout, skeleton: Skeleton, library: Example) -> FloatArray:
+def _upright(layout: Layout, skeleton: Skeleton, library: LibraryReadings) -> FloatArray:
     """Upward directions, ``(S, 3)``, in the sensors' frames, of a body that stands with its arms hanging."""
-    joints, _, turns = attach(layout, skeleton)
-    role_of = {mark.joint: role for role, mark in skeleton.roles.items()}
+    joints, _, mounts = attach(layout, skeleton)
+    role_of = {landmark.joint: role for role, landmark in skeleton.roles.items()}
     up = _unit(library.force.mean(axis=0))
     for index, joint in enumerate(joints):
         bone = _bone(skeleton, int(joint)) if role_of.get(int(joint), "").endswith(_HANGING) else np.zeros(3)
         if np.linalg.norm(bone) > 1e-6:
-            up[index] = rot.rotate(rot.conjugate(turns[index]), -_unit(bone))
+            up[index] = rot.rotate(rot.conjugate(mounts[index]), -_unit(bone))
     return up
 
 
@@ -121,41 +177,56 @@ def _bone(skeleton: Skeleton, joint: int) -> FloatArray:
 def calibrate_freely(
     names: tuple[str, ...],
     measured: FloatArray,
-    library: Example,
+    library: LibraryReadings,
     valid: BoolArray | None = None,
     standing: Standing | None = None,
 ) -> Calibration:
     """Rotations from a few seconds of movement that is like a library's, without a recording of it.
 
-    measured: ``(F, S, 3)`` m/s^2 at `RATE`. standing: readings at rest; without them each sensor's mean, mostly
-    gravity, is taken to point where the library's does. Residuals are from the nearest path through the library, of
-    readings that are calibrated and of those that are not, each from its own.
+    Residuals are from the nearest path through the library: that of calibrated readings, and that of raw ones.
 
-    Raises RequestError as `calibrate` does.
+    Parameters
+    ----------
+    names : tuple of str
+    measured : ndarray, shape (F, S, 3)
+        In m/s^2, at 60 Hz.
+    library : LibraryReadings
+    valid : ndarray of bool, shape (F, S), optional
+    standing : Standing, optional
+        Without it each sensor's mean, mostly gravity, is assumed to point where the library's does.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    RequestError
+        As `calibrate`.
     """
     mask = np.ones(measured.shape[:2], dtype=np.bool_) if valid is None else valid
     raw = _followed(library, library.force, measured, mask)
-    turns, reference = _settled(measured, library, mask, standing)
+    rotations, reference = _settled(measured, library, mask, standing)
     pairs = [_pairs(s, measured, reference, raw, mask, standing) for s in range(len(names))]
     half = len(measured) // 2
     parts = [_settled(measured[rows], library, mask[rows], standing)[0] for rows in (slice(half), slice(half, None))]
-    # a half that goes astray on its own says that the whole may have as well
-    apart = np.max([rot.angle_between(turns, part) for part in parts], axis=0)
-    return calibrated(names, pairs, apart)
+    # where one half alone gives another rotation, that of the whole is not reliable either
+    apart = np.max([rot.angle_between(rotations, part) for part in parts], axis=0)
+    return calibrate_pairs(names, pairs, apart)
 
 
 def _settled(
-    measured: FloatArray, library: Example, mask: BoolArray, standing: Standing | None
+    measured: FloatArray, library: LibraryReadings, mask: BoolArray, standing: Standing | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotations ``(S, 4)`` after `ROUNDS`, and the library's force along the path that they lead to."""
+    """Rotations ``(S, 4)`` after ``ROUNDS``, and the library's force along the path that they lead to."""
     mean = (measured * mask[..., None]).sum(axis=0) / np.maximum(mask.sum(axis=0), 1)[:, None]
     here, there = (mean, library.force.mean(axis=0)) if standing is None else (standing.read, standing.wanted)
-    reference = _followed(library, _turnless(library.force, there), _turnless(measured, here), mask)
+    reference = _followed(library, _invariant(library.force, there), _invariant(measured, here), mask)
     for _ in range(ROUNDS):
         pairs = [_pairs(s, measured, reference, reference, mask, standing) for s in range(measured.shape[1])]
-        turns = np.array([fitted(own)[0] if len(own.measured) else rot.IDENTITY for own in pairs])
-        reference = _followed(library, library.force, rot.rotate(turns, measured), mask)
-    return turns, reference
+        rotations = np.array([fit_pairs(own)[0] if len(own.measured) else rot.IDENTITY for own in pairs])
+        reference = _followed(library, library.force, rot.rotate(rotations, measured), mask)
+    return rotations, reference
 
 
 def _pairs(
@@ -172,25 +243,25 @@ def _pairs(
     )
 
 
-def _turnless(force: FloatArray, axis: FloatArray) -> FloatArray:
-    """What turns about ``axis``, shape ``(S, 3)``, leave as it is: along it, and the size across, ``(F, S, 2)``."""
+def _invariant(force: FloatArray, axis: FloatArray) -> FloatArray:
+    """What rotations about ``axis``, ``(S, 3)``, leave: the part along it, and the size across, ``(F, S, 2)``."""
     along = np.einsum("fsi,si->fs", force, _unit(axis))
     across = np.sqrt(np.maximum((force**2).sum(axis=2) - along**2, 0.0))
     return np.stack([along, across], axis=2)
 
 
-def _followed(library: Example, features: FloatArray, query: FloatArray, mask: BoolArray) -> FloatArray:
+def _followed(library: LibraryReadings, features: FloatArray, query: FloatArray, mask: BoolArray) -> FloatArray:
     """The library's force, ``(F - LAG, S, 3)``, along the paths whose features ``(N, S, k)`` are like a query's."""
     flat = features.reshape(len(features), -1)
     scale = np.maximum(flat.std(axis=0), 0.5)
     each = np.repeat(mask, features.shape[2], axis=1)
     examples = np.ascontiguousarray((flat / scale).T, dtype=np.float32)
     search = PathSearch(examples, library.first, float(np.exp(-1.0 / (0.3 * RATE))), 0.1, 2.0, LAG)
-    state, out = continuity.init(search), []
+    state, out = init_paths(search), []
     for values, valid in zip(query.reshape(len(query), -1) / scale, each, strict=True):
-        state = continuity.step(search, state, values, valid / max(int(valid.sum()), 1))
-        found, shares = continuity.best(search, state, 32, 0.5)
-        out.append(np.einsum("k,ksi->si", shares, library.force[found]))
+        state = step_paths(search, state, values, valid / max(int(valid.sum()), 1))
+        passed, shares = best_paths(search, state, 32, 0.5)
+        out.append(np.einsum("k,ksi->si", shares, library.force[passed]))
     return np.array(out[LAG:])
 
 

@@ -1,4 +1,4 @@
-"""Layouts: which sensors there are, where each sits on the body, and how it is turned."""
+"""Layouts: which sensors there are, where each sits on the body, and how it is rotated."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.sensing.device import Device
+from kinetograph.sensing.readings import check_names
 from kinetograph.skeleton import Skeleton
 
 
@@ -18,11 +19,28 @@ from kinetograph.skeleton import Skeleton
 class Sensor:
     """One sensor on a bone.
 
-    place: the role, or else the name, of the joint whose frame the sensor moves with (a forearm's is the elbow).
-    towards, along: the sensor sits this share of the way from that joint to another one. offset: shape ``(3,)``
-    metres added to that, in the joint's frame. rotation: quaternion from the sensor's frame to the joint's. bias:
-    shape ``(3,)`` m/s^2 that it adds, in its own frame. width: seconds over which its second derivative is taken when
-    it is simulated, or None for the device's own.
+    Parameters
+    ----------
+    name : str
+    place : str
+        The role, or else the name, of the joint whose frame the sensor moves with (a forearm's is the elbow).
+    towards : str, optional
+        Another joint below that one, towards which the sensor is moved along the bones.
+    along : float
+        Share of the distance to ``towards`` at which the sensor sits.
+    offset : ndarray, shape (3,)
+        Metres in the joint's frame, added to that.
+    rotation : ndarray, shape (4,)
+        Quaternion from the sensor's frame to the joint's.
+    bias : ndarray, shape (3,)
+        Offset of its readings in m/s^2, in its own frame.
+    width : float, optional
+        Seconds over which its second derivative is taken when it is simulated; the device's own by default.
+
+    Raises
+    ------
+    RequestError
+        For values that no sensor can have.
     """
 
     name: str
@@ -35,27 +53,38 @@ class Sensor:
     width: float | None = None
 
     def __post_init__(self) -> None:
-        offset = np.asarray(self.offset, dtype=np.float64)
-        bias = np.asarray(self.bias, dtype=np.float64)
-        rotation = np.asarray(self.rotation, dtype=np.float64)
-        object.__setattr__(self, "offset", offset)
-        object.__setattr__(self, "bias", bias)
-        if offset.shape != (3,) or not np.isfinite(offset).all():
-            raise RequestError(f"sensor {self.name!r}: an offset is three finite metres, found {offset.tolist()}")
-        if bias.shape != (3,) or not np.isfinite(bias).all():
-            raise RequestError(f"sensor {self.name!r}: a bias is three finite m/s^2, found {bias.tolist()}")
-        if rotation.shape != (4,) or not np.isfinite(rotation).all() or not np.linalg.norm(rotation) > 1e-6:
-            raise RequestError(
-                f"sensor {self.name!r}: a rotation is a quaternion w, x, y, z, found {rotation.tolist()}"
-            )
-        object.__setattr__(self, "rotation", rot.normalize(rotation))
+        for name in ("offset", "bias", "rotation"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
+        self._require("offset", "an offset is three finite metres", self.offset.shape == (3,))
+        self._require("bias", "a bias is three finite m/s^2", self.bias.shape == (3,))
+        rotates = self.rotation.shape == (4,) and bool(np.linalg.norm(self.rotation) > 1e-6)
+        self._require("rotation", "a rotation is a quaternion w, x, y, z", rotates)
+        object.__setattr__(self, "rotation", rot.normalize(self.rotation))
         if self.width is not None and not (np.isfinite(self.width) and self.width > 0):
             raise RequestError(f"sensor {self.name!r}: width must be a positive number of seconds, found {self.width}")
+
+    def _require(self, name: str, what: str, fits: bool) -> None:
+        value = getattr(self, name)
+        if not (fits and np.isfinite(value).all()):
+            raise RequestError(f"sensor {self.name!r}: {what}, found {value.tolist()}")
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Sensors, and the device they all are."""
+    """Sensors, and the device that they all are.
+
+    Parameters
+    ----------
+    name : str
+    sensors : tuple of Sensor
+        Each with a name of its own.
+    device : Device
+
+    Raises
+    ------
+    RequestError
+        For no sensors, or two of one name.
+    """
 
     name: str
     sensors: tuple[Sensor, ...]
@@ -72,18 +101,32 @@ class Layout:
         return tuple(sensor.name for sensor in self.sensors)
 
 
-def keep(layout: Layout, names: tuple[str, ...]) -> Layout:
+def keep_sensors(layout: Layout, names: tuple[str, ...]) -> Layout:
     """The layout with some of its sensors. Raises RequestError for a name that it does not have."""
-    from kinetograph.sensing.readings import check_names
-
     check_names(names, layout.names)
     return replace(layout, sensors=tuple(s for s in layout.sensors if s.name in names))
 
 
 def attach(layout: Layout, skeleton: Skeleton) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Joints ``(S,)``, offsets ``(S, 3)`` metres and rotations ``(S, 4)`` of a layout's sensors on a skeleton.
+    """Where a layout's sensors sit on a skeleton.
 
-    Raises RequestError where the skeleton lacks a joint that the layout names.
+    Parameters
+    ----------
+    layout : Layout
+    skeleton : Skeleton
+
+    Returns
+    -------
+    joints : ndarray of int, shape (S,)
+    offsets : ndarray, shape (S, 3)
+        Metres in the joints' frames.
+    rotations : ndarray, shape (S, 4)
+        Quaternions from the sensors' frames to the joints'.
+
+    Raises
+    ------
+    RequestError
+        Where the skeleton lacks a joint that the layout names.
     """
     joints = [_joint(layout, sensor, sensor.place, skeleton) for sensor in layout.sensors]
     offsets = []
@@ -151,11 +194,15 @@ PRESETS: Mapping[str, Layout] = {
     ),
     "imu": Layout("imu", (*_on_limbs("forearm", "shank"), Sensor("pelvis", "hips"), Sensor("head", "head")), _IMU),
 }
-"""Layouts by name; `ideal` and `wii` have the paper's eight sensors (4.1)."""
+"""Layouts by name; ``ideal`` and ``wii`` have the paper's eight sensors (4.1)."""
 
 
 def preset(name: str) -> Layout:
-    """A layout of `PRESETS`. Raises RequestError for another name."""
+    """A layout of `PRESETS`. Raises RequestError for another name.
+
+    >>> preset("phone").names
+    ('hand', 'pocket')
+    """
     try:
         return PRESETS[name]
     except KeyError:

@@ -1,10 +1,10 @@
-"""Readings: what several sensors report, each at its own pace."""
+"""Readings: what several sensors report, each at its own rate."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,23 +16,38 @@ GRAVITY = 9.81
 """Standing acceleration of the Earth, m/s^2; a sensor at rest reads this much upwards."""
 
 KINDS = ("force", "angular", "tilt")
-"""What a sensor can tell, three channels each in its own frame: specific force, angular velocity, which way is up."""
+"""Kinds of channels, three each in the sensor's own frame: specific force, angular velocity, the upward direction."""
 
 FASTEST = 35.0
-"""rad/s, 2,000 degrees a second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
+"""rad/s, 2,000 degrees per second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
+_ARRAYS = ("times", "sensors", "force", "angular", "orientation")
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
     """Rows of several sensors in order of time, at any rate, rows missing or not.
 
-    times: shape ``(R,)`` seconds. sensors: ``(R,)``, which of ``names`` a row is from. force: ``(R, 3)`` specific
-    force in m/s^2 in the sensor's own frame: acceleration less gravity, so that a sensor at rest reads 9.81 upwards.
-    angular: ``(R, 3)`` angular velocity in rad/s in the sensor's frame, or ``None``. orientation: ``(R, 4)``
-    quaternions from the sensor's frame to the world's (Y up), or ``None``.
+    Parameters
+    ----------
+    names : tuple of str
+        The sensors.
+    times : ndarray, shape (R,)
+        Seconds.
+    sensors : ndarray of int, shape (R,)
+        Which of ``names`` each row is from.
+    force : ndarray, shape (R, 3)
+        Specific force in m/s^2 in the sensor's own frame: acceleration less gravity, so that a sensor at rest reads
+        9.81 upwards.
+    angular : ndarray, shape (R, 3), optional
+        Angular velocity in rad/s in the sensor's frame.
+    orientation : ndarray, shape (R, 4), optional
+        Quaternions from the sensor's frame to the world's (Y up).
 
-    Raises DataError for shapes that disagree, values that are not finite, a sensor whose times do not increase.
+    Raises
+    ------
+    DataError
+        For shapes that disagree, values that are not finite, and a sensor whose times do not increase.
     """
 
     names: tuple[str, ...]
@@ -45,6 +60,7 @@ class Readings:
 
     def __post_init__(self) -> None:
         if self._checked:
+            object.__setattr__(self, "_checked", False)  # what is made of this one by replace is checked again
             return
         object.__setattr__(self, "names", tuple(self.names))
         object.__setattr__(self, "times", np.asarray(self.times, dtype=np.float64).reshape(-1))
@@ -72,7 +88,7 @@ class Readings:
                 raise DataError(f"sensor {name!r}: {what} {times[at + 1]:g} s (after {times[at]:g} s); drop such rows")
         order = np.argsort(self.times, kind="stable")
         if np.any(np.diff(order) < 0):
-            for name in ("times", "sensors", "force", "angular", "orientation"):
+            for name in _ARRAYS:
                 value = getattr(self, name)
                 if value is not None:
                     object.__setattr__(self, name, value[order])
@@ -102,16 +118,30 @@ def _set_rows(readings: Readings, name: str, width: int) -> None:
 
 
 def kinds_of(readings: Readings) -> tuple[str, ...]:
-    """What readings tell, of `KINDS`."""
-    told = {"force": True, "angular": readings.angular is not None, "tilt": readings.orientation is not None}
-    return tuple(kind for kind in KINDS if told[kind])
+    """The kinds of channels that readings have, of `KINDS`."""
+    present = {"force": True, "angular": readings.angular is not None, "tilt": readings.orientation is not None}
+    return tuple(kind for kind in KINDS if present[kind])
 
 
 def channels(readings: Readings, kinds: Sequence[str]) -> FloatArray:
-    """The rows' channels of some kinds, ``(R, 3 K)``: m/s^2, rad/s, and the upward direction.
+    """The channels of some kinds: m/s^2, rad/s, and the upward direction in the sensor's frame.
 
-    Of an orientation only the tilt is used: what compasses make of heading indoors is not to be relied on. Raises
-    RequestError for readings that do not have a kind.
+    Of an orientation only the tilt is used: headings of compasses are not reliable indoors.
+
+    Parameters
+    ----------
+    readings : Readings
+    kinds : sequence of str
+        Of `KINDS`.
+
+    Returns
+    -------
+    ndarray, shape (R, 3 K)
+
+    Raises
+    ------
+    RequestError
+        For readings that do not have a kind.
     """
     for kind in kinds:
         if kind not in kinds_of(readings):
@@ -123,13 +153,18 @@ def channels(readings: Readings, kinds: Sequence[str]) -> FloatArray:
     return np.concatenate([parts[kind] for kind in kinds], axis=1)
 
 
-def select(readings: Readings, rows: BoolArray) -> Readings:
-    """The rows for which ``rows``, shape ``(R,)``, is true; the sensors stay."""
-    return rows_of(readings, np.flatnonzero(rows))
+def select_rows(readings: Readings, rows: BoolArray | IntArray | slice) -> Readings:
+    """Some of the rows; the sensors stay.
 
+    Parameters
+    ----------
+    readings : Readings
+    rows : ndarray of bool, shape (R,), or ndarray of int, or slice
 
-def rows_of(readings: Readings, rows: slice | IntArray) -> Readings:
-    """Some rows, by number; the sensors stay."""
+    Returns
+    -------
+    Readings
+    """
     return Readings(
         readings.names,
         readings.times[rows],
@@ -140,22 +175,62 @@ def rows_of(readings: Readings, rows: slice | IntArray) -> Readings:
     )
 
 
-def only(readings: Readings, names: Sequence[str]) -> Readings:
+def select_sensors(readings: Readings, names: Sequence[str]) -> Readings:
     """The rows of some sensors, which are numbered in the order of ``names``.
 
-    Raises RequestError, naming what there is, for a sensor that is not there.
+    Parameters
+    ----------
+    readings : Readings
+    names : sequence of str
+
+    Returns
+    -------
+    Readings
+
+    Raises
+    ------
+    RequestError
+        For a sensor that is not there.
     """
     check_names(names, readings.names)
     number = np.full(len(readings.names), -1)
     for new, name in enumerate(names):
         number[readings.names.index(name)] = new
     sensors = number[readings.sensors]
-    kept = select(readings, sensors >= 0)
-    return Readings(tuple(names), kept.times, sensors[sensors >= 0], kept.force, kept.angular, kept.orientation)
+    kept = select_rows(readings, sensors >= 0)
+    return replace(kept, names=tuple(names), sensors=sensors[sensors >= 0])
+
+
+def renumbered(readings: Readings, names: tuple[str, ...]) -> Readings:
+    """The same rows among more sensors, which are numbered in the order of ``names``.
+
+    Parameters
+    ----------
+    readings : Readings
+    names : tuple of str
+        Those of the readings and perhaps more.
+
+    Returns
+    -------
+    Readings
+
+    Raises
+    ------
+    RequestError
+        For a sensor of the readings that is not among ``names``.
+    """
+    check_names(readings.names, names)
+    number = np.array([names.index(name) for name in readings.names])
+    return replace(readings, names=names, sensors=number[readings.sensors], _checked=True)
+
+
+def shifted(readings: Readings, seconds: float) -> Readings:
+    """The same rows, ``seconds`` later."""
+    return replace(readings, times=readings.times + seconds, _checked=True)
 
 
 def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
-    """Raises RequestError where ``wanted`` has a sensor that is not among ``known``."""
+    """Raise RequestError where ``wanted`` has a sensor that is not among ``known``."""
     for name in wanted:
         if name not in known:
             near = difflib.get_close_matches(name, known, 2)
@@ -164,10 +239,10 @@ def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
 
 
 def check_units(readings: Readings) -> None:
-    """Raises RequestError where the magnitudes cannot be specific force in m/s^2, or angular velocity in rad/s.
+    """Raise RequestError where magnitudes cannot be specific force in m/s^2, or angular velocity in rad/s.
 
-    Bodies spend most of their time near 1 g, so the median over all rows tells units of g, of milli-g or of counts,
-    and accelerations from which gravity has been taken, from m/s^2.
+    Bodies spend most of their time near 1 g, so that the median over all rows distinguishes m/s^2 from units of g, of
+    milli-g or of counts, and from accelerations without gravity.
     """
     if len(readings) == 0:
         return
@@ -176,7 +251,7 @@ def check_units(readings: Readings) -> None:
         if fast > FASTEST:
             raise RequestError(
                 f"expected angular velocity in rad/s, found more than {fast:.3g} in every twentieth row; is it in "
-                "degrees a second? divide by 57.3"
+                "degrees per second? divide by 57.3"
             )
     median = float(np.median(np.linalg.norm(readings.force, axis=1)))
     if _PLAUSIBLE[0] * GRAVITY <= median <= _PLAUSIBLE[1] * GRAVITY:

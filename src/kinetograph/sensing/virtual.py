@@ -10,6 +10,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
+from kinetograph.sampling import bracket
 from kinetograph.sensing.device import measure, sample_times
 from kinetograph.sensing.layout import Layout, attach
 from kinetograph.sensing.readings import GRAVITY, Readings
@@ -24,12 +25,12 @@ class _Carried:
         if len(motion) < 3:
             raise RequestError(f"a sensor needs 3 frames of motion or more, found {len(motion)}")
         joints, offsets, mounts = attach(layout, motion.skeleton)
-        positions, turns = forward(motion)
-        at = positions[:, joints] + rot.rotate(turns[:, joints], offsets)
+        positions, rotations = forward(motion)
+        at = positions[:, joints] + rot.rotate(rotations[:, joints], offsets)
         self.fps, self.duration = motion.fps, motion.duration
         # linear interpolation has no second derivative to speak of; clips of 30 Hz are sampled at 100 Hz
         self.splines = CubicSpline(np.arange(len(motion)) / motion.fps, at, axis=0)
-        self.turns = rot.unroll(rot.multiply(turns[:, joints], mounts))
+        self.rotations = rot.unroll(rot.multiply(rotations[:, joints], mounts))
 
     def force(self, times: FloatArray, sensor: int, width: float) -> FloatArray:
         """Specific force, shape ``(T, 3)`` m/s^2, in the sensor's frame at ``times``."""
@@ -41,9 +42,8 @@ class _Carried:
 
     def orientation(self, times: FloatArray, sensor: int) -> FloatArray:
         """Quaternions, shape ``(T, 4)``, from the sensor's frame to the world's."""
-        position = np.clip(times * self.fps, 0, len(self.turns) - 1)
-        lower = np.minimum(position.astype(np.int64), len(self.turns) - 2)
-        return rot.slerp(self.turns[lower, sensor], self.turns[lower + 1, sensor], position - lower)
+        lower, upper, share = bracket(times * self.fps, len(self.rotations))
+        return rot.slerp(self.rotations[lower, sensor], self.rotations[upper, sensor], share)
 
     def angular(self, times: FloatArray, sensor: int) -> FloatArray:
         """Angular velocity, shape ``(T, 3)`` rad/s, in the sensor's frame."""
@@ -54,10 +54,20 @@ class _Carried:
 
 
 def specific_force(motion: Motion, layout: Layout) -> FloatArray:
-    """Exact specific force, shape ``(F, S, 3)`` m/s^2, of a layout's sensors at a motion's frames.
+    """Exact specific force of a layout's sensors at a motion's frames.
 
     The second derivative is a difference over each sensor's ``width`` in seconds, whatever the frame rate; gravity is
-    added, and the sum turned into the sensor's frame. At rest it is 9.81 m/s^2 upwards.
+    added, and the sum rotated into the sensor's frame. At rest it is 9.81 m/s^2 upwards.
+
+    Parameters
+    ----------
+    motion : Motion
+    layout : Layout
+
+    Returns
+    -------
+    ndarray, shape (F, S, 3)
+        In m/s^2.
     """
     carried = _Carried(motion, layout)
     times = np.arange(len(motion)) / motion.fps
@@ -68,11 +78,25 @@ def specific_force(motion: Motion, layout: Layout) -> FloatArray:
 def simulate(
     motion: Motion, layout: Layout, rng: np.random.Generator | None = None, *, angular: bool = False, tilt: bool = False
 ) -> Readings:
-    """What a layout's sensors would have reported during a motion, with its device's faults.
+    """What a layout's sensors would have reported during a motion, with the faults of their device.
 
-    angular, tilt: whether gyroscopes and orientations are reported too. rng: for noise, jitter and losses; by default
-    always the same. Raises RequestError where the skeleton lacks a joint that the layout names, or the motion is too
-    short.
+    Parameters
+    ----------
+    motion : Motion
+    layout : Layout
+    rng : numpy.random.Generator, optional
+        For noise, jitter and losses; by default always the same.
+    angular, tilt : bool
+        Whether gyroscopes and orientations are simulated too.
+
+    Returns
+    -------
+    Readings
+
+    Raises
+    ------
+    RequestError
+        Where the skeleton lacks a joint that the layout names, or the motion is too short.
     """
     rng = rng or np.random.default_rng(0)
     carried = _Carried(motion, layout)
@@ -82,19 +106,32 @@ def simulate(
         times = sample_times(device, motion.duration, rng)
         exact = carried.force(times, index, sensor.width or device.width)
         force = measure(device, exact + sensor.bias, rng)
-        turning = carried.angular(times, index) if angular else np.zeros((len(times), 0))
+        rates = carried.angular(times, index) if angular else np.zeros((len(times), 0))
         facing = carried.orientation(times, index) if tilt else np.zeros((len(times), 0))
         if angular and device.turn_noise > 0:
-            turning = turning + rng.normal(scale=device.turn_noise, size=turning.shape)
+            rates = rates + rng.normal(scale=device.turn_noise, size=rates.shape)
         if tilt and device.tilt_noise > 0:
             facing = rot.multiply(facing, rot.exp(rng.normal(scale=device.tilt_noise, size=(len(times), 3))))
-        rows.append((times + device.offset, np.full(len(times), index), force, turning, facing))
-    times, sensors, force, turning, facing = (np.concatenate(column) for column in zip(*rows, strict=True))
-    return Readings(layout.names, times, sensors, force, turning if angular else None, facing if tilt else None)
+        rows.append((times + device.offset, np.full(len(times), index), force, rates, facing))
+    times, sensors, force, rates, facing = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return Readings(layout.names, times, sensors, force, rates if angular else None, facing if tilt else None)
 
 
 def simulate_kinds(
     motion: Motion, layout: Layout, kinds: tuple[str, ...], rng: np.random.Generator | None = None
 ) -> Readings:
-    """`simulate` with what is needed for some kinds of channels."""
+    """What `simulate` gives, with the columns that some kinds of channels need.
+
+    Parameters
+    ----------
+    motion : Motion
+    layout : Layout
+    kinds : tuple of str
+        Of `KINDS`.
+    rng : numpy.random.Generator, optional
+
+    Returns
+    -------
+    Readings
+    """
     return simulate(motion, layout, rng, angular="angular" in kinds, tilt="tilt" in kinds)

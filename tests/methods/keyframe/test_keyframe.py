@@ -13,19 +13,28 @@ import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.evaluation.keyframe import key_miss
-from kinetograph.formats.keys_json import read_keys
+from kinetograph.formats import read_keys
 from kinetograph.keys import key_at
 from kinetograph.kinematics import joint_positions
-from kinetograph.methods.keyframe.examples import adopt, headings, mean_heading
-from kinetograph.methods.keyframe.markov import plan, pose_vectors
-from kinetograph.methods.keyframe.model import KeyframeModel, PaperSettings, SearchSettings
+from kinetograph.methods.keyframe import (
+    ClusterChain,
+    FittedClusterChain,
+    FittedTimedSearch,
+    KeyframeModel,
+    TimedSearch,
+    adopt_named,
+    collect_examples,
+    pose_vectors,
+    state_sequence,
+)
+from kinetograph.methods.keyframe.examples import mean_heading
 from kinetograph.motion import Motion, cut, place
 from kinetograph.post.assemble import PostSettings
-from kinetograph.post.crossfade import crossfade
+from kinetograph.post.crossfading import crossfade
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
-from walkers import stick_figure, walk
+from walkers import slide, stick_figure, walk
 
 CLIPS = ("getup_facedown", "getup_faceup", "jump", "kick", "punch", "run", "walk")
 
@@ -78,14 +87,12 @@ def test_from_lying_to_running_on_the_sample(clips: kg.Library, seconds: float |
 def test_alternatives_differ_and_meet_the_keys(clips: kg.Library):
     keys = lying_and_running(clips, 6.0)
     model = kg.KeyframeControl().fit(clips)
-    found = model.alternatives(keys, 3)
-    assert len(found) == 3
-    assert len({tuple((p.take, round(p.source_start, 2)) for p in result.pieces) for result in found}) == 3
-    for result in found:
+    results = model.alternatives(keys, 3)
+    assert len(results) == 3
+    assert len({tuple((p.take, round(p.source_start, 2)) for p in result.pieces) for result in results}) == 3
+    for result in results:
         assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-3
-    assert found[0].cost == min(result.cost for result in found)
-    with pytest.raises(RequestError, match="alternatives are of mode search"):
-        kg.KeyframeControl(mode="paper").fit(clips).alternatives(keys)
+    assert results[0].cost == min(result.cost for result in results)
 
 
 def test_a_span_is_held_while_the_rest_is_made_anew(walks: kg.Library, model: KeyframeModel):
@@ -112,36 +119,39 @@ def test_a_span_is_held_while_the_rest_is_made_anew(walks: kg.Library, model: Ke
         model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, time=(3.0, 3.0), label="late")])
     with pytest.raises(RequestError, match="free: around a span that is held every key has a time"):
         model.synthesize_around(first, (2.0, 4.0), [keys[0], key_at(slow, 1.0, label="free")])
+    chain = kg.KeyframeControl(solver=ClusterChain()).fit(walks)
+    with pytest.raises(RequestError, match=r"leaves times free; to hold a span use the timed search \(--mode search\)"):
+        chain.synthesize_around(first, (2.0, 4.0), keys)
 
 
-def test_the_least_duration_is_known_and_told(clips: kg.Library):
+def test_the_least_duration_is_known_and_said(clips: kg.Library):
     with pytest.raises(RequestError, match=r"from lying to running takes 1\.\d+ s at least .* 1\.00 s are given"):
         kg.KeyframeControl().fit(clips).synthesize(lying_and_running(clips, 1.0))
 
 
-def test_the_papers_mode_goes_from_lying_to_running(clips: kg.Library):
+def test_the_cluster_chain_goes_from_lying_to_running(clips: kg.Library):
     keys = lying_and_running(clips)
-    model = kg.KeyframeControl(mode="paper", paper=PaperSettings(clusters=8)).fit(clips)
-    result = model.synthesize(keys)
+    chain = ClusterChain(clusters=8).fit(collect_examples(clips, 30.0), np.random.default_rng(0))
+    (result,) = chain.solve(tuple(keys), 1, PostSettings())
     assert result.statistics["examples"] >= 2
     assert result.pieces[0].take == "getup_facedown"
     assert result.pieces[0].source_start == 0
     assert result.pieces[-1].take == "run"
-    found = plan(model.learned, *keys)
-    assert found.hidden[0] == found.nearest[0][0]
-    assert found.hidden[-1] == found.nearest[1][0]
-    assert (np.diff(found.clusters) != 0).all()
+    sequence = state_sequence(chain.model, *keys)
+    assert sequence.examples[0] == sequence.nearest[0][0]
+    assert sequence.examples[-1] == sequence.nearest[1][0]
+    assert (np.diff(sequence.clusters) != 0).all()
     assert len(result.motion) == round(sum(p.stop - p.start for p in result.pieces) * 30)
 
 
-def test_the_papers_mode_names_clusters_that_can_be_reached(walks: kg.Library, tmp_path: Path):
+def test_the_cluster_chain_names_clusters_that_can_be_reached(walks: kg.Library, tmp_path: Path):
     library = kg.Library.create(tmp_path / "apart")
     upright = walks.take("slow").motion()
     flat = upright.rotations.copy()
     flat[:, 0] = rot.multiply(rot.about("x", 1.5), flat[:, 0])
     library.add(Take("upright", {"motion": upright}))
     library.add(Take("flat", {"motion": replace(upright, rotations=flat)}))
-    model = kg.KeyframeControl(mode="paper", paper=PaperSettings(clusters=4)).fit(library)
+    model = kg.KeyframeControl(solver=ClusterChain(clusters=4)).fit(library)
     keys = [key_at(library.take(name).motion(), 1.0) for name in ("upright", "flat")]
     with pytest.raises(RequestError, match=r"nearest that can be reached: \d \(in upright\)"):
         model.synthesize(keys)
@@ -166,7 +176,7 @@ def test_several_keys_are_met_at_their_times_and_places(walks: kg.Library, model
     result = model.synthesize(keys)
     assert result.motion.duration == pytest.approx(5.0)
     assert result.motion.translation[-1, [0, 2]] == pytest.approx([0.4, 5.5], abs=1e-6)
-    assert headings(result.motion)[-1] == pytest.approx(0.2, abs=1e-6)
+    assert rot.heading(result.motion.rotations[-1, 0]) == pytest.approx(0.2, abs=1e-6)
     assert key_miss(result, keys[2], 150) < 1e-3
     assert min(key_miss(result, keys[1], frame) for frame in range(60, 91)) < 1e-3
 
@@ -187,7 +197,7 @@ def test_the_result_begins_where_the_first_key_stands(walks: kg.Library, model):
     moved = place(walks.take("slow").motion(), 1.0, (3.0, 0.0, -2.0))
     result = model.synthesize([key_at(moved, 1.0), key_at(moved, 3.0)])
     assert result.motion.translation[0] == pytest.approx(moved.translation[30], abs=1e-6)
-    assert headings(result.motion)[0] == pytest.approx(1.0, abs=1e-6)
+    assert rot.heading(result.motion.rotations[0, 0]) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_key_of_another_size_is_matched_and_said(walks: kg.Library, model):
@@ -216,7 +226,7 @@ def test_bad_keys_are_refused(walks: kg.Library, model):
         model.synthesize([one, kg.Key(replace(motion, skeleton=bare), label="robot")])
     with pytest.raises(RequestError, match="no joint plays the role 'tail'"):
         key_at(motion, 1.0, roles=("tail",))
-    with pytest.raises(RequestError, match="no walk through the recordings meets the places of far"):
+    with pytest.raises(RequestError, match="no route through the recordings meets the places of far"):
         model.synthesize([one, key_at(motion, 3.0, time=(2.0, 2.0), position=(50.0, 0.0), label="far")])
 
 
@@ -227,16 +237,64 @@ def test_bad_libraries_and_settings_are_refused(walks: kg.Library, tmp_path: Pat
     mixed.add(walks.take("slow"))
     stick = Skeleton(("root",), np.array([-1]), np.zeros((1, 3)))
     mixed.add(Take("stick", {"motion": Motion(stick, np.zeros((9, 3)), rot.identity(9, 1), 30.0)}))
-    with pytest.raises(RequestError, match=r"take 'stick' \(1 joints\).*different skeletons"):
+    with pytest.raises(RequestError, match=r"takes 'slow' \(15 joints\) and 'stick' \(1 joints\) have different"):
         kg.KeyframeControl().fit(mixed)
-    with pytest.raises(RequestError, match="mode must be one of search, paper, found 'magic'"):
-        kg.KeyframeControl(mode="magic")
+    with pytest.raises(RequestError, match="no take 'nobody' to leave out; there are slow, quick, turning"):
+        kg.KeyframeControl().fit(walks, exclude=("slow", "nobody"))
+    for solver in ("search", TimedSearch):
+        with pytest.raises(RequestError, match=r"solver must be TimedSearch\(...\) or ClusterChain\(...\), found"):
+            kg.KeyframeControl(solver=solver)
     with pytest.raises(RequestError, match="warp is a share"):
-        SearchSettings(warp=0.9)
-    paper = kg.KeyframeControl(mode="paper").fit(walks)
-    keys = [key_at(walks.take("slow").motion(), float(t)) for t in range(3)]
-    with pytest.raises(RequestError, match="goes between two keys, found 3"):
-        paper.synthesize(keys)
+        TimedSearch(warp=0.9)
+    with pytest.raises(RequestError, match="expected 2 clusters or more"):
+        ClusterChain(clusters=1)
+
+
+def test_the_solver_is_chosen_by_its_class(walks: kg.Library):
+    search, chain = (kg.KeyframeControl(solver=s).fit(walks) for s in (TimedSearch(meet=0.5), ClusterChain()))
+    assert isinstance(kg.KeyframeControl().solver, TimedSearch)
+    assert isinstance(search.fitted, FittedTimedSearch)
+    assert isinstance(chain.fitted, FittedClusterChain)
+    slow = walks.take("slow").motion()
+    keys = [key_at(slow, 1.0), key_at(slow, 3.0, time=(2.0, 2.0))]
+    assert key_miss(search.synthesize(keys), keys[1], 60) < 1e-3
+    assert "clusters" in chain.alternatives(keys, 1)[0].statistics
+
+
+def test_the_cluster_chain_says_what_it_cannot_do(walks: kg.Library):
+    model = kg.KeyframeControl(solver=ClusterChain()).fit(walks)
+    slow = walks.take("slow").motion()
+    one, two, three = (key_at(slow, float(t), label=f"key {t}") for t in range(3))
+    remedy = r"the timed search \(--mode search\)"
+    with pytest.raises(RequestError, match=f"goes between two keys, found 3; use {remedy}"):
+        model.synthesize([one, two, three])
+    with pytest.raises(RequestError, match=f"has one answer; for alternatives use {remedy}"):
+        model.alternatives([one, two])
+    with pytest.raises(RequestError, match=f"key 0: .* leave roles out, or use {remedy}"):
+        model.synthesize([replace(one, roles=("left_hand",)), two])
+    assert model.synthesize([one, replace(two, time=(1.0, 1.0))]).warnings == (
+        "key 1: the cluster chain leaves times and places free",
+    )
+
+
+def test_takes_that_are_read_are_counted(walks: kg.Library):
+    done: list[tuple[int, int]] = []
+    kg.KeyframeControl(solver=ClusterChain()).fit(walks, progress=lambda *counts: done.append(counts))
+    assert done == [(1, 3), (2, 3), (3, 3)]
+
+
+def test_examples_are_mirrored_with_their_contacts(walks: kg.Library):
+    plain, mirrored = collect_examples(walks, 30.0, mirror=True, exclude=("quick", "turning"))
+    assert (plain.mirrored, mirrored.mirrored) == (False, True)
+    left, right = ([n for n in e.contacts if n.label == f"{s}_toe"] for e, s in ((plain, "left"), (mirrored, "right")))
+    assert [(n.start, n.stop) for n in left] == [(n.start, n.stop) for n in right] != []
+
+
+def test_examples_have_rigid_bones(tmp_path: Path):
+    library = kg.Library.create(tmp_path / "slides")
+    for name in ("first", "second"):
+        library.add(Take(name, {"motion": slide(walk(2.0), "left_hand", np.full((61, 3), 0.1))}))
+    assert [example.motion.bones for example in collect_examples(library, 30.0)] == [None, None]
 
 
 def test_pose_vectors_do_not_depend_on_facing(walks: kg.Library):
@@ -249,10 +307,16 @@ def test_the_mean_heading_is_circular():
     assert abs(np.degrees(mean_heading(np.radians([179.0, -179.0, 178.0, -178.0])))) == pytest.approx(180)
 
 
-def test_adopting_scales_the_path_with_the_legs():
+def test_another_body_comes_onto_the_librarys_skeleton_or_is_named():
     motion = walk(2.0)
-    small = adopt(motion, stick_figure(0.5), "take")
+    small = adopt_named(motion, stick_figure(0.5), "a key")
     assert small.translation == pytest.approx(0.5 * motion.translation)
+    # one of nearly the same build keeps its path on the ground
+    alike = adopt_named(motion, stick_figure(0.98), "a key")
+    assert alike.translation[:, [0, 2]] == pytest.approx(motion.translation[:, [0, 2]])
+    stick = Skeleton(("root",), np.array([-1]), np.zeros((1, 3)))
+    with pytest.raises(RequestError, match=r"a key \(15 joints\) and the library's first take \(1 joints\)"):
+        adopt_named(motion, stick, "a key")
 
 
 def test_a_crossfade_of_a_motion_with_itself_changes_nothing():
@@ -274,7 +338,7 @@ def test_bending_meets_places_and_leaves_standing_feet():
     )
     bent = bend(motion, [Waypoint(0, None, 0), Waypoint(len(motion) - 1, None, 0, None, 5.0 + 1.0j, 0.5)])
     assert bent.translation[-1, [2, 0]] == pytest.approx([5.0, 1.0])
-    assert headings(bent)[-1] == pytest.approx(0.5)
+    assert rot.heading(bent.rotations[-1, 0]) == pytest.approx(0.5)
     assert np.ptp(joint_positions(bent)[125:], axis=0).max() < 1e-9
     assert joint_positions(bent)[0] == pytest.approx(joint_positions(motion)[0])
 

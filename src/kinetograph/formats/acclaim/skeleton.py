@@ -1,4 +1,4 @@
-"""The skeleton file of Acclaim: sections that begin with a colon, and in two of them a block a bone."""
+"""The skeleton file of Acclaim: sections that begin with a colon, two of them with one block per bone."""
 
 from __future__ import annotations
 
@@ -21,7 +21,22 @@ Line = tuple[int, list[str]]
 
 @dataclass(frozen=True)
 class AsfBone:
-    """A bone: a unit direction and a length, the angles and order of its axis, and its degrees of freedom."""
+    """A bone as written.
+
+    Parameters
+    ----------
+    name : str
+    direction : tuple of float
+        Unit direction in the world at rest.
+    length : float
+        In the file's units.
+    angles : tuple of float
+        Of its axis, in the file's unit of angle.
+    axis : str
+        The order of ``angles``, such as ``"xyz"``.
+    freedoms : tuple of str
+        Degrees of freedom: ``"rx"``, ..., ``"tz"`` and ``"l"``.
+    """
 
     name: str
     direction: Vector
@@ -33,9 +48,25 @@ class AsfBone:
 
 @dataclass(frozen=True)
 class Asf:
-    """A skeleton as written: ``length`` of ``:units``, ``degree`` the radians in its unit of angle.
+    """A skeleton as written.
 
-    parents: of every bone, by name; order_of_bones: parents first.
+    Parameters
+    ----------
+    length : float
+        Of ``:units``.
+    degree : float
+        Radians in the file's unit of angle.
+    order : tuple of str
+        The root's degrees of freedom.
+    axis : str
+        The order of the root's ``orientation``.
+    position, orientation : tuple of float
+        Of the root at rest.
+    bones : dict of str to AsfBone
+    parents : dict of str to str
+        Of every bone.
+    order_of_bones : tuple of str
+        Parents first.
     """
 
     length: float
@@ -50,7 +81,7 @@ class Asf:
 
 
 def text_lines(path: Path) -> Iterator[Line]:
-    """The lines that say something, as words, with their numbers."""
+    """The words of the lines that are not blank, with the lines' numbers."""
     with path.open(encoding="latin-1") as file:
         for number, line in enumerate(file, start=1):
             words = line.split()
@@ -116,30 +147,31 @@ def _blocks(path: Path, lines: list[Line]) -> Iterator[list[Line]]:
 def _bones(path: Path, lines: list[Line]) -> dict[str, AsfBone]:
     bones: dict[str, AsfBone] = {}
     for block in _blocks(path, lines):
-        found = {words[0].lower(): (number, words[1:]) for number, words in block}
+        fields = {words[0].lower(): (number, words[1:]) for number, words in block}
         line = block[0][0] if block else None
-        missing = next((key for key in ("name", "direction", "length", "axis") if not found.get(key, (0, []))[1]), None)
+        needed = ("name", "direction", "length", "axis")
+        missing = next((key for key in needed if not fields.get(key, (0, []))[1]), None)
         if missing:
             raise FormatError(path, f"expected a {missing} of this bone, found none", line=line)
-        name = found["name"][1][0]
+        name = fields["name"][1][0]
         if name in bones or name == ROOT:
             raise FormatError(path, f"bone {name!r} occurs twice", line=line)
         if len(bones) == MOST_JOINTS:
             raise FormatError(path, f"more than {MOST_JOINTS} bones; is this file damaged?", line=line)
-        axis_line, axis = found["axis"]
+        axis_line, axis = fields["axis"]
         bones[name] = AsfBone(
             name,
-            _vector(path, *found["direction"]),
-            _number(path, found["length"][0], found["length"][1][0]),
+            _vector(path, *fields["direction"]),
+            _number(path, fields["length"][0], fields["length"][1][0]),
             _vector(path, axis_line, axis[:3]),
             _axis(path, axis_line, axis[3:] or ["XYZ"]),
-            _freedoms(path, *found.get("dof", (0, []))),
+            _freedoms(path, *fields.get("dof", (0, []))),
         )
     return bones
 
 
 def _tree(path: Path, lines: list[Line], bones: dict[str, AsfBone]) -> tuple[dict[str, str], tuple[str, ...]]:
-    """The parents of bones, and the bones with parents first."""
+    """The parents of the bones, and the bones with parents first."""
     children: dict[str, list[str]] = {}
     parents: dict[str, str] = {}
     for block in _blocks(path, lines):
@@ -159,7 +191,7 @@ def _tree(path: Path, lines: list[Line], bones: dict[str, AsfBone]) -> tuple[dic
         order.append(todo.pop())
         todo.extend(reversed(children.get(order[-1], [])))
     if len(order) != len(parents):
-        raise FormatError(path, "bones in :hierarchy hang in a ring or on nothing; every one must lead to root")
+        raise FormatError(path, "bones in :hierarchy form a ring or have no parent; every one must lead to root")
     return parents, tuple(order)
 
 
@@ -187,8 +219,8 @@ def _axis(path: Path, line: int, words: list[str]) -> str:
 
 
 def _freedoms(path: Path, line: int, words: list[str]) -> tuple[str, ...]:
-    found = tuple(word.lower() for word in words)
-    if len(set(found)) < len(found) or set(found) - _FREEDOMS:
+    freedoms = tuple(word.lower() for word in words)
+    if len(set(freedoms)) < len(freedoms) or set(freedoms) - _FREEDOMS:
         expected = ", ".join(sorted(_FREEDOMS))
         raise FormatError(path, f"expected degrees of freedom of {expected}, found {' '.join(words)[:40]!r}", line=line)
-    return found
+    return freedoms

@@ -12,9 +12,9 @@ from typing import NamedTuple
 from kinetograph.errors import FormatError
 
 MOST_JOINTS = 20_000
-"""More than any character has; a file that asks for more is damaged, and would cost minutes to refuse later."""
+"""More joints than any character has: a file with more is damaged, and would take minutes to refuse later."""
 LARGEST = 1e9
-"""More than any length or angle: larger numbers would overflow in products, and no one recorded them."""
+"""More than any recorded length or angle: larger numbers would overflow in products."""
 
 _TOKEN = re.compile(rb"[{}]|[^\s{}]+")
 _CHANNEL = re.compile(r"([xyz])(position|rotation|scale)\Z", re.IGNORECASE)
@@ -22,7 +22,7 @@ _END = -2
 
 
 class Token(NamedTuple):
-    """A word of the file, its line from 1, and the bytes where it begins and ends."""
+    """A word of the file, its line counted from 1, and the bytes where it begins and ends."""
 
     text: bytes
     line: int
@@ -32,7 +32,23 @@ class Token(NamedTuple):
 
 @dataclass
 class Node:
-    """A joint as written. channels: axis and kind, such as ``("z", "rotation")``; column: of its first channel."""
+    """A joint as written.
+
+    Parameters
+    ----------
+    name : str
+    parent : int
+        Index of the parent, -1 for a ROOT.
+    line : int
+        Where the joint begins.
+    offset : tuple of float, optional
+    channels : list of tuple of str
+        Axis and kind, such as ``("z", "rotation")``.
+    column : int
+        The column of its first channel.
+    ends : list of tuple of float
+        Offsets of its end sites.
+    """
 
     name: str
     parent: int
@@ -45,7 +61,17 @@ class Node:
 
 @dataclass(frozen=True)
 class Hierarchy:
-    """The joints in file order, the number of channels, and where the motion begins: a byte and its line."""
+    """The first half of a file.
+
+    Parameters
+    ----------
+    nodes : list of Node
+        The joints in file order.
+    width : int
+        Number of channels.
+    position, line : int
+        The byte after the word MOTION, and its line.
+    """
 
     nodes: list[Node]
     width: int
@@ -76,9 +102,9 @@ class _Words:
         return words
 
     def brace(self, token: Token) -> None:
-        found = self.next("{")
-        if found.text != b"{":
-            raise self.error(found, f"expected {{ after {show(token.text)}, found {show(found.text)}")
+        following = self.next("{")
+        if following.text != b"{":
+            raise self.error(following, f"expected {{ after {show(token.text)}, found {show(following.text)}")
 
     def number(self, what: str) -> float:
         token = self.next(what)
@@ -108,7 +134,7 @@ class _Words:
 
 
 class _Parser:
-    """One pass over the words, with the open joints on a list: depth costs no stack."""
+    """One pass over the words, with the open joints on a list, as depth may exceed Python's stack."""
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.words = _Words(path, data)
@@ -164,31 +190,31 @@ class _Parser:
 
     def channels(self, token: Token) -> None:
         count = self.words.number("the number of channels")
-        found: list[tuple[str, str]] = []
+        channels: list[tuple[str, str]] = []
         while (following := self.words.peek()) is not None:
             match = _CHANNEL.match(_decode(following.text))
             if match is None:
                 break
-            found.append((match[1].lower(), match[2].lower()))
+            channels.append((match[1].lower(), match[2].lower()))
             self.words.next("a channel")
-        if count != len(found):
+        if count != len(channels):
             after = "" if following is None else f", then {show(following.text)}"
             raise self.words.error(
-                token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(found)}{after}"
+                token, f"expected {count:g} channels such as Xposition or Zrotation, found {len(channels)}{after}"
             )
         if self.open[-1] == _END:
-            if found:
+            if channels:
                 raise self.words.error(token, "an End Site can have no channels; write it as a JOINT")
             return
         node = self.nodes[self.open[-1]]
         if node.channels:
             raise self.words.error(token, f"joint {node.name!r} has CHANNELS twice")
-        moves = [axis for axis, kind in found if kind == "position"]
-        turns = [axis for axis, kind in found if kind == "rotation"]
-        if len(set(moves)) != len(moves) or len(turns) > 3:
-            raise self.words.error(token, "expected at most 3 rotations and one position an axis, found more")
-        node.channels, node.column = found, self.width
-        self.width += len(found)
+        moves = [axis for axis, kind in channels if kind == "position"]
+        angles = [axis for axis, kind in channels if kind == "rotation"]
+        if len(set(moves)) != len(moves) or len(angles) > 3:
+            raise self.words.error(token, "expected at most 3 rotations and one position per axis, found more")
+        node.channels, node.column = channels, self.width
+        self.width += len(channels)
 
     def close(self, token: Token) -> None:
         closed = self.open.pop()

@@ -1,4 +1,4 @@
-"""The second half of a BVH file: the number of frames, their rate, and a row of channels a frame."""
+"""The second half of a BVH file: the number of frames, their rate, and one row of channels per frame."""
 
 from __future__ import annotations
 
@@ -15,17 +15,26 @@ from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
 from kinetograph.formats.bvh.hierarchy import LARGEST, Hierarchy, show
 from kinetograph.formats.options import ReadOptions
+from kinetograph.formats.timing import check_fps, usual_rates
 
 _FRAMES = re.compile(rb"\s*frames[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
 _FRAME_TIME = re.compile(rb"\s*frame[ \t]*time[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
 _WORD = re.compile(rb"\S+")
-_BROADCAST = 1000 / 1001  # 23.976, 29.97, 59.94, 119.88 frames a second
-_FASTEST, _SLOWEST = 100_000.0, 86_400.0  # frames a second, and seconds a frame
+_FASTEST, _SLOWEST = 100_000.0, 86_400.0  # frames per second, and seconds per frame
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Channels, shape ``(F, C)``, as written; frames a second; and what was repaired."""
+    """The second half of a file.
+
+    Parameters
+    ----------
+    values : ndarray, shape (F, C)
+        Channels as written.
+    fps : float
+    notes : tuple of str
+        What was repaired.
+    """
 
     values: FloatArray
     fps: float
@@ -33,7 +42,27 @@ class Rows:
 
 
 def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> Rows:
-    """Read what follows MOTION. Raises FormatError, with the line."""
+    """Read what follows MOTION.
+
+    Parameters
+    ----------
+    path : Path
+        For errors.
+    data : bytes
+        The whole file.
+    hierarchy : Hierarchy
+        Its first half.
+    options : ReadOptions
+
+    Returns
+    -------
+    Rows
+
+    Raises
+    ------
+    FormatError
+        With the line.
+    """
     frames, fps, position, line = parse_header(path, data, hierarchy, options)
     values, notes = _rows(path, data, position, line, hierarchy.width, options.lenient)
     if len(values) != frames:
@@ -45,13 +74,24 @@ def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOpt
 
 
 def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> tuple[int, float, int, int]:
-    """The number of frames, their rate, and the byte and line where the rows begin. Raises FormatError."""
+    """Read the lines between MOTION and the rows; arguments as for `parse_motion`.
+
+    Returns
+    -------
+    frames : int
+    fps : float
+    position, line : int
+        The byte where the rows begin, and its line.
+
+    Raises
+    ------
+    FormatError
+        With the line.
+    """
     frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
     frames = _frame_count(path, frames_at)
     time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")
-    fps = options.fps if options.fps is not None else _rate(path, time_at)
-    if not (math.isfinite(fps) and fps > 0):
-        raise FormatError(path, f"fps must be a positive number, found {fps}")
+    fps = check_fps(path, options.fps if options.fps is not None else _rate(path, time_at))
     return frames, fps, time_at.next_position, time_at.next_line
 
 
@@ -87,7 +127,7 @@ def _frame_count(path: Path, header: _Header) -> int:
 
 
 def _rate(path: Path, header: _Header) -> float:
-    """Frames a second of a frame time, which stands for the nearest usual rate that would be written like it."""
+    """Frames per second of a frame time: the nearest usual rate that would be written like it."""
     try:
         step = float(header.value)
     except ValueError:
@@ -98,15 +138,14 @@ def _rate(path: Path, header: _Header) -> float:
     mantissa, _, exponent = header.value.lower().partition(b"e")
     decimals = len(mantissa.partition(b".")[2]) - int(exponent or 0)
     slack = min(0.5000001 * 10.0 ** -min(decimals, 300), 0.02 * step)
-    near = round(1 / step)
-    for rate in (float(near), near * _BROADCAST, (near + 1) * _BROADCAST, round(1 / step, 3)):
+    for rate in usual_rates(1 / step):
         if rate > 0 and abs(1 / rate - step) <= slack:
             return rate
     return 1 / step
 
 
 def _rows(path: Path, data: bytes, position: int, line: int, width: int, lenient: bool) -> tuple[FloatArray, list[str]]:
-    # a row of numbers takes at least two bytes a number, so that no header can make us allocate
+    # a number takes at least two bytes, so that no header can make us allocate more than the file's size
     room = min((len(data) - position) // max(2 * width, 1) + 1, data.count(b"\n", position) + 1)
     values = np.empty((room if width else 0, width))
     read, status, where, detail = _kernels.parse_rows(np.frombuffer(data, np.uint8), position, line, values)
@@ -116,7 +155,7 @@ def _rows(path: Path, data: bytes, position: int, line: int, width: int, lenient
         word = data[detail : detail + 200].split()[0]
         wrong = f"expected a finite number, found {show(word)}"
     elif status == _kernels.WRONG_LENGTH:
-        wrong = f"expected {width} numbers, one a channel, found {detail}; is the line cut short?"
+        wrong = f"expected {width} numbers, one per channel, found {detail}; is the line cut short?"
     if values.size and (values.min() < -LARGEST or values.max() > LARGEST):
         values = values[: int(np.argmax((np.abs(values) > LARGEST).any(axis=1)))]
         wrong, where = (

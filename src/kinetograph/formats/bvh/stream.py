@@ -1,4 +1,4 @@
-"""Long BVH files a block at a time, in memory that does not grow with the file."""
+"""Reading long BVH files in blocks, in memory that does not grow with the file."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
-from kinetograph.formats.bvh import motion_of_rows
 from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
+from kinetograph.formats.bvh.reader import motion_of_rows
 from kinetograph.formats.bvh.rows import parse_header
 from kinetograph.formats.conventions import from_up, scale_motion, to_metres_y_up, unit_factor
 from kinetograph.formats.options import ReadOptions
@@ -28,10 +28,18 @@ _SAME = 1e-6  # metres
 
 @dataclass(frozen=True, eq=False)
 class MotionStream:
-    """A motion in blocks: what is known before the first is read, and the blocks, in metres, Y up.
+    """A motion in blocks of frames, in metres, Y up.
 
-    frames: as the file says; `blocks` raises FormatError where that is not so. notes: what was guessed, from the
-    first block.
+    Parameters
+    ----------
+    path : Path
+    skeleton : Skeleton
+        Of every block.
+    fps : float
+    frames : int
+        Number of frames, as the file says.
+    notes : tuple of str
+        What was guessed, from the first block.
     """
 
     path: Path
@@ -44,15 +52,25 @@ class MotionStream:
     _meaning: tuple[str, str]
 
     def blocks(self) -> Iterator[Motion]:
-        """The motion's frames in order, some thousand at a time, all with one skeleton."""
+        """The motion's frames in order, some thousand at a time.
+
+        Yields
+        ------
+        Motion
+
+        Raises
+        ------
+        FormatError
+            The rows are not numbers, are more or fewer than ``frames``, or bones change their length.
+        """
         count = 0
         for values in _blocks(self.path, self._hierarchy.width, *self._begin):
             count += len(values)
             if count > self.frames:
                 break
             motion = _converted(self._hierarchy, values, self.fps, *self._meaning)
-            strays = np.abs(motion.skeleton.offsets - self.skeleton.offsets)[1:].max(initial=0.0)
-            if motion.bones is not None or strays > _SAME:
+            change = np.abs(motion.skeleton.offsets - self.skeleton.offsets)[1:].max(initial=0.0)
+            if motion.bones is not None or change > _SAME:
                 raise FormatError(self.path, "its bones change their length: it cannot be streamed; load it whole")
             yield replace(motion, skeleton=self.skeleton)
         if count != self.frames:
@@ -60,9 +78,22 @@ class MotionStream:
 
 
 def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
-    """A BVH file of one ROOT, to be read in blocks. Units and axes are guessed from its first block.
+    """Open a BVH file of one ROOT, to be read in blocks.
 
-    Raises FormatError for files that `bvh.read` would refuse, with several ROOTs, or without line feeds.
+    Parameters
+    ----------
+    path : str or Path
+    options : ReadOptions, optional
+        Units and axes that are not given are guessed from the first block.
+
+    Returns
+    -------
+    MotionStream
+
+    Raises
+    ------
+    FormatError
+        The file is one that `read` would refuse, has several ROOTs, or has no line feeds.
     """
     path = Path(path)
     options = options or ReadOptions()
@@ -85,7 +116,7 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
 
 
 def _word(notes: tuple[str, ...], what: str) -> str:
-    """What was guessed, out of its note."""
+    """What was guessed, from its note."""
     note = next(note for note in notes if note.startswith(what))
     return "metre" if "taken as metres" in note else note.partition("guessed ")[2].partition(",")[0]
 
@@ -96,7 +127,7 @@ def _converted(hierarchy: Hierarchy, values: FloatArray, fps: float, units: str,
 
 
 def _head(path: Path) -> tuple[bytes, int]:
-    """The beginning of the file as UTF-8 without a mark, down to the first row at least, and the mark's length."""
+    """The start of the file as UTF-8, at least to the first row, and the length of its byte-order mark."""
     with path.open("rb") as file:
         data = b""
         while block := file.read(BLOCK):
@@ -113,7 +144,7 @@ def _head(path: Path) -> tuple[bytes, int]:
 
 
 def _blocks(path: Path, width: int, position: int, line: int) -> Iterator[FloatArray]:
-    """Rows of numbers, shape ``(n, width)``, a block of text at a time."""
+    """Rows of numbers, shape ``(n, width)``, one array per block of text."""
     rest = b""
     with path.open("rb") as file:
         file.seek(position)

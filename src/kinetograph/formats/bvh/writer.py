@@ -24,11 +24,24 @@ _ANGLE_DECIMALS = 7  # 1e-9 rad: far below a micrometre at the end of an arm
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
     """Write a motion, or a take's motions as one ROOT each, as BVH.
 
-    Every joint has three rotation channels in ``options.order``, the root also three position channels; all joints
-    have those where `Motion.bones` is given. Joints come depth first. Leaf joints without an end site get one of zero
-    length, as most readers expect an End Site there. Positions are written to 1e-7 m, angles to 1e-7 degrees.
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    path : str or Path
+        Written to exactly this path.
+    options : WriteOptions, optional
+        The order of angles, the units and the upward axis.
 
-    Raises RequestError for a take without motions, motions of different rates or lengths, an unknown order or unit.
+    Raises
+    ------
+    RequestError
+        There is no motion, motions differ in rate or length, or an order, unit or axis is unknown.
+
+    Notes
+    -----
+    Every joint has three rotation channels, the root also three position channels; all joints have those where the
+    motion has ``bones``. Joints come depth first. Leaf joints without an end site get one of zero length, as most
+    readers expect an End Site there. Positions are written to 1e-7 m, angles to 1e-7 degrees.
     """
     options = options or WriteOptions()
     if len(options.order) != 3 or set(options.order) != set("xyz"):
@@ -67,8 +80,8 @@ def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
     ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
     for joint, offset in zip(skeleton.end_parents.tolist(), skeleton.end_offsets, strict=True):
         ends[joint].append(offset)
-    turns = " ".join(f"{axis.upper()}rotation" for axis in order)
-    moves = "Xposition Yposition Zposition"
+    angles = " ".join(f"{axis.upper()}rotation" for axis in order)
+    positions = "Xposition Yposition Zposition"
     todo: list[tuple[int, int]] = [(0, 0)]
     while todo:
         joint, depth = todo.pop()
@@ -79,10 +92,10 @@ def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         placed = joint == 0 or motion.bones is not None
         yield f"{indent}{'JOINT' if joint else 'ROOT'} {_name(skeleton.names[joint])}"
         yield f"{indent}{{"
-        # nothing for the root: some programs add its OFFSET to the position channels that others put in its place
+        # zeros for the root: some programs add its OFFSET to the position channels, in others these replace it
         offset = skeleton.offsets[joint] if joint else np.zeros(3)
         yield f"{indent}\tOFFSET {_numbers(offset, decimals)}"
-        yield f"{indent}\tCHANNELS {6 if placed else 3} {moves + ' ' if placed else ''}{turns}"
+        yield f"{indent}\tCHANNELS {6 if placed else 3} {positions + ' ' if placed else ''}{angles}"
         children = skeleton.children[joint]
         for end in ends[joint] or ([] if children else [np.zeros(3)]):
             yield f"{indent}\tEnd Site"
@@ -95,7 +108,7 @@ def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
 
 def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
     """Channels, shape ``(F, C)``, joints depth-first, and for each whether it is a position."""
-    # unwrapped, so that importers that interpolate angles do not spin between two frames
+    # unwrapped, as importers that interpolate angles would spin between two frames
     angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
     blocks, kinds = [], []
     for joint in _depth_first(motion.skeleton):
@@ -116,7 +129,7 @@ def _depth_first(skeleton: Skeleton) -> Iterator[int]:
 
 
 def _name(name: str) -> str:
-    """A joint's name on one line, without what would end it."""
+    """A joint's name on one line, without braces."""
     return " ".join(re.sub(r"[{}]", "_", name).split()) or "joint"
 
 

@@ -18,7 +18,16 @@ _INTEL, _DEC, _MIPS = 1, 2, 3
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value of a group: its kind (-1 text, 1 byte, 2 integer, 4 real), its sides, and its bytes."""
+    """A value of a group.
+
+    Parameters
+    ----------
+    kind : int
+        -1 text, 1 byte, 2 integer, 4 real.
+    sides : tuple of int
+        Its shape, the fastest index first.
+    data : bytes
+    """
 
     kind: int
     sides: tuple[int, ...]
@@ -27,7 +36,23 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the header and the parameters say; ``values`` by group and name in capitals."""
+    """What the header and the parameters say.
+
+    Parameters
+    ----------
+    processor : int
+        1 Intel, 2 DEC, 3 MIPS.
+    points, analog : int
+        Numbers of markers, and of analog values per frame.
+    first, last : int
+        The frames' numbers.
+    header_scale, header_rate : float
+        Scale (negative where numbers are reals) and frames per second.
+    data_block : int
+        The block of 512 bytes, from 1, where the data begin.
+    values : dict of tuple of str to Parameter
+        By group and name in capitals.
+    """
 
     processor: int
     points: int
@@ -41,16 +66,16 @@ class Parameters:
 
     def number(self, group: str, name: str, default: float) -> float:
         """A number, unsigned where it is whole, or a default."""
-        found = self.values.get((group, name))
-        if found is None or len(found.data) < abs(found.kind) or found.kind == -1:
+        value = self.values.get((group, name))
+        if value is None or len(value.data) < abs(value.kind) or value.kind == -1:
             return float(default)
-        if found.kind == 4:
-            return float(reals(np.frombuffer(found.data[:4], np.uint8), self.processor)[0])
+        if value.kind == 4:
+            return float(reals(np.frombuffer(value.data[:4], np.uint8), self.processor)[0])
         order = ">" if self.processor == _MIPS else "<"
-        return float(struct.unpack(f"{order}{'B' if found.kind == 1 else 'H'}", found.data[: found.kind])[0])
+        return float(struct.unpack(f"{order}{'B' if value.kind == 1 else 'H'}", value.data[: value.kind])[0])
 
     def long_frames(self) -> float:
-        """Frames of a file with more than the header can count, which TRIAL says in two words each."""
+        """Frames of a file with more than the header can count: TRIAL gives the first and last, in two words each."""
         ends = [self.values.get(("TRIAL", name)) for name in ("ACTUAL_START_FIELD", "ACTUAL_END_FIELD")]
         order = ">" if self.processor == _MIPS else "<"
         words = [struct.unpack(f"{order}2H", end.data[:4]) for end in ends if end is not None and len(end.data) >= 4]
@@ -60,14 +85,14 @@ class Parameters:
         return self.number("POINT", "LONG_FRAMES", 0)
 
     def texts(self, group: str, name: str) -> list[str]:
-        """The rows of a table of characters, and of the tables that go on where 255 rows are not enough."""
+        """The rows of a table of characters, and of those that continue it where 255 rows are not enough."""
         rows: list[str] = []
         for part in ("", *map(str, range(2, 10))):
-            found = self.values.get((group, name + part))
-            if found is None or found.kind != -1 or not found.data:
+            value = self.values.get((group, name + part))
+            if value is None or value.kind != -1 or not value.data:
                 break
-            size = found.sides[0] if found.sides else len(found.data)  # a single character has no sides
-            text = found.data.decode("latin-1")
+            size = value.sides[0] if value.sides else len(value.data)  # a single character has no sides
+            text = value.data.decode("latin-1")
             rows += [text[i : i + size].rstrip("\0 ") for i in range(0, len(text) - size + 1, size)]
         return rows
 
@@ -77,7 +102,23 @@ class Parameters:
 
 
 def parse_parameters(path: Path, data: bytes) -> Parameters:
-    """Read the header and the parameters. Raises FormatError."""
+    """Read the header and the parameters.
+
+    Parameters
+    ----------
+    path : Path
+        For errors.
+    data : bytes
+        The whole file.
+
+    Returns
+    -------
+    Parameters
+
+    Raises
+    ------
+    FormatError
+    """
     start = (data[0] - 1) * _BLOCK
     if start < _BLOCK or start + 4 > len(data):
         raise FormatError(path, f"its parameters would begin at byte {start}; is the file damaged?")
@@ -95,7 +136,7 @@ def parse_parameters(path: Path, data: bytes) -> Parameters:
 
 def _values(data: bytes, position: int, stop: int, order: str) -> dict[tuple[str, str], Parameter]:
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, Parameter]] = []
+    parameters: list[tuple[int, str, Parameter]] = []
     while position + 4 <= stop:
         size, number = abs(struct.unpack_from("b", data, position)[0]), struct.unpack_from("b", data, position + 1)[0]
         end = position + 2 + size
@@ -106,11 +147,11 @@ def _values(data: bytes, position: int, stop: int, order: str) -> dict[tuple[str
         if number < 0:
             groups[-number] = name
         elif (value := _parameter(data, end + 2, stop)) is not None:
-            found.append((number, name, value))
+            parameters.append((number, name, value))
         if step == 0:
             break
         position = end + step
-    return {(groups.get(number, ""), name): value for number, name, value in found}
+    return {(groups.get(number, ""), name): value for number, name, value in parameters}
 
 
 def _parameter(data: bytes, position: int, stop: int) -> Parameter | None:
@@ -128,7 +169,19 @@ def _parameter(data: bytes, position: int, stop: int) -> Parameter | None:
 
 
 def reals(raw: npt.NDArray[np.uint8], processor: int) -> FloatArray:
-    """Single-precision numbers of a processor, of bytes in rows; DEC's are those of a VAX."""
+    """Single-precision numbers as a processor has them.
+
+    Parameters
+    ----------
+    raw : ndarray of uint8, shape (..., 4 N)
+    processor : int
+        1 Intel, 2 DEC (the format of a VAX), 3 MIPS.
+
+    Returns
+    -------
+    ndarray, shape (..., N)
+        NaN where the bytes are not a number.
+    """
     raw = np.ascontiguousarray(raw)
     with np.errstate(invalid="ignore"):  # bytes that are no number become NaN
         if processor == _MIPS:

@@ -1,4 +1,4 @@
-"""FBX, binary, version 7: skeletons with baked animation curves, in and out."""
+"""FBX (binary, version 7): skeletons with baked animation curves, read and written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Binary FBX as a tree of nodes with properties: both ways, with every claim checked against the bytes there are."""
+"""Binary FBX as a tree of nodes with properties, read and written; every size is checked against the file's bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,15 @@ Value = Any
 
 @dataclass
 class Node:
-    """A node: its name, its properties (numbers, strings, bytes or arrays) and its children."""
+    """A node.
+
+    Parameters
+    ----------
+    name : str
+    values : list
+        Its properties: numbers, strings, bytes or arrays.
+    children : list of Node
+    """
 
     name: str
     values: list[Value] = field(default_factory=list)
@@ -48,7 +56,7 @@ class Node:
 
 
 def parse(path: Path) -> Node:
-    """The nodes of a binary FBX 7 file, under one that has no name. Raises FormatError."""
+    """The nodes of a binary FBX 7 file, below a node without a name. Raises FormatError."""
     data = path.read_bytes()
     if data[:18] == b"; FBX 7.4.0 projec" or data.lstrip()[:5] == b"; FBX":
         raise FormatError(path, "this is an FBX file in text; only binary FBX is read: export it as binary")
@@ -97,7 +105,7 @@ class _Parser:
         return root
 
     def close(self, stack: list[tuple[Node, int]], position: int) -> int:
-        """Where reading goes on after the empty node that ends a list."""
+        """Where reading continues after the empty node that ends a list."""
         _, stop = stack.pop()
         return position if not stack else stop
 
@@ -135,7 +143,7 @@ class _Parser:
         if packed:
             self.room -= wanted
             if self.room < 0:
-                raise self.error("its arrays unpack to far more than the file's size; is it made to do harm?")
+                raise self.error("its arrays unpack to far more than the file's size; is the file malicious?")
             try:
                 raw = zlib.decompressobj().decompress(raw, wanted) if wanted else b""
             except zlib.error as error:
@@ -156,12 +164,12 @@ class _Parser:
 
 
 def make(name: str, *values: Value, children: Sequence[Node] = ()) -> Node:
-    """A node, in one call."""
+    """Make a node with these properties and children."""
     return Node(name, list(values), list(children))
 
 
 def pack(nodes: Sequence[Node]) -> bytes:
-    """The bytes of a file of version 7400 with these nodes at its top."""
+    """The bytes of a file of version 7400 with these top nodes."""
     out = bytearray(MAGIC + struct.pack("<I", VERSION))
     for node in nodes:
         _pack_node(node, out)
@@ -172,7 +180,7 @@ def pack(nodes: Sequence[Node]) -> bytes:
 
 
 def header_nodes() -> list[Node]:
-    """What must stand first: an id, a time, and the creator's name, which readers check against each other."""
+    """The nodes that must come first: an id, a time and the creator's name, which readers check against each other."""
     return [
         make("FileId", _FILE_ID),
         make("CreationTime", "1970-01-01 10:00:00:000"),

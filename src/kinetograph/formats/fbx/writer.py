@@ -1,7 +1,7 @@
-"""Writing FBX 7.4: a null a character, limbs below it, a skinned mesh, and a key a frame.
+"""Writing FBX 7.4: for each character a null, limbs below it, a skinned mesh, and one key per frame.
 
-Centimetres, Y up, Euler angles in the order X Y Z without pre-rotations: what importers read alike. Limbs have no turn
-at rest, so that the bind pose is the skeleton's rest pose, placed where the motion starts.
+Centimetres, Y up, Euler angles in the order X Y Z without pre-rotations, which importers agree on. Limbs have no
+rotation at rest, so that the bind pose is the skeleton's rest pose, placed where the motion starts.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Skin
 from kinetograph.errors import RequestError
-from kinetograph.formats import capsules
-from kinetograph.formats.body import characters, skin_of
+from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.fbx.nodes import Node, Value, header_nodes, make, pack
-from kinetograph.formats.fbx.reader import TICKS, TIME_MODES
+from kinetograph.formats.fbx.times import CUSTOM_MODE, TICKS, TIME_MODES
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
@@ -25,23 +25,35 @@ from kinetograph.signal import Signal
 from kinetograph.take import Take
 
 _CENTIMETRES = 100.0
-_LINEAR = 1 << 2 | 1 << 8 | 1 << 13 | 1 << 14  # straight lines between keys, as Autodesk's own files write it
-_CUSTOM = 14
+_LINEAR = 1 << 2 | 1 << 8 | 1 << 13 | 1 << 14  # linear between keys, as Autodesk's own files write it
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
-    """Write a motion, or every motion of a take, as binary FBX to exactly ``path``.
+    """Write a motion, or every motion of a take, as binary FBX.
 
-    Every motion gets the skin of ``options.character``, or capsules. Joints that share a name get numbers.
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    path : str or Path
+        Written to exactly this path.
+    options : WriteOptions, optional
+        ``character`` is whose skin the motions wear; without one, capsules.
 
-    Raises RequestError for what holds no motion, motions of different rates, and for other units or axes.
+    Raises
+    ------
+    RequestError
+        There is no motion, motions differ in rate, or units or axis are given.
+
+    Notes
+    -----
+    Joints that share a name get numbers.
     """
     options = options or WriteOptions()
     if options.units != "metre" or options.up != "y":
         raise RequestError(
             f"FBX is written in its own units, Y up; found units {options.units!r}, up {options.up!r}: leave them out"
         )
-    name, motions = characters(what, "FBX")
+    name, motions = named_motions(what, "FBX")
     rates = {motion.fps for motion in motions.values()}
     if len(rates) > 1:
         raise RequestError(f"FBX has one rate; found motions of {sorted(rates)} fps: resample them first")
@@ -81,7 +93,7 @@ class _Scene:
         self.links.append(make("C", *values))
 
     def add(self, track: str, motion: Motion, skin: Skin) -> None:
-        """A character: its null, limbs, curves and mesh."""
+        """Add a character: its null, limbs, curves and mesh."""
         null = self.object("NodeAttribute", track, "NodeAttribute", "Null", make("TypeFlags", "Null"))
         top = self.object("Model", track, "Model", "Null", *_model_parts())
         self.link(null, top)
@@ -94,13 +106,14 @@ class _Scene:
             if joint == 0 or motion.bones is not None:
                 places = motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint]
                 self.curves(limb, "T", "Lcl Translation", times, places * _CENTIMETRES)
-        rest = _CENTIMETRES * (capsules.rest_positions(motion.skeleton) + motion.translation[0])
+        rest = _CENTIMETRES * (rest_positions(motion.skeleton) + motion.translation[0])
         mesh = self.mesh(track, skin, _CENTIMETRES * motion.translation[0], limbs, rest)
         poses = [_pose(mesh, np.zeros(3)), *(_pose(limb, at) for limb, at in zip(limbs, rest, strict=True))]
         parts = [make("Type", "BindPose"), make("Version", 100), make("NbPoseNodes", len(poses)), *poses]
         self.object("Pose", track, "Pose", "BindPose", *parts)
 
     def limbs(self, motion: Motion, top: np.int64) -> list[np.int64]:
+        """Add the joints; their ids."""
         skeleton = motion.skeleton
         before = len(self.names)
         self.names = unique([*self.names, *skeleton.names], "joint", [])
@@ -116,7 +129,7 @@ class _Scene:
         return keys
 
     def curves(self, limb: np.int64, name: str, key: str, times: FloatArray, values: FloatArray) -> None:
-        """Three curves, shape ``(F, 3)``, that move a property of a limb."""
+        """Add three curves, shape ``(F, 3)``, that move a property of a limb."""
         first = [_property(f"d|{axis}", "Number", "", float(v)) for axis, v in zip("XYZ", values[0], strict=True)]
         group = self.object("AnimationCurveNode", name, "AnimCurveNode", "", _properties(*first))
         self.link(group, self.layer)
@@ -134,7 +147,7 @@ class _Scene:
             self.link(self.object("AnimationCurve", "", "AnimCurve", "", *parts), group, f"d|{axis}")
 
     def mesh(self, track: str, skin: Skin, origin: FloatArray, limbs: list[np.int64], rest: FloatArray) -> np.int64:
-        """The skinned body; vertices where they are in the bind pose."""
+        """Add the skinned body, its vertices in the bind pose; its id."""
         model = self.object("Model", f"{track} body", "Model", "Mesh", *_model_parts())
         geometry = self.object("Geometry", f"{track} body", "Geometry", "Mesh", *_mesh_parts(skin, origin))
         deformer = self.object("Deformer", f"{track} body", "Deformer", "Skin", make("Version", 101))
@@ -160,7 +173,7 @@ class _Scene:
         return model
 
     def nodes(self) -> list[Node]:
-        """The document's top nodes, in the order that readers expect."""
+        """The document's top nodes, in the order that readers expect them."""
         kinds = [node.name for node in self.objects]
         counts = [
             make("ObjectType", kind, children=[make("Count", kinds.count(kind))]) for kind in dict.fromkeys(kinds)
@@ -180,7 +193,8 @@ class _Scene:
         ]
 
     def settings(self) -> Node:
-        mode = next((m for m, rate in TIME_MODES.items() if abs(rate / self.fps - 1) < 1e-9), _CUSTOM)
+        """The global settings: axes, units, rate and span."""
+        mode = next((m for m, rate in TIME_MODES.items() if abs(rate / self.fps - 1) < 1e-9), CUSTOM_MODE)
         axes = {"UpAxis": 1, "FrontAxis": 2, "CoordAxis": 0}
         rows = [_property(k, "int", "Integer", v) for key, v in axes.items() for k, v in ((key, v), (f"{key}Sign", 1))]
         return _properties(
@@ -188,7 +202,7 @@ class _Scene:
             _property("UnitScaleFactor", "double", "Number", 1.0),
             _property("OriginalUnitScaleFactor", "double", "Number", 1.0),
             _property("TimeMode", "enum", "", mode),
-            _property("CustomFrameRate", "double", "Number", self.fps if mode == _CUSTOM else -1.0),
+            _property("CustomFrameRate", "double", "Number", self.fps if mode == CUSTOM_MODE else -1.0),
             _property("TimeSpanStart", "KTime", "Time", np.int64(0)),
             _property("TimeSpanStop", "KTime", "Time", self.stop),
         )

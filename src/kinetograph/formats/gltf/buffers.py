@@ -1,4 +1,4 @@
-"""The JSON and the numbers of a glTF file, checked against the bytes that are there before anything is made."""
+"""The JSON and the numbers of a glTF file, checked against the file's bytes before arrays are made."""
 
 from __future__ import annotations
 
@@ -26,13 +26,19 @@ _TYPES: dict[int, type[np.generic]] = {
 }
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
-_SWELL, _ROOM = 10, 1_000_000  # numbers that a file may ask for without giving them: a byte, and beside that
+_SWELL, _ROOM = 10, 1_000_000  # numbers that a file may ask for without giving them: per byte, and in addition
 
 Json = dict[str, Any]
 
 
 class Gltf:
-    """A document: its lists of objects, and its accessors as arrays."""
+    """A document: its lists of objects, and its accessors as arrays.
+
+    Parameters
+    ----------
+    path : Path
+        A ``.glb`` or ``.gltf`` file. FormatError is raised where it is not glTF 2.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -54,28 +60,28 @@ class Gltf:
 
     def list_of(self, holder: Json, key: str) -> list[Json]:
         """A list of objects in an object."""
-        found = holder.get(key, [])
-        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+        items = holder.get(key, [])
+        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
             raise FormatError(self.path, f"expected {key} to be a list of objects")
-        return found
+        return items
 
     def index(self, holder: Json, key: str, count: int) -> int:
         """An index below ``count`` in an object."""
-        found = holder.get(key)
-        if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found < count:
-            raise FormatError(self.path, f"expected {key} to be an index below {count}, found {str(found)[:20]}")
-        return found
+        index = holder.get(key)
+        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < count:
+            raise FormatError(self.path, f"expected {key} to be an index below {count}, found {str(index)[:20]}")
+        return index
 
     def vector(self, holder: Json, key: str, default: list[float]) -> FloatArray:
         """Numbers in an object, as many as the default has."""
-        found = holder.get(key, default)
-        good = isinstance(found, list) and len(found) == len(default)
-        if not good or not all(isinstance(v, int | float) and abs(v) < 1e12 for v in found):
-            raise FormatError(self.path, f"expected {key} to be {len(default)} numbers, found {str(found)[:40]}")
-        return np.array(found, dtype=np.float64)
+        numbers = holder.get(key, default)
+        good = isinstance(numbers, list) and len(numbers) == len(default)
+        if not good or not all(isinstance(v, int | float) and abs(v) < 1e12 for v in numbers):
+            raise FormatError(self.path, f"expected {key} to be {len(default)} numbers, found {str(numbers)[:40]}")
+        return np.array(numbers, dtype=np.float64)
 
     def accessor(self, index: int) -> FloatArray:
-        """The rows of an accessor, shape ``(count, width)``; integers that stand for fractions are divided.
+        """The rows of an accessor, shape ``(count, width)``; normalized integers become fractions.
 
         Of a sparse one the rows that it replaces are put into its view, or into zeros where it has none.
         """
@@ -95,7 +101,7 @@ class Gltf:
         if sparse is not None:
             values = self._replaced(values, sparse, kind, where)
         if entry.get("normalized") and kind is not np.float32:
-            values = np.maximum(values / np.iinfo(kind).max, -1.0)  # type: ignore[type-var]
+            values = np.maximum(values / np.iinfo(np.dtype(kind)).max, -1.0)
         return values
 
     def _replaced(self, values: FloatArray, sparse: Json, kind: type[np.generic], where: str) -> FloatArray:
@@ -139,13 +145,13 @@ class Gltf:
             entry = self.objects("buffers")[index]
             uri = entry.get("uri")
             if uri is None and self.chunk is not None:
-                found = self.chunk
+                data = self.chunk
             elif isinstance(uri, str):
-                found = self._resource(uri)
+                data = self._resource(uri)
             else:
                 raise FormatError(self.path, f"buffer {index} has no bytes")
-            self._buffers[index] = found[: self.index(entry, "byteLength", len(found) + 1)]
-            self.size += len(found) if uri is not None else 0
+            self._buffers[index] = data[: self.index(entry, "byteLength", len(data) + 1)]
+            self.size += len(data) if uri is not None else 0
         return self._buffers[index]
 
     def _resource(self, uri: str) -> bytes:

@@ -1,4 +1,4 @@
-"""A character out of a glTF file: the skeleton and the skinned meshes of its skin, in the bind pose."""
+"""Reading a character from a glTF file: the skeleton and the skinned meshes of its skin, in the bind pose."""
 
 from __future__ import annotations
 
@@ -19,11 +19,22 @@ _GREY: Colour = (0.5, 0.5, 0.5)
 
 
 def read_character(path: Path, notes: list[str]) -> Character:
-    """The character of a ``.glb`` or ``.gltf`` file with one skin; colours are kept, pictures on it are not.
+    """Read the character of a ``.glb`` or ``.gltf`` file with one skin; its colours are kept, textures are not.
 
-    notes: gets a line on pictures that are left out.
+    Parameters
+    ----------
+    path : Path
+    notes : list of str
+        Gets a line on textures that are left out.
 
-    Raises FormatError where there is no skinned mesh, or more than one skeleton.
+    Returns
+    -------
+    Character
+
+    Raises
+    ------
+    FormatError
+        There is no skinned mesh, or more than one skeleton.
     """
     gltf = Gltf(path)
     take = read(path).take
@@ -41,9 +52,13 @@ def read_character(path: Path, notes: list[str]) -> Character:
         raise FormatError(path, "expected a skinned mesh of triangles, found none")
     if pictures := len(gltf.objects("textures")):
         notes.append(f"{pictures} pictures (textures) on the body are left out, its colours are kept")
+    return Character(path.stem, skeleton, _joined(parts))
+
+
+def _joined(parts: list[Skin]) -> Skin:
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
     tints = np.cumsum([0, *(len(part.palette) for part in parts)])
-    skin = Skin(
+    return Skin(
         np.concatenate([part.points for part in parts]),
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]),
@@ -52,11 +67,10 @@ def read_character(path: Path, notes: list[str]) -> Character:
         np.concatenate([part.tints + tint for part, tint in zip(parts, tints[:-1], strict=True)]),
         tuple(entry for part in parts for entry in part.palette),
     )
-    return Character(path.stem, skeleton, skin)
 
 
 def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
-    """A skin a primitive of a node's mesh, in metres about the root joint."""
+    """One skin per group of primitives of a node's mesh, in metres relative to the root joint."""
     skins, meshes = gltf.objects("skins"), gltf.objects("meshes")
     skin = skins[gltf.index(node, "skin", len(skins))]
     mesh = meshes[gltf.index(node, "mesh", len(meshes))]
@@ -78,17 +92,17 @@ def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
 
 
 def _scale(skeleton: Skeleton, joints: IntArray, bind: FloatArray) -> float:
-    """Metres in one of the mesh's units: bones in the world over bones between bind matrices."""
+    """Metres in one of the mesh's units: lengths of bones in the world over those between bind matrices."""
     place = {int(joint): bind[i] for i, joint in enumerate(joints)}
     pairs = [(j, int(skeleton.parents[j])) for j in place if j and int(skeleton.parents[j]) in place]
-    there = sum(float(np.linalg.norm(place[a] - place[b])) for a, b in pairs)
-    here = sum(float(np.linalg.norm(skeleton.offsets[a])) for a, _ in pairs)
-    return here / there if there > 0 and here > 0 else 1.0
+    bound = sum(float(np.linalg.norm(place[a] - place[b])) for a, b in pairs)
+    metres = sum(float(np.linalg.norm(skeleton.offsets[a])) for a, _ in pairs)
+    return metres / bound if bound > 0 and metres > 0 else 1.0
 
 
 def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, scale: float) -> Skin:
-    found = group[0].get("attributes")
-    attributes: Json = found if isinstance(found, dict) else {}
+    given = group[0].get("attributes")
+    attributes: Json = given if isinstance(given, dict) else {}
     count = len(gltf.objects("accessors"))
     points, slots, weights = (
         gltf.accessor(gltf.index(attributes, key, count)) for key in ("POSITION", "JOINTS_0", "WEIGHTS_0")
@@ -97,7 +111,7 @@ def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, sca
     if points.shape[1] != 3 or slots.shape != weights.shape or slots.shape != (len(points), 4):
         raise FormatError(gltf.path, "a skinned mesh's points and joints do not agree")
     if np.any(slots >= len(joints)) or np.any(slots < 0):
-        raise FormatError(gltf.path, f"a skinned mesh is moved by joints that its skin has not: {int(slots.max())}")
+        raise FormatError(gltf.path, f"a skinned mesh is moved by a joint that its skin lacks: {int(slots.max())}")
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1.0), [1.0, 0.0, 0.0, 0.0])
     if "NORMAL" in attributes:

@@ -1,9 +1,8 @@
-"""glTF 2.0 in one binary file (``.glb``): motions with a body, for any viewer, engine or browser.
+"""Writing glTF 2.0 in one binary file (``.glb``).
 
-Each character is a node named after its track, its joints beneath it, and a skinned mesh: that of the character it is
+Each character is a node named after its track, its joints below it, and a skinned mesh: that of the character it is
 written with, or capsules made from the skeleton, the left limbs blue, the right ones vermilion. Joint nodes hold the
-rest pose, placed where the motion starts; one animation moves every character. glTF's conventions are ours (metres,
-seconds, Y up, right-handed) but for the order of quaternions, which is x, y, z, w.
+rest pose, placed where the motion starts; one animation moves every character.
 """
 
 from __future__ import annotations
@@ -20,15 +19,12 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import RequestError
-from kinetograph.formats import capsules
-from kinetograph.formats.body import characters, skin_of
-from kinetograph.formats.gltf.reader import read
+from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
-
-__all__ = ["encode", "read", "write"]
 
 _MAGIC, _VERSION, _JSON, _BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 _COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint32): 5125}
@@ -39,10 +35,21 @@ Json = dict[str, Any]
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
-    """Write a motion, or every motion of a take, as a GLB file with capsule bodies to exactly ``path``.
+    """Write a motion, or every motion of a take, as a GLB file with bodies.
 
-    Raises RequestError for what holds no motion, for options that a format of metres and Y up cannot meet, and for a
-    motion so long and dense that two of its frames would share a time in single precision.
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    path : str or Path
+        Written to exactly this path.
+    options : WriteOptions, optional
+        ``character`` is whose skin the motions wear; without one, capsules.
+
+    Raises
+    ------
+    RequestError
+        There is no motion, units or axis are not metres and Y up, or a motion is so long and dense that two of its
+        frames would have the same time in single precision.
     """
     options = options or WriteOptions()
     _check_options(options)
@@ -50,8 +57,24 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
 
 
 def encode(what: Take | Motion | Signal, character: Character | None = None) -> bytes:
-    """The bytes of the GLB file that `write` writes."""
-    name, motions = characters(what, "GLB")
+    """The bytes of a GLB file.
+
+    Parameters
+    ----------
+    what : Take, Motion or Signal
+    character : Character, optional
+        Whose skin the motions wear; without one, capsules.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    RequestError
+        As for `write`.
+    """
+    name, motions = named_motions(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
         _add_character(document, track, motion, skin_of(motion.skeleton, character))
@@ -82,14 +105,14 @@ class _Document:
         return len(self.parts[key]) - 1
 
     def material(self, name: str, colour: Colour) -> int:
-        """A material of the body, made when first asked for."""
+        """The index of a material of the body, which is made on first use."""
         surface = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
         value = {"name": name, "pbrMetallicRoughness": surface}
         known = self.parts["materials"]
         return known.index(value) if value in known else self.add("materials", value)
 
     def accessor(self, values: npt.NDArray[Any], *, target: int | None = None, bounds: bool = False) -> int:
-        """Store an array, a row an element, and return its accessor."""
+        """Store an array, one row per element, and return its accessor."""
         rows = values.reshape(len(values), -1)
         self.binary.extend(bytes(-len(self.binary) % 4))
         view: Json = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": rows.nbytes}
@@ -157,7 +180,7 @@ def _add_body(document: _Document, track: str, motion: Motion, first: int, worn:
     skeleton = motion.skeleton
     origin = motion.translation[0]
     inverse = np.tile(np.eye(4), (len(skeleton), 1, 1))
-    inverse[:, 3, :3] = -(capsules.rest_positions(skeleton) + origin)  # columns first: the last row is the last column
+    inverse[:, 3, :3] = -(rest_positions(skeleton) + origin)  # columns first: the last row is the last column
     skin = {
         "name": track,
         "inverseBindMatrices": document.accessor(inverse.astype(np.float32)),
@@ -171,10 +194,10 @@ def _add_body(document: _Document, track: str, motion: Motion, first: int, worn:
 
 
 def _primitives(document: _Document, skin: Skin, origin: FloatArray) -> list[Json]:
-    """The body's triangles, a primitive a tint, over shared vertices."""
+    """The body's triangles, one primitive per tint, with shared vertices."""
     count = len(skin.points)
     weights = skin.weights.astype(np.float32)
-    # a joint without weight must be joint 0, as validators have it
+    # a joint without weight must be joint 0, as validators demand
     joints = np.where(weights > 0, skin.joints, 0).astype(np.uint16)
     attributes = {
         "POSITION": document.accessor((skin.points + origin).astype(np.float32), target=_VERTICES, bounds=True),
@@ -207,8 +230,8 @@ def _add_animation(document: _Document, motion: Motion, first: int) -> None:
         )
     times = document.accessor(seconds, bounds=True)
     document.animate(first, "translation", times, motion.translation.astype(np.float32))
-    turns = rot.unroll(rot.normalize(motion.rotations))[..., [1, 2, 3, 0]].astype(np.float32)
+    rotations = rot.unroll(rot.normalize(motion.rotations))[..., [1, 2, 3, 0]].astype(np.float32)
     for joint in range(len(motion.skeleton)):
-        document.animate(first + joint, "rotation", times, turns[:, joint])
+        document.animate(first + joint, "rotation", times, rotations[:, joint])
         if joint and motion.bones is not None:
             document.animate(first + joint, "translation", times, motion.bones[:, joint].astype(np.float32))

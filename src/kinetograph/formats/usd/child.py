@@ -1,7 +1,7 @@
-"""Reads a USD file with usd-core, in a process of its own: ``python -m kinetograph.formats.usd.child FILE OUT.npz``.
+"""Reads a USD file with usd-core, in a child process: ``python -m kinetograph.formats.usd.child FILE OUT.npz``.
 
-Native code that reads hostile bytes may crash or ask for all memory; then this process ends, and not its parent. What
-is in the way of reading is written to stderr, in one line.
+Native code that reads damaged bytes may crash or ask for all memory; then this process ends, and not its parent. Why a
+file is not read is written to stderr, in one line.
 """
 
 from __future__ import annotations
@@ -14,28 +14,36 @@ from typing import Any
 
 import numpy as np
 
-SAYS = "in the way: "
-"""What begins the line on stderr that says why, among what usd-core itself may write."""
+REASON = "cannot read: "
+"""Begins the line on stderr that says why, as usd-core may write lines of its own."""
 
-MEMORY = 4 * 2**30
-ROOM, SWELL = 300 * 2**20, 10  # bytes that reading may take, and more for every byte of the file
-SECONDS = 60
-MOST_FRAMES, MOST_VALUES = 1_000_000, 40_000_000
+_MEMORY = 4 * 2**30  # bytes
+_ROOM, _SWELL = 300 * 2**20, 10  # bytes that reading may take, and more for every byte of the file
+_SECONDS = 60
+_MOST_FRAMES, _MOST_VALUES = 1_000_000, 40_000_000
 
 
 def main(path: str, out: str) -> None:
-    """Write every skeleton's joints, bind pose and local transforms over time."""
+    """Write every skeleton's joints, bind pose and local transforms over time.
+
+    Parameters
+    ----------
+    path : str
+        The USD file.
+    out : str
+        The ``.npz`` file to write.
+    """
     os.environ["PXR_WORK_THREAD_LIMIT"] = "1"  # every thread's stack would count
     from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-    _hold(Path(path).stat().st_size)
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    _limit_memory(Path(path).stat().st_size)
+    resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
     layer = Sdf.Layer.OpenAsAnonymous(path)
     if layer is None:
-        raise SystemExit(f"{SAYS}expected a USD file")
+        raise SystemExit(f"{REASON}expected a USD file")
     outside = [str(name) for name in layer.GetCompositionAssetDependencies()]
     if outside:
-        raise SystemExit(f"{SAYS}refers to {outside[0][:80]!r}; only files that stand alone are read")
+        raise SystemExit(f"{REASON}refers to {outside[0][:80]!r}; only files that stand alone are read")
     stage = Usd.Stage.Open(layer)
     arrays: dict[str, Any] = {
         "scale": UsdGeom.GetStageMetersPerUnit(stage),
@@ -50,22 +58,22 @@ def main(path: str, out: str) -> None:
     for skeleton in skeletons:
         query = cache.GetSkelQuery(skeleton)
         if query and len(query.GetJointOrder()):
-            arrays |= {f"{count}/{key}": value for key, value in _look(stage, skeleton, query).items()}
+            arrays |= {f"{count}/{key}": value for key, value in _skeleton_arrays(stage, skeleton, query).items()}
             count += 1
     np.savez(out, count=count, **arrays)
 
 
-def _hold(size: int) -> None:
-    """Let this process take no more memory than a file of ``size`` bytes may need, where the system can tell."""
+def _limit_memory(size: int) -> None:
+    """Limit this process to the memory that a file of ``size`` bytes may need, where the system can say what it has."""
     status = Path("/proc/self/statm")
     if status.is_file():
         used = int(status.read_text().split()[5]) * resource.getpagesize()
-        most = used + ROOM + SWELL * size
+        most = used + _ROOM + _SWELL * size
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
 
 
-def _look(stage: Any, skeleton: Any, query: Any) -> dict[str, Any]:
+def _skeleton_arrays(stage: Any, skeleton: Any, query: Any) -> dict[str, Any]:
     from pxr import Usd, UsdGeom
 
     joints = [str(joint) for joint in query.GetJointOrder()]
@@ -73,8 +81,8 @@ def _look(stage: Any, skeleton: Any, query: Any) -> dict[str, Any]:
     times = sorted(animation.GetJointTransformTimeSamples()) if animation else []
     start, stop = (times[0], times[-1]) if times else (0.0, 0.0)
     frames = round(stop - start) + 1
-    if not 0 < frames <= MOST_FRAMES or frames * len(joints) > MOST_VALUES:
-        raise SystemExit(f"{SAYS}{frames} frames of {len(joints)} joints are too many")
+    if not 0 < frames <= _MOST_FRAMES or frames * len(joints) > _MOST_VALUES:
+        raise SystemExit(f"{REASON}{frames} frames of {len(joints)} joints are too many")
     here = UsdGeom.XformCache()
     local = np.empty((frames, len(joints), 4, 4), dtype=np.float32)
     places = np.empty((frames, 4, 4))

@@ -1,4 +1,4 @@
-"""Reading USD: what usd-core finds in a process of its own, as motions."""
+"""Reading USD: what a child process reads with usd-core, as motions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kinetograph.formats import scene
 from kinetograph.formats.conventions import scale_motion, to_metres_y_up
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
-from kinetograph.formats.usd.child import SAYS
+from kinetograph.formats.usd.child import REASON
 from kinetograph.motion import Motion
 from kinetograph.take import Take
 
@@ -30,18 +30,31 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
-    """A USD file as a take in metres, Y up, with a motion a skeleton (UsdSkel), at its time codes.
+    """Read a USD file as a take in metres, Y up, with one motion per skeleton (UsdSkel).
 
-    Skeletons rest in their bind pose. Files that refer to others are refused.
+    Parameters
+    ----------
+    path : str or Path
+    options : ReadOptions, optional
 
-    Raises RequestError where usd-core is missing, FormatError for what it cannot read and for files without skeletons.
+    Returns
+    -------
+    Loaded
+        At the file's time codes. The rest pose of a skeleton is its bind pose.
+
+    Raises
+    ------
+    RequestError
+        usd-core is missing.
+    FormatError
+        usd-core cannot read the file, it has no skeleton, or it refers to other files.
     """
     path = Path(path)
     options = options or ReadOptions()
     if importlib.util.find_spec("pxr") is None:
         raise RequestError("USD needs the package usd-core: pip install 'kinetograph[usd]'")
     path.open("rb").close()
-    arrays = _ask(path)
+    arrays = _read_in_child(path)
     fps = options.fps or float(arrays["fps"])
     if not (np.isfinite(fps) and 0 < fps < 1e5):
         raise FormatError(path, f"fps must be a positive number, found {fps}; give it with --fps")
@@ -57,9 +70,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
 
 
-def _ask(path: Path) -> Arrays:
+def _read_in_child(path: Path) -> Arrays:
     with tempfile.TemporaryDirectory(prefix="kinetograph-") as folder:
-        out = Path(folder) / "found.npz"
+        out = Path(folder) / "scene.npz"
         command = [sys.executable, "-m", "kinetograph.formats.usd.child", str(path.resolve()), str(out)]
         try:
             ran = subprocess.run(
@@ -68,10 +81,10 @@ def _ask(path: Path) -> Arrays:
         except subprocess.TimeoutExpired:
             raise FormatError(path, f"usd-core has not read it in {_PATIENCE} s") from None
         if ran.returncode != 0 or not out.is_file():
-            said = [line.removeprefix(SAYS)[:160] for line in ran.stderr.splitlines() if line.startswith(SAYS)]
-            raise FormatError(path, said[0] if said else "usd-core cannot read it; is the file damaged?")
-        with np.load(out, allow_pickle=False) as found:
-            return dict(found)
+            reasons = [line.removeprefix(REASON)[:160] for line in ran.stderr.splitlines() if line.startswith(REASON)]
+            raise FormatError(path, reasons[0] if reasons else "usd-core cannot read it; is the file damaged?")
+        with np.load(out, allow_pickle=False) as arrays:
+            return dict(arrays)
 
 
 def _motion(path: Path, arrays: Arrays, key: str, fps: float, notes: list[str]) -> Motion:
@@ -81,21 +94,21 @@ def _motion(path: Path, arrays: Arrays, key: str, fps: float, notes: list[str]) 
         raise FormatError(path, "expected finite numbers in the transforms of joints")
     if np.any(parents >= np.arange(len(parents))):
         raise FormatError(path, "expected joints whose parents come before them")
-    shifts, turns, scales = (np.empty((len(local), len(parents) + 1, n)) for n in (3, 4, 3))
-    shifts[:, 0], turns[:, 0], scales[:, 0] = _parts(path, places)
-    shifts[:, 1:], turns[:, 1:], scales[:, 1:] = _parts(path, local)
+    shifts, rotations, scales = (np.empty((len(local), len(parents) + 1, n)) for n in (3, 4, 3))
+    shifts[:, 0], rotations[:, 0], scales[:, 0] = _parts(path, places)
+    shifts[:, 1:], rotations[:, 1:], scales[:, 1:] = _parts(path, local)
     names = unique(["", *(str(name).rpartition("/")[2] or "joint" for name in arrays[f"{key}names"])], "joint", notes)
-    nodes = scene.Nodes(tuple(names), np.array([-1, *(parents + 1)]), shifts, turns, scales)
-    at, turn, _ = _parts(path, bind @ places[0])
-    whole = (np.concatenate([shifts[0, :1], at]), np.concatenate([turns[0, :1], turn]))
-    found = scene.motions(nodes, list(range(1, len(names))), whole, fps)
-    if len(found) > 1:
-        notes.append(f"{len(found)} roots in one skeleton: read the first one")
-    return found[0]
+    nodes = scene.Nodes(tuple(names), np.array([-1, *(parents + 1)]), shifts, rotations, scales)
+    bound = _parts(path, bind @ places[0])
+    whole = (np.concatenate([shifts[0, :1], bound[0]]), np.concatenate([rotations[0, :1], bound[1]]))
+    motions = scene.motions(nodes, list(range(1, len(names))), whole, fps)
+    if len(motions) > 1:
+        notes.append(f"{len(motions)} roots in one skeleton: read the first one")
+    return motions[0]
 
 
 def _parts(path: Path, matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Translations, rotations and scales of matrices whose rows are columns, ``(..., 4, 4)``."""
+    """Translations, rotations and scales of transposed matrices, ``(..., 4, 4)``."""
     axes = np.swapaxes(matrices[..., :3, :3], -1, -2)
     scales = np.linalg.norm(axes, axis=-2)
     if np.any(scales < 1e-9):

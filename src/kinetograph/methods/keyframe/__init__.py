@@ -1,5 +1,31 @@
-"""Keyframe control (Molina-Tanco and Hilton 2000): recordings lead from one pose to the next."""
+"""Keyframe control: recordings lead from one pose to the next (Molina-Tanco & Hilton 2000, and beyond).
 
-from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel, PaperSettings, SearchSettings
+One method, `KeyframeControl`, and two solvers. `TimedSearch` goes over the recorded frames themselves: it meets every
+key exactly, at the time and place asked for, and changes recordings only where poses and velocities meet.
+`ClusterChain` is the paper: clusters of poses, their Markov chain, and a hidden Markov model whose states are the
+examples.
+"""
 
-__all__ = ["KeyframeControl", "KeyframeModel", "PaperSettings", "SearchSettings"]
+from kinetograph.methods.keyframe.cluster_chain import ClusterChain, FittedClusterChain
+from kinetograph.methods.keyframe.examples import Example, adopt_named, collect_examples
+from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe.solver import FittedSolver, Solver
+from kinetograph.methods.keyframe.timed_search import FittedTimedSearch, TimedSearch
+from kinetograph.methods.keyframe.two_levels import TwoLevelModel, pose_vectors, state_sequence
+
+__all__ = [
+    "ClusterChain",
+    "Example",
+    "FittedClusterChain",
+    "FittedSolver",
+    "FittedTimedSearch",
+    "KeyframeControl",
+    "KeyframeModel",
+    "Solver",
+    "TimedSearch",
+    "TwoLevelModel",
+    "adopt_named",
+    "collect_examples",
+    "pose_vectors",
+    "state_sequence",
+]

@@ -12,43 +12,56 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
-from kinetograph.methods.keyframe.examples import headings
+from kinetograph.methods.keyframe.realize import edit_statistics
 from kinetograph.motion import Motion, concatenate, cut, place
 from kinetograph.post.contacts import merge
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
 Solve = Callable[[tuple[Key, ...]], Synthesis]
+"""Makes a motion through keys."""
 
 
-def solve_around(kept: Synthesis, span: tuple[float, float], keys: tuple[Key, ...], solve: Solve) -> Synthesis:
-    """``kept`` from second ``span[0]`` to ``span[1]``, frame by frame, and new motion through the keys around it.
+def solve_around(held: Synthesis, span: tuple[float, float], keys: tuple[Key, ...], solve: Solve) -> Synthesis:
+    """A span of a result, frame by frame, and new motion through the keys around it.
 
-    Every key has a time, on the clock of ``kept``. A first key that is pinned nowhere stands where the way to the span
-    begins, not where it does in its clip. Raises RequestError for a span outside it, and for keys without a
-    time or within the span.
+    Parameters
+    ----------
+    held : Synthesis
+    span : tuple of float
+        Seconds of ``held`` from which and to which it is held.
+    keys : tuple of Key
+        Each with a time, in seconds of ``held``. A first key that is pinned nowhere stands where the path to the span
+        begins, not where it does in its clip.
+    solve : callable
+        Makes a motion through keys.
+
+    Raises
+    ------
+    RequestError
+        For a span outside the result, and for keys without a time or within the span.
     """
-    fps = kept.motion.fps
+    fps = held.motion.fps
     low, high = round(span[0] * fps), round(span[1] * fps)
-    if not 0 <= low < high < len(kept.motion):
+    if not 0 <= low < high < len(held.motion):
         raise RequestError(
-            f"a span to hold lies between 0 and {kept.motion.duration:.2f} s, found {span[0]:g} to {span[1]:g} s"
+            f"a span to hold lies between 0 and {held.motion.duration:.2f} s, found {span[0]:g} to {span[1]:g} s"
         )
-    before, after = _around(keys, low / fps, high / fps)
-    parts = [clip_synthesis(kept, low, high, 0.0)]
+    before, after = _divided(keys, low / fps, high / fps)
+    begin = low if before else 0  # the held span's first frame in the result
+    parts = [clip_synthesis(held, low, high, begin / fps)]
     if before:
-        made = _lead_up(before, _end(kept.motion, low, low / fps), solve)
-        parts.insert(0, clip_synthesis(made, 0, low - 1, 0.0))
-        parts[1] = clip_synthesis(kept, low, high, low / fps)
+        lead = _lead_up(before, _end(held.motion, low, low / fps), solve)
+        parts.insert(0, clip_synthesis(lead, 0, low - 1, 0.0))
     if after:
         later = tuple(replace(key, time=_shifted(key, -high / fps)) for key in after)
-        made = solve((_end(kept.motion, high, 0.0), *later))
-        begun = (high if before else high - low) / fps
-        parts.append(clip_synthesis(made, 1, len(made.motion) - 1, begun + 1 / fps))
+        rest = solve((_end(held.motion, high, 0.0), *later))
+        parts.append(clip_synthesis(rest, 1, len(rest.motion) - 1, (begin + high - low) / fps + 1 / fps))
     return _joined(parts)
 
 
-def _around(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Key, ...], tuple[Key, ...]]:
+def _divided(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Key, ...], tuple[Key, ...]]:
+    """The keys before and after a span of seconds."""
     before, after = [], []
     for number, key in enumerate(keys):
         time = (0.0, 0.0) if number == 0 and key.time is None else key.time
@@ -63,30 +76,35 @@ def _around(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Key
     return tuple(before), tuple(after)
 
 
+def _heading(motion: Motion, frame: int) -> float:
+    return float(rot.heading(motion.rotations[frame, 0]))
+
+
 def _end(motion: Motion, frame: int, time: float) -> Key:
     """A frame as a key that is pinned where it is."""
     x, _, z = motion.translation[frame]
-    return Key(motion, frame, (time, time), (float(x), float(z)), float(headings(motion)[frame]), label="the held span")
+    return Key(motion, frame, (time, time), (float(x), float(z)), _heading(motion, frame), label="the held span")
 
 
 def _lead_up(before: tuple[Key, ...], end: Key, solve: Solve) -> Synthesis:
     """Motion through keys to the span's beginning; where no key is pinned, it is made anywhere and then moved there."""
     if any(key.position is not None or key.heading is not None for key in before):
         return solve((*before, end))
-    made = solve((*before, replace(end, position=None, heading=None)))
-    turn = float(headings(end.clip)[end.frame] - headings(made.motion)[-1])
-    shift = end.clip.translation[end.frame] - place(made.motion, turn, (0.0, 0.0, 0.0)).translation[-1]
-    return _moved(made, turn, on_ground(shift))
+    lead = solve((*before, replace(end, position=None, heading=None)))
+    angle = _heading(end.clip, end.frame) - _heading(lead.motion, -1)
+    shift = end.clip.translation[end.frame] - place(lead.motion, angle, (0.0, 0.0, 0.0)).translation[-1]
+    return _moved(lead, angle, on_ground(shift))
 
 
-def _moved(made: Synthesis, turn: float, shift: FloatArray) -> Synthesis:
-    q = rot.about("y", turn)
+def _moved(result: Synthesis, angle: float, shift: FloatArray) -> Synthesis:
+    """A result rotated about the vertical, radians, and then shifted, metres."""
+    q = rot.about("y", angle)
     pieces = []
-    for piece in made.pieces:
+    for piece in result.pieces:
         w, x, y, z = (float(v) for v in rot.multiply(q, np.array(piece.rotation)))
         a, b, c = (float(v) for v in rot.rotate(q, np.array(piece.shift)) + shift)
         pieces.append(replace(piece, rotation=(w, x, y, z), shift=(a, b, c)))
-    return replace(made, motion=place(made.motion, turn, shift), pieces=tuple(pieces))
+    return replace(result, motion=place(result.motion, angle, shift), pieces=tuple(pieces))
 
 
 def _shifted(key: Key, by: float) -> tuple[float, float]:
@@ -94,55 +112,53 @@ def _shifted(key: Key, by: float) -> tuple[float, float]:
     return key.time[0] + by, key.time[1] + by
 
 
-def clip_synthesis(made: Synthesis, first: int, last: int, begin: float) -> Synthesis:
-    """Frames ``first`` to ``last`` of a synthesis, to begin at second ``begin``, with their pieces and contacts."""
-    fps = made.motion.fps
+def clip_synthesis(result: Synthesis, first: int, last: int, begin: float) -> Synthesis:
+    """Some frames of a result with their pieces and contacts.
+
+    Parameters
+    ----------
+    result : Synthesis
+    first, last : int
+        Frames ``first`` to ``last``, both included.
+    begin : float
+        Seconds at which they begin in the clipped result.
+    """
+    fps = result.motion.fps
     low, high, by = first / fps, last / fps, begin - first / fps
-    pieces: list[Piece] = []
-    for piece in made.pieces:
-        start, stop = max(piece.start, low), min(piece.stop, high)
-        if stop > start + 1e-9:
-            source = piece.source_time(np.array([start, stop]))
-            pieces.append(
-                replace(
-                    piece,
-                    start=start + by,
-                    stop=stop + by,
-                    source_start=float(source[0]),
-                    source_stop=float(source[1]),
-                )
-            )
+    pieces = [_clipped(piece, low, high, by) for piece in result.pieces]
     notes = [
         Annotation(n.track, n.kind, n.label, max(n.start, low) + by, min(n.stop, high) + by)
-        for n in made.annotations
+        for n in result.annotations
         if n.start < high and n.stop > low
     ]
     return replace(
-        made,
-        motion=cut(made.motion, first, last + 1),
-        pieces=tuple(pieces),
+        result,
+        motion=cut(result.motion, first, last + 1),
+        pieces=tuple(piece for piece in pieces if piece is not None),
         annotations=tuple(notes),
-        edited=made.edited[first : last + 1],
+        edited=result.edited[first : last + 1],
     )
 
 
+def _clipped(piece: Piece, low: float, high: float, by: float) -> Piece | None:
+    """A piece between two seconds, moved ``by`` seconds; None where nothing is left."""
+    start, stop = max(piece.start, low), min(piece.stop, high)
+    if stop <= start + 1e-9:
+        return None
+    a, b = (float(second) for second in piece.source_time(np.array([start, stop])))
+    return replace(piece, start=start + by, stop=stop + by, source_start=a, source_stop=b)
+
+
 def _joined(parts: list[Synthesis]) -> Synthesis:
+    """Results one after another; every one begins where the one before ends."""
     edited = np.concatenate([part.edited for part in parts])
     pieces = _closed([piece for part in parts for piece in part.pieces])
-    statistics = {
-        "frames": len(edited),
-        "pieces": len(pieces),
-        "examples": len({(p.take, p.mirrored) for p in pieces}),
-        "untouched": float((edited < parts[0].statistics["untouched below"]).mean()),
-        "untouched below": parts[0].statistics["untouched below"],
-        "mean edit": float(edited.mean()),
-    }
     return Synthesis(
         concatenate([part.motion for part in parts]),
         pieces,
         cost=sum(part.cost for part in parts),
         annotations=merge(note for part in parts for note in part.annotations),
-        statistics=statistics,
+        statistics=edit_statistics(edited, len(pieces), len({(p.take, p.mirrored) for p in pieces})),
         warnings=tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
         edited=edited,
     )

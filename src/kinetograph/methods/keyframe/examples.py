@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.motion import Motion, repeat, resample
-from kinetograph.segmentation import detect_contacts
-from kinetograph.skeleton import Skeleton, opposite, same_shape
-from kinetograph.take import Annotation, Take
-
-if TYPE_CHECKING:
-    from kinetograph.library import Library
-
-CYCLES = 4
-"""How often a looping clip is played."""
+from kinetograph.library import Library
+from kinetograph.methods.recordings import (
+    Recording,
+    adopt,
+    collect,
+    looped,
+    mirrored_annotations,
+    same_joints,
+)
+from kinetograph.mirroring import mirror
+from kinetograph.motion import Motion, resample
+from kinetograph.progress import Progress
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Annotation
 
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A recording. take, track, mirrored: where it comes from; motion: at the method's rate; contacts: in its seconds;
-    period: seconds of one cycle of a looping clip, which is played `CYCLES` times, else 0.
+    """A recording made ready for keyframe control: a *motion example* of the paper.
+
+    Parameters
+    ----------
+    take, track : str
+        Where it comes from.
+    mirrored : bool
+        Whether left and right are exchanged.
+    motion : Motion
+        At the method's rate, on the skeleton of the library's first take, its bones rigid.
+    contacts : tuple of Annotation
+        In the motion's seconds.
+    period : float
+        Seconds of one cycle of a looping clip, which is played several times; else 0.
     """
 
     take: str
@@ -37,77 +52,91 @@ class Example:
 
 
 def collect_examples(
-    library: Library, rate: float, *, mirror: bool = False, exclude: tuple[str, ...] = (), track: str | None = None
+    library: Library,
+    rate: float,
+    *,
+    mirror: bool = False,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Example, ...]:
     """Every take's motion as an example, on the skeleton of the first.
 
-    Raises RequestError for a library without takes, or where skeletons have different joints.
+    Parameters
+    ----------
+    library : Library
+    rate : float
+        Frames per second of the examples.
+    mirror : bool
+        Also make an example of every motion with left and right exchanged.
+    exclude : iterable of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the motions' track; needed where takes have several motions.
+    progress : Progress, optional
+        Called for every take that is read.
+
+    Raises
+    ------
+    RequestError
+        For a name to leave out that is not there, for a library without takes to use, and for skeletons of different
+        joints.
     """
-    found: list[Example] = []
-    for name in library.names():
-        if name not in exclude:
-            found += _examples_of(library.take(name), rate, mirror, track, found[0].motion.skeleton if found else None)
-    if not found:
-        raise RequestError("the library has no take to use; add recordings, or exclude fewer")
-    return tuple(found)
+    recordings = collect(library, exclude=exclude, track=track, progress=progress)
+    skeleton = recordings[0].motion.skeleton
+    examples: list[Example] = []
+    for recording in recordings:
+        examples.append(_example(recording, skeleton, rate))
+        if mirror:
+            examples.append(_mirrored(examples[-1]))
+    return tuple(examples)
 
 
-def _examples_of(
-    take: Take, rate: float, mirrored: bool, track: str | None, skeleton: Skeleton | None
-) -> list[Example]:
-    motion = take.motion(track)
-    name = next(key for key, value in take.tracks.items() if value is motion)
-    if skeleton is not None:
-        motion = adopt(motion, skeleton, f"take {take.name!r}")
-    loops = any(note.kind == "loop" for note in take.annotated(name, "loop"))
-    period = motion.duration if loops else 0.0
-    long = repeat(motion, CYCLES) if loops else motion
-    contacts = (() if loops else take.annotated(name, "contact")) or detect_contacts(long, track=name)
-    even = resample(long, rate)
-    found = [Example(take.name, name, False, even, contacts, period)]
-    if mirrored:
-        from kinetograph.mirroring import mirror
-
-        swapped = tuple(Annotation(n.track, n.kind, opposite(n.label), n.start, n.stop) for n in contacts)
-        found.append(Example(take.name, name, True, mirror(even), swapped, period))
-    return found
+def _example(recording: Recording, skeleton: Skeleton, rate: float) -> Example:
+    adopted = looped(replace(recording, motion=rigid(adopt(recording.motion, skeleton))))
+    even = resample(adopted.motion, rate)
+    return Example(recording.name, recording.track, False, even, adopted.contacts(), adopted.period)
 
 
-def adopt(motion: Motion, skeleton: Skeleton, what: str) -> Motion:
-    """A motion on another skeleton of the same joints: rotations are kept, the root's path scales with the legs.
+def _mirrored(example: Example) -> Example:
+    contacts = tuple(mirrored_annotations(example.contacts))
+    return replace(example, mirrored=True, motion=mirror(example.motion), contacts=contacts)
 
-    Raises RequestError, naming ``what``, where the joints differ.
+
+def rigid(motion: Motion) -> Motion:
+    """The motion with every bone as in the skeleton, where a file moved joints against their parents."""
+    return motion if motion.bones is None else replace(motion, bones=None)
+
+
+def adopt_named(motion: Motion, skeleton: Skeleton, name: str) -> Motion:
+    """A motion that is no take of the library, on the library's skeleton, its bones rigid.
+
+    Parameters
+    ----------
+    motion : Motion
+        With the skeleton's joints; see `kinetograph.methods.recordings.adopt` for bones of other lengths.
+    skeleton : Skeleton
+    name : str
+        What an error calls the motion.
+
+    Raises
+    ------
+    RequestError
+        Where the joints differ.
     """
-    if same_shape(motion.skeleton, skeleton):
-        return motion if motion.bones is None else replace(motion, bones=None)
-    if motion.skeleton.names != skeleton.names or not np.array_equal(motion.skeleton.parents, skeleton.parents):
+    if not same_joints(motion.skeleton, skeleton):
         raise RequestError(
-            f"{what} ({len(motion.skeleton)} joints) and the library's first take ({len(skeleton)} joints) have "
+            f"{name} ({len(motion.skeleton)} joints) and the library's first take ({len(skeleton)} joints) have "
             "different skeletons; retarget it first, or put it in a library of its own"
         )
-    scale = leg_length(skeleton) / leg_length(motion.skeleton)
-    return Motion(skeleton, motion.translation * scale, motion.rotations, motion.fps)
-
-
-def leg_length(skeleton: Skeleton) -> float:
-    """Metres from hip to ankle along the left leg; the skeleton's height where it has no such leg."""
-    if not {"left_hip", "left_foot"} <= skeleton.roles.keys():
-        return max(skeleton.height, 1e-6)
-    joint, top, length = skeleton.roles["left_foot"].joint, skeleton.roles["left_hip"].joint, 0.0
-    while joint not in (top, -1):
-        length += float(np.linalg.norm(skeleton.offsets[joint]))
-        joint = int(skeleton.parents[joint])
-    return max(length, 1e-6)
-
-
-def headings(motion: Motion) -> FloatArray:
-    """The root's turn about the vertical, shape ``(F,)`` radians, not unwrapped."""
-    return rot.heading(motion.rotations[:, 0])
+    return rigid(adopt(motion, skeleton))
 
 
 def mean_heading(angles: FloatArray) -> float:
     """The circular mean of angles in radians: the direction of the mean of their unit vectors.
 
+    Examples
+    --------
     >>> round(float(np.degrees(mean_heading(np.radians([170.0, -170.0])))), 6)
     180.0
     """

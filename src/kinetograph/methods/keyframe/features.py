@@ -11,29 +11,44 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import ComplexArray, FloatArray, IntArray, SingleArray
+from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground, role_positions, velocities
-from kinetograph.learn._graph_kernels import row_distances
-from kinetograph.methods.keyframe.examples import Example, headings, leg_length
+from kinetograph.learn import squared_distances_to
+from kinetograph.methods.keyframe.examples import Example
+from kinetograph.methods.recordings import leg_length
 from kinetograph.motion import Motion
 from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES
 from kinetograph.skeleton import Skeleton
 
 REACH = 0.2
+"""Seconds of a velocity that count as metres."""
 CONTACT = 0.1
+"""Metres that a contact counts for, where one pose has it and another has not."""
 BODY = (
     *("hips", "chest", "head"),
     *(f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "hand", "knee", "foot", "toe")),
 )
+"""Roles that are compared, where a skeleton has them."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseFeatures:
-    """Frames of all examples, end to end. roles ``(R,)``; pose, velocity ``(N, R, 3)``; contacts ``(N, C)``, scaled so
-    that squared distances add up. ground, facing ``(N,)``: see `kinetograph.learn.timed_search`.
+    """Features of the frames of all examples, laid end to end.
+
+    Parameters
+    ----------
+    roles : tuple of str
+        The ``R`` parts of the body that are compared.
+    pose, velocity : ndarray of float32, shape (N, R, 3)
+    contacts : ndarray of float32, shape (N, C)
+        These three are scaled so that their squared distances add up.
+    ground : ndarray of complex, shape (N,)
+        Where the root is on the recording's ground, z + i x in metres.
+    facing : ndarray of complex, shape (N,)
+        Unit complex number of the root's heading.
     """
 
     roles: tuple[str, ...]
@@ -44,24 +59,23 @@ class PoseFeatures:
     facing: ComplexArray
 
     def together(self) -> SingleArray:
-        """All features side by side, shape ``(N, D)``."""
+        """All features in one row per frame, shape ``(N, D)``."""
         rows = len(self.pose)
         return np.concatenate([self.pose.reshape(rows, -1), self.velocity.reshape(rows, -1), self.contacts], axis=1)
 
 
 def pose_features(examples: tuple[Example, ...]) -> PoseFeatures:
-    """The features of every frame of the examples."""
-    skeleton = examples[0].motion.skeleton
-    roles = body_roles(skeleton)
-    poses, rates, contacts, grounds, facings = [], [], [], [], []
+    """The features of every frame of the examples. Raises RequestError for a skeleton of hardly any roles."""
+    roles = body_roles(examples[0].motion.skeleton)
+    poses, speeds, contacts, grounds, facings = [], [], [], [], []
     for example in examples:
-        pose, rate = relative_joints(example.motion, roles)
+        pose, velocity = relative_joints(example.motion, roles)
         poses.append(pose / np.sqrt(len(roles)))
-        rates.append(rate * REACH / np.sqrt(len(roles)))
+        speeds.append(velocity * REACH / np.sqrt(len(roles)))
         contacts.append(_contact_features(example))
         grounds.append(example.motion.translation[:, 2] + 1j * example.motion.translation[:, 0])
-        facings.append(np.exp(1j * headings(example.motion)))
-    columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, rates, contacts)]
+        facings.append(np.exp(1j * rot.heading(example.motion.rotations[:, 0])))
+    columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, speeds, contacts)]
     return PoseFeatures(roles, columns[0], columns[1], columns[2], np.concatenate(grounds), np.concatenate(facings))
 
 
@@ -74,18 +88,59 @@ def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
 
 
 def relative_joints(motion: Motion, roles: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Positions above the root's place on the ground, turned to its heading, and velocities, each ``(F, R, 3)``."""
+    """Joints as seen from the root.
+
+    Returns
+    -------
+    positions : ndarray, shape (F, R, 3)
+        Metres from the root's place on the ground, rotated to its heading.
+    velocities : ndarray, shape (F, R, 3)
+        Metres per second, rotated likewise.
+    """
     world = role_positions(motion, roles)
-    back = rot.about("y", -headings(motion))[:, None]
+    back = rot.about("y", -rot.heading(motion.rotations[:, 0]))[:, None]
     root = on_ground(motion.translation)
     return rot.rotate(back, world - root[:, None]), rot.rotate(back, velocities(world, motion.fps))
 
 
 def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> FloatArray:
-    """How far every frame's pose, and where it is known its velocity, is from a key's, shape ``(N,)`` metres.
+    """How far every frame's pose, and where it is known its velocity, is from a key's.
 
-    A key of another skeleton is scaled by the legs. Raises RequestError where its roles do not map.
+    Parameters
+    ----------
+    features : PoseFeatures
+    key : Key
+        One of another skeleton is scaled by the length of the legs.
+    skeleton : Skeleton
+        That of the features.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Metres.
+
+    Raises
+    ------
+    RequestError
+        Where the key's roles do not map.
     """
+    roles = _compared(features, key)
+    pose, velocity = relative_joints(key.clip, roles)
+    scale = leg_length(skeleton) / leg_length(key.clip.skeleton)
+    share = len(features.roles) / len(roles)
+    to_features = scale / np.sqrt(len(features.roles))
+    columns = np.array([3 * features.roles.index(role) + axis for role in roles for axis in range(3)])
+    pairs = [(pose[key.frame] * to_features, features.pose)]
+    if len(key.clip) > 1:
+        pairs.append((velocity[key.frame] * to_features * REACH, features.velocity))
+    squares = np.zeros(len(features.pose))
+    for row, rows in pairs:
+        squares += squared_distances_to(row.ravel().astype(np.float32), rows.reshape(len(rows), -1), columns)
+    return np.sqrt(squares * share)
+
+
+def _compared(features: PoseFeatures, key: Key) -> tuple[str, ...]:
+    """The roles by which a key is compared."""
     asked = key.roles or features.roles
     roles = tuple(role for role in features.roles if role in asked)
     missing = [role for role in roles if role not in key.clip.skeleton.roles]
@@ -95,20 +150,7 @@ def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> Float
             f"{key.label}: the library's poses are compared by roles that do not map to this key: {named}; "
             f"name its joints with --role, or key only some of {', '.join(features.roles)}"
         )
-    pose, rate = relative_joints(key.clip, roles)
-    scale = leg_length(skeleton) / leg_length(key.clip.skeleton)
-    share = len(features.roles) / len(roles)
-    to_features = scale / np.sqrt(len(features.roles))
-    squares = np.zeros(len(features.pose))
-    columns = np.array([3 * features.roles.index(role) + axis for role in roles for axis in range(3)])
-    _add_squares(features.pose, columns, pose[key.frame] * to_features, squares)
-    if len(key.clip) > 1:
-        _add_squares(features.velocity, columns, rate[key.frame] * to_features * REACH, squares)
-    return np.sqrt(squares * share)
-
-
-def _add_squares(rows: SingleArray, columns: IntArray, row: FloatArray, squares: FloatArray) -> None:
-    row_distances(rows.reshape(len(rows), -1), columns, row.ravel().astype(np.float32), squares)
+    return roles
 
 
 def _contact_features(example: Example) -> FloatArray:
@@ -118,7 +160,7 @@ def _contact_features(example: Example) -> FloatArray:
 
 
 def fastest_step(examples: tuple[Example, ...]) -> float:
-    """Metres a step: more than all but a few of the recorded steps of the root along the ground."""
+    """Metres per step along the ground: more than all but a few of the recorded steps of the root."""
     steps = [np.linalg.norm(np.diff(e.motion.translation[:, [0, 2]], axis=0), axis=1) for e in examples]
     together = np.concatenate(steps)
     return float(np.quantile(together, 0.999)) * 1.1 + 1e-6 if len(together) else 1e-6

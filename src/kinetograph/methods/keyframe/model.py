@@ -1,58 +1,58 @@
-"""Keyframe control: a motion from pose to pose, made of recordings (Molina-Tanco & Hilton 2000, and beyond).
-
-Two modes with one interface. ``"paper"`` is the paper: clusters of poses, their Markov chain, and an HMM whose hidden
-states are the examples. ``"search"`` goes over the frames themselves: it meets every key exactly, at the time and
-place asked for, and changes recordings only where poses and velocities meet.
-"""
+"""Keyframe control: its configuration, and a library learned by it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key, check_order
+from kinetograph.library import Library
 from kinetograph.methods.keyframe.around import solve_around
 from kinetograph.methods.keyframe.examples import Example, collect_examples
-from kinetograph.methods.keyframe.markov import PaperModel, PaperSettings, fit_paper, plan
-from kinetograph.methods.keyframe.markov_motion import realize_paper
-from kinetograph.methods.keyframe.realize import realize_walk
-from kinetograph.methods.keyframe.search import SearchModel, SearchSettings, check_feasible, fit_search, goals_of, solve
+from kinetograph.methods.keyframe.solver import FittedSolver, Solver
+from kinetograph.methods.keyframe.timed_search import TimedSearch
 from kinetograph.post.assemble import PostSettings
-from kinetograph.skeleton import same_shape
+from kinetograph.progress import Progress
 from kinetograph.synthesis import Synthesis
-
-if TYPE_CHECKING:
-    from kinetograph.library import Library
-
-__all__ = ["KeyframeControl", "KeyframeModel", "PaperSettings", "SearchSettings"]
-
-MODES = ("search", "paper")
-FAR = 0.15
-"""Metres between a key and the nearest recorded frame above which a warning says so."""
 
 
 @dataclass(frozen=True)
 class KeyframeControl:
     """Configuration of keyframe control.
 
-    mode: ``"search"`` or ``"paper"``. rate: frames a second of the examples and of the result. mirror: also use every
-    recording mirrored. search, paper: parameters of either mode. post: how the search's pieces are joined.
+    Parameters
+    ----------
+    solver : TimedSearch or ClusterChain
+        What leads from key to key: a search that meets every key at its time and place, or the paper's two levels.
+    rate : float
+        Frames per second of the examples and of the result.
+    mirror : bool
+        Also use every recording with left and right exchanged.
+    post : PostSettings
+        How the timed search's pieces are joined.
+
+    Raises
+    ------
+    RequestError
+        For a solver that is none, or a rate that is not positive.
+
+    Examples
+    --------
+    >>> KeyframeControl(solver=TimedSearch(meet=0.5)).solver.meet
+    0.5
     """
 
-    mode: str = "search"
+    solver: Solver = field(default_factory=TimedSearch)
     rate: float = 30.0
     mirror: bool = False
-    search: SearchSettings = field(default_factory=SearchSettings)
-    paper: PaperSettings = field(default_factory=PaperSettings)
     post: PostSettings = field(default_factory=PostSettings)
 
     def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise RequestError(f"mode must be one of {', '.join(MODES)}, found {self.mode!r}")
+        if isinstance(self.solver, type) or not isinstance(self.solver, Solver):
+            raise RequestError(f"solver must be TimedSearch(...) or ClusterChain(...), found {self.solver!r}")
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise RequestError(f"rate must be a positive number, found {self.rate}")
 
@@ -60,74 +60,105 @@ class KeyframeControl:
         self,
         library: Library,
         *,
-        exclude: tuple[str, ...] = (),
+        exclude: Iterable[str] = (),
         track: str | None = None,
         rng: np.random.Generator | None = None,
+        progress: Progress | None = None,
     ) -> KeyframeModel:
-        """Learn a library. ``exclude`` leaves takes out, by name; ``rng`` seeds the clusters of the paper's mode.
+        """Learn a library.
 
-        Raises RequestError for an empty library, or where takes have different joints.
+        Parameters
+        ----------
+        library : Library
+        exclude : iterable of str
+            Names of takes to leave out.
+        track : str, optional
+            Name of the motions' track; needed where takes have several motions.
+        rng : numpy.random.Generator, optional
+            Draws the first centres of the cluster chain's clusters; the same ones without it.
+        progress : Progress, optional
+            Called for every take that is read.
+
+        Raises
+        ------
+        RequestError
+            For a name to leave out that is not there, for an empty library, or where takes have different joints.
         """
-        examples = collect_examples(library, self.rate, mirror=self.mirror, exclude=exclude, track=track)
-        if self.mode == "paper":
-            return KeyframeModel(self, examples, fit_paper(examples, self.paper, rng or np.random.default_rng(0)))
-        return KeyframeModel(self, examples, fit_search(examples, self.search))
+        examples = collect_examples(
+            library, self.rate, mirror=self.mirror, exclude=exclude, track=track, progress=progress
+        )
+        return KeyframeModel(self, examples, self.solver.fit(examples, rng or np.random.default_rng(0)))
 
 
 @dataclass(frozen=True, eq=False)
 class KeyframeModel:
-    """A library made ready for one configuration."""
+    """A library learned by one configuration.
+
+    Parameters
+    ----------
+    method : KeyframeControl
+    examples : tuple of Example
+    fitted : FittedSolver
+        What the method's solver learned of the examples.
+    """
 
     method: KeyframeControl
     examples: tuple[Example, ...]
-    learned: PaperModel | SearchModel
+    fitted: FittedSolver
 
     def synthesize(self, keys: Sequence[Key]) -> Synthesis:
-        """A motion from key to key. Raises RequestError where there is none, with the reason."""
-        keys = tuple(keys)
-        check_order(keys)
-        if isinstance(self.learned, PaperModel):
-            if len(keys) != 2:
-                raise RequestError(f"the paper's mode goes between two keys, found {len(keys)}; use mode search")
-            return realize_paper(self.learned, plan(self.learned, keys[0], keys[1]), (keys[0], keys[1]))
-        return self._search(self.learned, keys, 1)[0]
+        """A motion from key to key.
+
+        Parameters
+        ----------
+        keys : sequence of Key
+            Two or more, in order of time.
+
+        Raises
+        ------
+        RequestError
+            Where there is none, with the reason.
+        """
+        return self.alternatives(keys, 1)[0]
 
     def alternatives(self, keys: Sequence[Key], count: int = 3) -> tuple[Synthesis, ...]:
-        """Up to ``count`` different motions from key to key, the best first; each avoids the others' transitions.
+        """Different motions from key to key, the best first; each avoids transitions like those of the ones before.
 
-        There are fewer where no further one is different. Raises RequestError as `synthesize`, and in the paper's mode.
+        Parameters
+        ----------
+        keys : sequence of Key
+            Two or more, in order of time.
+        count : int
+            The most motions; there are fewer where no further one is different.
+
+        Raises
+        ------
+        RequestError
+            As `synthesize`, and for several motions of a cluster chain.
         """
         keys = tuple(keys)
         check_order(keys)
-        if isinstance(self.learned, PaperModel):
-            raise RequestError("the paper's mode has one answer; alternatives are of mode search")
-        return self._search(self.learned, keys, count)
+        return self.fitted.solve(keys, count, self.method.post)
 
-    def synthesize_around(self, kept: Synthesis, span: tuple[float, float], keys: Sequence[Key]) -> Synthesis:
-        """A result held from second to second, and the rest made anew through keys, every one with a time.
+    def synthesize_around(self, held: Synthesis, span: tuple[float, float], keys: Sequence[Key]) -> Synthesis:
+        """A span of a result held, and the rest made anew through keys.
 
-        Raises RequestError as `synthesize`, and for a span outside the result or keys within it.
+        Parameters
+        ----------
+        held : Synthesis
+            A result of this model.
+        span : tuple of float
+            Seconds of the result from which and to which it is held.
+        keys : sequence of Key
+            Each with a time, before or after the span.
+
+        Raises
+        ------
+        RequestError
+            As `synthesize`, for a span outside the result or keys within it, and for a cluster chain.
         """
-        return solve_around(kept, span, tuple(keys), self.synthesize)
-
-    def _search(self, learned: SearchModel, keys: tuple[Key, ...], count: int) -> tuple[Synthesis, ...]:
-        goals, nearest = goals_of(learned, keys)
-        check_feasible(learned, keys, goals)
-        walks = solve(learned, keys, goals, count)
-        notes = _notes(learned, keys, nearest)
-        return tuple(realize_walk(learned, keys, walk, self.method.post, notes) for walk in walks)
-
-
-def _notes(model: SearchModel, keys: tuple[Key, ...], nearest: list[float]) -> tuple[str, ...]:
-    notes = [
-        f"{key.label}: the nearest recorded pose is {100 * gap:.0f} cm away; it is met by editing"
-        for key, gap in zip(keys, nearest, strict=True)
-        if gap > FAR
-    ]
-    skeleton = model.examples[0].motion.skeleton
-    notes += [
-        f"{key.label}: it has another skeleton; its pose is matched by role, not met joint by joint"
-        for key in keys
-        if not same_shape(key.clip.skeleton, skeleton, tolerance=0.02)
-    ]
-    return tuple(notes)
+        if not self.fitted.meets_times:
+            raise RequestError(
+                "the cluster chain leaves times free; to hold a span use the timed search (--mode search)"
+            )
+        return solve_around(held, span, tuple(keys), self.synthesize)

@@ -5,7 +5,7 @@ configuration, fitting it to a library gives a `PerformanceModel`, and that turn
 frame of control after another.
 """
 
-from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.learn import Alignment, Continued, Fixed, Ground, Rigid, Similarity
 from kinetograph.methods.performance.clustering import segment_distances
 from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
 from kinetograph.methods.performance.control_points import (
@@ -17,7 +17,7 @@ from kinetograph.methods.performance.control_points import (
 )
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
-from kinetograph.methods.performance.grow import (
+from kinetograph.methods.performance.growing import (
     GROWN,
     Grown,
     Growth,
@@ -35,7 +35,7 @@ from kinetograph.methods.performance.interpretation import interpret
 from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
-from kinetograph.methods.performance.realize import realize
+from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
@@ -48,7 +48,7 @@ from kinetograph.methods.performance.segments import (
 )
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.sources import LABELS
-from kinetograph.methods.performance.transcribe import Transcript, require_moves, transcribe
+from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
 
 __all__ = [
     "GROWN",

@@ -14,12 +14,12 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control, points_of
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.live_search import Link, LiveSearch
 from kinetograph.methods.performance.pieces import pieces_of
-from kinetograph.methods.performance.realize import realize
+from kinetograph.methods.performance.realization import realize
 from kinetograph.motion import Motion, concatenate
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece, Synthesis

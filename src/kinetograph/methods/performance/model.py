@@ -6,7 +6,7 @@ steps, ``M`` the transform that aligns ``a`` with ``x``, ``k`` the continuity co
 The path of a control, in the order of the rooms: `read_control` takes its points (``control``, ``control_points``),
 `interpret` finds the sequence of segments that explains them at least cost (``scoring``, ``rules``,
 ``interpretation``), and `realize` turns the sequence into pieces (``pieces``), the pieces into one motion, and holds
-that to its contacts and handholds (``realize``, and ``post``).
+that to its contacts and handholds (``realization``, and ``post``).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.library import Library
 from kinetograph.methods.performance import interpretation
 from kinetograph.methods.performance.control import Control, read_control
@@ -26,11 +26,11 @@ from kinetograph.methods.performance.control_points import PointsByRole
 from kinetograph.methods.performance.fit import fit
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.live import Live
-from kinetograph.methods.performance.realize import realize
+from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
-from kinetograph.methods.performance.transcribe import Transcript, transcribe
+from kinetograph.methods.performance.transcription import Transcript, transcribe
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal

@@ -2,40 +2,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.library import Library
+from kinetograph.methods.recordings import adopt, collect
 from kinetograph.methods.sensor.pose_space import PoseSpace, fit_pose_space
 from kinetograph.methods.sensor.root import RootModel, fit_root_model, root_features
+from kinetograph.methods.sensor.settings import require_positive
 from kinetograph.motion import Motion, resample
-from kinetograph.sensing.layout import Layout
-from kinetograph.sensing.readings import Readings, only
-from kinetograph.sensing.uniform import Resampling, uniform
-from kinetograph.sensing.virtual import simulate_kinds
-from kinetograph.skeleton import same_shape
-
-if TYPE_CHECKING:
-    from kinetograph.library import Library
+from kinetograph.progress import Progress
+from kinetograph.sensing import (
+    KINDS,
+    Layout,
+    Readings,
+    Resampling,
+    faultless,
+    preset,
+    select_sensors,
+    simulate_kinds,
+    uniform,
+)
 
 LEAST = {"force": 0.5, "angular": 0.1, "tilt": 0.02}
 """Spread of a channel, in its unit, below which it is noise rather than movement."""
 SHORTEST = 0.5
 """Seconds; shorter takes are left out."""
 
+Motions = Mapping[tuple[str, str], Motion]
+"""Motions of one skeleton by take and track."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensorSetup:
+    """The sensors of examples and of readings alike, and their sampling.
+
+    Parameters
+    ----------
+    layout : Layout
+    kinds : tuple of str
+        Kinds of channels, of `kinetograph.sensing.KINDS`: force, and then angular, tilt or both.
+    rate : float
+        Frames per second.
+    resampling : Resampling
+
+    Raises
+    ------
+    RequestError
+        For other kinds, or a rate that is not positive.
+    """
+
+    layout: Layout = field(default_factory=lambda: preset("wii"))
+    kinds: tuple[str, ...] = ("force",)
+    rate: float = 60.0
+    resampling: Resampling = field(default_factory=Resampling)
+
+    def __post_init__(self) -> None:
+        require_positive(self, "rate")
+        if "force" not in self.kinds or tuple(k for k in KINDS if k in self.kinds) != tuple(self.kinds):
+            raise RequestError(f"kinds must be force and then angular, tilt or both, found {', '.join(self.kinds)}")
+
 
 @dataclass(frozen=True, eq=False)
 class Examples:
     """N frames of recordings, one after another.
 
-    poses ``(N, D)`` in ``space``, root ``(N, A)`` features, readings ``(N, C)`` of some ``kinds`` of channels, divided
-    by ``scale`` ``(C,)``. starts ``(T + 1,)``: where each of ``takes``, pairs of take and track, begins, and the end.
-    ``names``: the sensors.
+    Parameters
+    ----------
+    space : PoseSpace
+    root : RootModel
+    poses : ndarray, shape (N, D)
+        Vectors in ``space``.
+    root_features : ndarray, shape (N, A)
+    readings : ndarray, shape (N, C)
+        Divided by ``scale``.
+    scale : ndarray, shape (C,)
+        In the channels' units.
+    starts : ndarray of int, shape (T + 1,)
+        Where each of ``takes`` begins, and the end.
+    takes : tuple of (str, str)
+        Take and track.
+    names : tuple of str
+        The sensors.
+    fps : float
+    kinds : tuple of str
+        Kinds of channels.
     """
 
     space: PoseSpace
@@ -58,51 +114,85 @@ class Examples:
         return mask
 
 
-def collect_motions(library: Library, exclude: tuple[str, ...], track: str | None) -> dict[tuple[str, str], Motion]:
-    """The motions of a library's takes by take and track. Raises RequestError for no take or two skeletons."""
-    motions: dict[tuple[str, str], Motion] = {}
-    for name in library.names():
-        if name in exclude:
-            continue
-        take = library.take(name)
-        motion = take.motion(track)
-        key = next(k for k, v in take.tracks.items() if v is motion)
-        if motion.duration >= SHORTEST:
-            motions[name, key] = motion
-    if not motions:
+def example_motions(
+    library: Library,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
+) -> dict[tuple[str, str], Motion]:
+    """The motions of a library's takes, all on the skeleton of the first.
+
+    Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count more
+    in means and mixtures.
+
+    Parameters
+    ----------
+    library : Library
+    exclude : iterable of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the motions' track; needed where takes have several motions.
+    progress : Progress, optional
+
+    Returns
+    -------
+    dict
+        Motions by take and track.
+
+    Raises
+    ------
+    RequestError
+        For a name to leave out that is not there, for no take that is long enough, and for skeletons of different
+        joints.
+    """
+    recordings = collect(library, exclude=exclude, track=track, progress=progress)
+    long_enough = [recording for recording in recordings if recording.motion.duration >= SHORTEST]
+    if not long_enough:
         raise RequestError(f"the library has no take of {SHORTEST} s or more to use; add recordings, or exclude fewer")
-    (first_name, _), first = next(iter(motions.items()))
-    for (name, _), motion in motions.items():
-        if not same_shape(first.skeleton, motion.skeleton, tolerance=0.02):
-            raise RequestError(
-                f"takes {first_name!r} ({len(first.skeleton)} joints) and {name!r} ({len(motion.skeleton)} joints) "
-                "have different skeletons; put them in libraries of their own"
-            )
-    return motions
+    skeleton = long_enough[0].motion.skeleton
+    return {(r.name, r.track): adopt(r.motion, skeleton) for r in long_enough}
 
 
 def build_examples(
-    motions: dict[tuple[str, str], Motion], layout: Layout, fps: float, how: Resampling, rng: np.random.Generator,
-    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}), kinds: tuple[str, ...] = ("force",),
-) -> Examples:  # fmt: skip
-    """Examples of motions that are given a layout's sensors by simulation, where they have no ``recorded`` readings.
+    motions: Motions,
+    setup: SensorSetup,
+    rng: np.random.Generator,
+    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}),
+    progress: Progress | None = None,
+) -> Examples:
+    """Examples of motions whose readings are recorded or, where they are not, simulated.
 
-    The sensors have their device's faults but for losses and clock offset, and pass through the same resampling as real
-    ones, so that whatever it does to the readings it does to both.
+    Simulated sensors have their device's faults except for losses and clock offset, and pass through the same
+    resampling as real ones, so that its effects are the same on both.
+
+    Parameters
+    ----------
+    motions : mapping
+        Motions of one skeleton by take and track.
+    setup : SensorSetup
+    rng : numpy.random.Generator
+        For the noise of simulated sensors.
+    recorded : mapping, optional
+        Readings by take and track.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    Examples
     """
-    at_rate = {key: resample(motion, fps) for key, motion in motions.items()}
-    learner = replace(layout, device=replace(layout.device, loss=0.0, offset=0.0))
-    rows = {key: recorded.get(key) or simulate_kinds(motions[key], learner, kinds, rng) for key in at_rate}
-    readings = [
-        uniform(only(rows[key], layout.names), fps, (len(motion) - 1) / fps, how, kinds).values
-        for key, motion in at_rate.items()
-    ]
+    at_rate = {key: resample(motion, setup.rate) for key, motion in motions.items()}
+    readings = []
+    for done, (key, motion) in enumerate(at_rate.items(), start=1):
+        rows = recorded.get(key) or simulate_kinds(motions[key], faultless(setup.layout), setup.kinds, rng)
+        readings.append(_sampled(rows, setup, (len(motion) - 1) / setup.rate))
+        if progress:
+            progress(done, len(at_rate))
     together = np.concatenate(readings)
-    least = np.tile(np.repeat([LEAST[kind] for kind in kinds], 3), len(layout.names))
-    scale = np.maximum(together.std(axis=0), least)
+    scale = np.maximum(together.std(axis=0), _least_spread(setup))
     space = fit_pose_space(list(at_rate.values()))
     root = fit_root_model(list(at_rate.values()))
-    lengths = [len(motion) for motion in at_rate.values()]
     return Examples(
         space,
         root,
@@ -110,9 +200,19 @@ def build_examples(
         np.concatenate([root_features(motion, root) for motion in at_rate.values()]),
         together / scale,
         scale,
-        np.concatenate([[0], np.cumsum(lengths)]),
+        np.concatenate([[0], np.cumsum([len(motion) for motion in at_rate.values()])]),
         tuple(motions),
-        layout.names,
-        fps,
-        kinds,
+        setup.layout.names,
+        setup.rate,
+        setup.kinds,
     )
+
+
+def _sampled(rows: Readings, setup: SensorSetup, duration: float) -> FloatArray:
+    """Channels ``(F, C)`` of the layout's sensors."""
+    own = select_sensors(rows, setup.layout.names)
+    return uniform(own, setup.rate, duration, setup.resampling, setup.kinds).values
+
+
+def _least_spread(setup: SensorSetup) -> FloatArray:
+    return np.tile(np.repeat([LEAST[kind] for kind in setup.kinds], 3), len(setup.layout.names))

@@ -1,36 +1,44 @@
-"""Sensor control as readings arrive; whole recordings go the same way."""
+"""Sensor control as readings arrive; the same code serves whole recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.methods.sensor.estimators import Estimate
-from kinetograph.methods.sensor.pieces import pieces_of, warnings_of
-from kinetograph.methods.sensor.root import RootWalker
+from kinetograph.methods.sensor.estimators import Estimate, Estimator
+from kinetograph.methods.sensor.fitted import SensorFit
+from kinetograph.methods.sensor.pieces import pieces_of
+from kinetograph.methods.sensor.result import SensorSynthesis, warnings_of
+from kinetograph.methods.sensor.root import RootIntegrator
+from kinetograph.methods.sensor.smoothing import Smoother
 from kinetograph.motion import Motion
-from kinetograph.post.footskate import clean_feet
+from kinetograph.post import clean_feet
 from kinetograph.progress import Progress
-from kinetograph.segmentation.footplants import detect_contacts
-from kinetograph.sensing.readings import Readings, check_names
-from kinetograph.sensing.uniform import LiveUniform
+from kinetograph.segmentation import detect_contacts
+from kinetograph.sensing import LiveUniform, Readings, Resampling, renumbered
 
-if TYPE_CHECKING:
-    from kinetograph.methods.sensor.model import SensorModel, SensorSynthesis
-
-AHEAD, BEHIND = 3, 4
-"""Frames of the thesis' smoothing window after and before its own."""
-_CAUSAL = 0.06  # seconds in which the causal filter forgets two thirds
 _SILENCE = 600.0  # seconds without rows that are more likely a wrong clock than a pause
+_EVERY = 60  # frames between two calls of a progress callback
 
 
 @dataclass(frozen=True, eq=False)
 class LivePose:
-    """time: seconds. translation ``(3,)`` metres and rotations ``(J, 4)`` of the pose; uncertainty ``(J,)`` radians."""
+    """A pose that is settled.
+
+    Parameters
+    ----------
+    time : float
+        Seconds.
+    translation : ndarray, shape (3,)
+        The root's, in metres.
+    rotations : ndarray, shape (J, 4)
+    uncertainty : ndarray, shape (J,)
+        Standard deviation of each joint in radians.
+    """
 
     time: float
     translation: FloatArray
@@ -38,47 +46,153 @@ class LivePose:
     uncertainty: FloatArray
 
 
-@dataclass
-class _Counts:
-    frames: int = 0
-    missing: int = 0
-    held: int = 0
-    far: int = 0
+class FrameEstimates:
+    """Estimates from frames of readings at the model's rate, and counts of what was missing.
+
+    Parameters
+    ----------
+    fit : SensorFit
+    estimator : Estimator
+    """
+
+    def __init__(self, fit: SensorFit, estimator: Estimator) -> None:
+        self.frames = self.missing = self.held = self.far = 0
+        self._fit, self._estimator = fit, estimator
+        self._total = fit.examples.poses.var(axis=0)
+        self._whitening = fit.overall.whitening()
+        standing = fit.examples.root_features.mean(axis=0)
+        standing[:3] = 0.0
+        self._last = Estimate(fit.examples.poses.mean(axis=0), standing, self._total, 0, 0.0)
+        self._owed = estimator.lag
+
+    def add(self, values: FloatArray, valid: BoolArray) -> list[Estimate]:
+        """The estimate that one more frame settles, if any.
+
+        Parameters
+        ----------
+        values : ndarray, shape (S, 3 K)
+            Channels in their units.
+        valid : ndarray of bool, shape (S,)
+
+        Returns
+        -------
+        list of Estimate
+        """
+        self.frames += 1
+        self.missing += int((~valid).sum())
+        if not valid.any():
+            self.held += 1
+            return self._given(self._held())
+        examples = self._fit.examples
+        scaled = values.reshape(-1) / examples.scale
+        mask = np.repeat(valid, 3 * len(examples.kinds))
+        self.far += self._is_far(scaled, mask)
+        return self._given(self._estimator.step(np.where(mask, scaled, 0.0), mask))
+
+    def rest(self) -> list[Estimate]:
+        """The estimates that are left when no more frames will come."""
+        width = self._fit.examples.readings.shape[1]
+        none = np.zeros(width, dtype=np.bool_)
+        late: list[Estimate] = []
+        for _ in range(self._estimator.lag):
+            late += self._given(self._estimator.step(np.zeros(width), none))
+        return late
+
+    def statistics(self) -> dict[str, float]:
+        """Frames, the share of missing readings, seconds held, and the share of frames far from all in the library."""
+        examples = self._fit.examples
+        return {
+            "frames": self.frames,
+            "missing": self.missing / max(self.frames * len(examples.names), 1),
+            "held": self.held / examples.fps,
+            "far": self.far / max(self.frames, 1),
+        }
+
+    def _given(self, estimate: Estimate) -> list[Estimate]:
+        """The estimate, unless it is of a time before the first frame."""
+        if self._owed > 0:
+            self._owed -= 1
+            return []
+        self._last = estimate
+        return [estimate]
+
+    def _is_far(self, scaled: FloatArray, mask: BoolArray) -> bool:
+        if not mask.all():
+            return False
+        away = self._whitening @ (scaled - self._fit.overall.mean)
+        return bool(away @ away > self._fit.reach)
+
+    def _held(self) -> Estimate:
+        """The last estimate again, slowing down and with growing variance."""
+        last, rate = self._last, self._fit.examples.fps
+        variance = np.minimum(last.variance + self._total / rate, np.maximum(self._total, last.variance))
+        root = last.root.copy()
+        root[:3] *= 0.8
+        return replace(last, variance=variance, root=root)
 
 
 class LiveSensor:
-    """A run of a model over a stream of readings: `step`, `step`, ..., `finish`."""
+    """A run of a model over a stream of readings: ``step``, ``step``, ..., ``finish``.
 
-    def __init__(self, model: SensorModel) -> None:
-        self.model = model
-        method, examples = model.method, model.examples
-        self._uniform = LiveUniform(len(examples.names), method.rate, method.resampling, examples.kinds)
-        self._estimator = model.estimator()
-        self._walker = RootWalker(examples.root, method.rate)
-        self._joint = np.nonzero(examples.space.moving)[0]
-        self._total = examples.poses.var(axis=0)
-        self._whitening = model.overall.whitening()
-        standing = examples.root_features.mean(axis=0)
-        standing[:3] = 0.0
-        self._last = Estimate(examples.poses.mean(axis=0), standing, self._total, 0, 0.0)
-        self._owed = self._estimator.lag
-        self._window: list[Estimate] = []
-        self._emitted = 0
-        self._done: list[tuple[LivePose, int, float]] = []
-        self._counts = _Counts()
+    Parameters
+    ----------
+    fit : SensorFit
+    estimator : Estimator
+    smoother : Smoother
+    resampling : Resampling
+    latency : float
+        Seconds between a reading and the pose that it completes, for the statistics.
+    clean : bool
+        Whether the whole result's planted feet are held still.
+    """
+
+    def __init__(
+        self,
+        fit: SensorFit,
+        estimator: Estimator,
+        smoother: Smoother,
+        resampling: Resampling,
+        latency: float,
+        clean: bool = True,
+    ) -> None:
+        examples = fit.examples
+        self._fit, self._smoother, self._latency, self._clean = fit, smoother, latency, clean
+        self._uniform = LiveUniform(len(examples.names), examples.fps, resampling, examples.kinds)
+        self._estimates = FrameEstimates(fit, estimator)
+        self._root = RootIntegrator(examples.root, examples.fps)
+        self._joint = examples.space.joint_of_component
+        self._poses: list[LivePose] = []
+        self._examples: list[int] = []
+        self._costs: list[float] = []
         self._heard: set[str] = set()
         self._until = 0.0
 
     def step(
         self, readings: Readings, now: float | None = None, progress: Progress | None = None
     ) -> tuple[LivePose, ...]:
-        """Take in rows, later than all before, and give the poses that are settled by them.
+        """Take rows, later than all before, and give the poses that are settled by them.
 
-        now: seconds up to which there are no more rows, where the stream has stopped but time has not; the pose is held
-        and its uncertainty grows. Raises RequestError for unknown sensors, DataError where time runs backwards.
+        Parameters
+        ----------
+        readings : Readings
+        now : float, optional
+            Seconds up to which there are no more rows, where the stream has stopped but time has not; the pose is held
+            and its uncertainty grows.
+        progress : Progress, optional
+            Called with the frames done and their number.
+
+        Returns
+        -------
+        tuple of LivePose
+
+        Raises
+        ------
+        RequestError
+            For unknown sensors.
+        DataError
+            Where time runs backwards.
         """
-        names = self.model.examples.names
-        check_names(readings.names, names)
+        rows = renumbered(readings, self._fit.examples.names)
         end = max(readings.duration, now or 0.0)
         if end > self._until + _SILENCE:
             raise RequestError(
@@ -86,134 +200,66 @@ class LiveSensor:
             )
         self._until = max(self._until, end)
         self._heard |= {readings.names[i] for i in np.unique(readings.sensors)}
-        number = np.array([names.index(name) for name in readings.names])
-        self._uniform.add(replace(readings, names=names, sensors=number[readings.sensors], _checked=True))
+        self._uniform.add(rows)
         return self._advance(*self._uniform.ready(now), progress)
 
     def finish(self) -> SensorSynthesis:
-        """The poses still owed, and the whole as a synthesis. Raises RequestError where no rows ever came."""
-        from kinetograph.methods.sensor.model import SensorSynthesis
-
+        """The poses that are left, and the whole as a synthesis. Raises RequestError where no rows ever came."""
         if not self._heard:
             raise RequestError("no readings came; nothing can be synthesised")
         self._advance(*self._uniform.rest(self._until), None)
-        width = self.model.examples.readings.shape[1]
-        for _ in range(self._estimator.lag):
-            self._push(self._estimator.step(np.zeros(width), np.zeros(width, dtype=np.bool_)))
-        while self._emitted < self._counts.frames and self._window:
-            self._emit()
-        model, examples = self.model, self.model.examples
-        poses = [pose for pose, _, _ in self._done]
+        for estimate in self._estimates.rest():
+            self._settle(self._smoother.add(estimate))
+        self._settle(self._smoother.rest())
+        return self._whole()
+
+    def _advance(self, values: FloatArray, valid: BoolArray, progress: Progress | None) -> tuple[LivePose, ...]:
+        before = len(self._poses)
+        for i in range(len(values)):
+            for estimate in self._estimates.add(values[i], valid[i]):
+                self._settle(self._smoother.add(estimate))
+            if progress is not None and i % _EVERY == _EVERY - 1:
+                progress(i + 1, len(values))
+        return tuple(self._poses[before:])
+
+    def _settle(self, estimates: Iterable[Estimate]) -> None:
+        """Poses of smoothed estimates."""
+        examples = self._fit.examples
+        for estimate in estimates:
+            rotations = examples.space.decode(estimate.pose[None])[0]
+            translation, world = self._root.step(rotations, estimate.root)
+            spread = 2.0 * np.sqrt(np.bincount(self._joint, estimate.variance, len(rotations)))
+            self._poses.append(LivePose(len(self._poses) / examples.fps, translation, world, spread))
+            self._examples.append(estimate.example)
+            self._costs.append(estimate.cost)
+
+    def _whole(self) -> SensorSynthesis:
+        examples = self._fit.examples
         motion = Motion(
             examples.space.skeleton,
-            np.array([pose.translation for pose in poses]),
-            np.array([pose.rotations for pose in poses]),
-            model.method.rate,
+            np.array([pose.translation for pose in self._poses]),
+            np.array([pose.rotations for pose in self._poses]),
+            examples.fps,
         )
         contacts = detect_contacts(motion)
-        if model.method.clean_feet:
+        if self._clean:
             motion = clean_feet(motion, contacts)
-        cost = float(np.mean([cost for _, _, cost in self._done]))
+        cost = float(np.mean(self._costs))
+        statistics = self._statistics()
         return SensorSynthesis(
             motion,
-            pieces_of(examples, [example for _, example, _ in self._done]),
+            pieces_of(examples, self._examples),
             cost,
             costs={"readings": cost},
             annotations=contacts,
-            statistics=self._statistics(),
-            warnings=warnings_of(self._statistics(), examples.names, self._heard, model.method.rate),
-            uncertainty=np.array([pose.uncertainty for pose in poses]),
+            statistics=statistics,
+            warnings=warnings_of(statistics, examples.names, self._heard),
+            uncertainty=np.array([pose.uncertainty for pose in self._poses]),
         )
 
     def _statistics(self) -> dict[str, float]:
-        counts, model = self._counts, self.model
-        channels = max(counts.frames * len(model.examples.names), 1)
-        found = {
-            "frames": counts.frames,
-            "missing": counts.missing / channels,
-            "held": counts.held / model.method.rate,
-            "far": counts.far / max(counts.frames, 1),
-            "spikes": self._uniform.spikes,
-            "latency": model.latency,
-        }
-        if model.local is not None:
-            found |= {"clusters": len(model.local.clusters), "condition": model.local.condition}
-        return found
-
-    def _advance(self, values: FloatArray, valid: BoolArray, progress: Progress | None) -> tuple[LivePose, ...]:
-        before = len(self._done)
-        for i in range(len(values)):
-            self._frame(values[i], valid[i])
-            if progress is not None and i % 60 == 59:
-                progress(i + 1, len(values))
-        return tuple(pose for pose, _, _ in self._done[before:])
-
-    def _frame(self, values: FloatArray, valid: BoolArray) -> None:
-        self._counts.frames += 1
-        self._counts.missing += int((~valid).sum())
-        if not valid.any():
-            self._counts.held += 1
-            self._push(self._held())
-            return
-        scaled = values.reshape(-1) / self.model.examples.scale
-        mask = np.repeat(valid, 3 * len(self.model.examples.kinds))
-        self._counts.far += self._is_far(scaled, mask)
-        self._push(self._estimator.step(np.where(mask, scaled, 0.0), mask))
-
-    def _is_far(self, scaled: FloatArray, mask: BoolArray) -> bool:
-        if not mask.all():
-            return False
-        away = self._whitening @ (scaled - self.model.overall.mean)
-        return bool(away @ away > self.model.reach)
-
-    def _held(self) -> Estimate:
-        """The last estimate again, standing still and less and less sure."""
-        variance = np.minimum(self._last.variance + self._total / self.model.method.rate, np.maximum(
-            self._total, self._last.variance))  # fmt: skip
-        root = self._last.root.copy()
-        root[:3] *= 0.8
-        return replace(self._last, variance=variance, root=root)
-
-    def _push(self, estimate: Estimate) -> None:
-        if self._owed > 0:
-            self._owed -= 1
-            return
-        self._last = estimate
-        smoothing = self.model.smoothing
-        if smoothing == "window":
-            self._window.append(estimate)
-            if len(self._window) > AHEAD + min(self._emitted, BEHIND):
-                self._emit()
-            return
-        if smoothing == "causal" and self._window:
-            share = float(np.exp(-1.0 / (_CAUSAL * self.model.method.rate)))
-            estimate = _mixed([self._window[0], estimate], np.array([share, 1.0 - share]), 1)
-        self._window = [estimate]
-        self._emit()
-
-    def _emit(self) -> None:
-        """Settle the next frame from the estimates around it."""
-        if self.model.smoothing == "window":
-            own = min(self._emitted, BEHIND)
-            around = self._window[: BEHIND + 1 + AHEAD]
-            estimate = _mixed(around, np.full(len(around), 1.0 / len(around)), min(own, len(around) - 1))
-            if self._emitted >= BEHIND:
-                self._window.pop(0)
-        else:
-            estimate = self._window[0]
-        space = self.model.examples.space
-        rotations = space.decode(estimate.pose[None])[0]
-        translation, world = self._walker.step(rotations, estimate.root)
-        spread = 2.0 * np.sqrt(np.bincount(self._joint, estimate.variance, len(rotations)))
-        pose = LivePose(self._emitted / self.model.method.rate, translation, world, spread)
-        self._done.append((pose, estimate.example, estimate.cost))
-        self._emitted += 1
-
-
-def _mixed(estimates: list[Estimate], weights: FloatArray, own: int) -> Estimate:
-    return replace(
-        estimates[own],
-        pose=weights @ np.array([e.pose for e in estimates]),
-        root=weights @ np.array([e.root for e in estimates]),
-        variance=weights @ np.array([e.variance for e in estimates]),
-    )
+        local = self._fit.local
+        statistics = self._estimates.statistics() | {"spikes": self._uniform.spikes, "latency": self._latency}
+        if local is not None:
+            statistics |= {"clusters": len(local.clusters), "condition": local.condition}
+        return statistics

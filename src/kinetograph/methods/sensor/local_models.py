@@ -7,58 +7,36 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.errors import RequestError
-from kinetograph.learn.embedding import Lle, fit_lle
-from kinetograph.learn.interpolation import Rbf, fit_rbf
-from kinetograph.learn.mixture import fit_mixture, join_small
-from kinetograph.learn.posterior import Classes, Gaussian, classes_of, fit_gaussian
-from kinetograph.learn.reduction import Pca, fit_pca
+from kinetograph.learn import Classes, Gaussian, Lle, Pca, Rbf, fit_gaussian, fit_mixture, fit_rbf, join_small
 from kinetograph.methods.sensor.examples import Examples
+from kinetograph.methods.sensor.settings import LocalModelSettings
 
-REDUCTIONS = ("pca", "lle")
-CHOICES = ("density", "mean")
 CLUSTERED = 7
-"""Coordinates that the mixture sees, as in the thesis: description length pays for every number of a covariance."""
-
-
-@dataclass(frozen=True)
-class LocalSettings:
-    """How local models are learnt.
-
-    reduction: ``"pca"`` or ``"lle"``. keep: share of variance, or number of coordinates. choice: of a cluster for
-    readings, by its ``"density"`` or its ``"mean"``, as in the thesis. runs: of the mixture, the best is kept.
-    clusters: to begin with; fewer are kept. frames: that the mixture is estimated from, evenly spaced. centres: of a
-    cluster's radial basis functions, at most. ridge: of their solve.
-    """
-
-    reduction: str = "pca"
-    keep: float | int = 0.99
-    choice: str = "density"
-    runs: int = 2
-    clusters: int = 50
-    frames: int = 3000
-    centres: int = 150
-    ridge: float = 1e-3
-
-    def __post_init__(self) -> None:
-        if self.reduction not in REDUCTIONS:
-            raise RequestError(f"reduction must be one of {', '.join(REDUCTIONS)}, found {self.reduction!r}")
-        if self.choice not in CHOICES:
-            raise RequestError(f"choice must be one of {', '.join(CHOICES)}, found {self.choice!r}")
-        for name in ("runs", "clusters", "frames", "centres"):
-            if getattr(self, name) < 1:
-                raise RequestError(f"{name} must be 1 or more, found {getattr(self, name)}")
+"""Coordinates that the mixture is of, as in the thesis: every number of a covariance adds to a description's length."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cluster:
     """The models of one cluster, in reduced coordinates and scaled readings.
 
-    sensors: Gaussian of the readings, whose mean decides which cluster is nearest and which fills what is missing.
-    forward: readings to coordinates and root features; backward: coordinates to readings. prior: Gaussian of the
-    coordinates, and its whitening ``(b, b)``. spread ``(D,)``: variance of pose vectors about the forward model's;
-    root_spread ``(A,)``: of root features.
-    centres ``(P,)``: the examples at the forward model's centres.
+    Parameters
+    ----------
+    sensors : Gaussian
+        Of the readings; it fills the missing ones.
+    forward : Rbf
+        From readings to coordinates and root features.
+    backward : Rbf
+        From coordinates to readings.
+    prior : Gaussian
+        Of the coordinates.
+    whitening : ndarray, shape (b, b)
+        The prior's.
+    spread : ndarray, shape (D,)
+        Variance of pose vectors about the forward model's.
+    root_spread : ndarray, shape (A,)
+        The same of root features.
+    centres : ndarray of int, shape (P,)
+        The examples at the forward model's centres.
     """
 
     sensors: Gaussian
@@ -70,14 +48,32 @@ class Cluster:
     root_spread: FloatArray
     centres: IntArray
 
+    def interpolate(self, readings: FloatArray) -> tuple[FloatArray, int]:
+        """Coordinates and root features ``(b + A,)`` for one whole frame of readings, and the example nearest to it."""
+        phi = self.forward.basis(readings[None])[0]
+        return self.forward.mean + phi @ self.forward.weights, int(self.centres[np.argmax(phi)])
+
+    def variance(self, valid: BoolArray) -> FloatArray:
+        """Variance of the pose vector, ``(D,)``: the cluster's own, more where readings are missing."""
+        return self.spread * (1.0 + 2.0 * float(np.mean(~valid)))
+
 
 @dataclass(frozen=True, eq=False)
 class LocalModels:
-    """Clusters, the reduction they share, and the scales that make the terms of the objective comparable.
+    """Clusters, the reduction that they share, and the scales that make the terms of the objective comparable.
 
-    readings: what tells the clusters apart, whole Gaussians, or spheres about their means. step: ``(b + A,)``,
-    root-mean-square second differences of the examples' coordinates and root features. misfit: of readings about the
-    backward models, a channel.
+    Parameters
+    ----------
+    reduction : Pca or Lle
+    clusters : tuple of Cluster
+    readings : Classes
+        The clusters as classes of readings: Gaussians, or spheres about their means.
+    step : ndarray, shape (b + A,)
+        Root-mean-square second differences of the examples' coordinates and root features.
+    misfit : float
+        Root-mean-square difference, per channel, between readings and the backward models'.
+    notes : tuple of str
+        One line on the clusters.
     """
 
     reduction: Pca | Lle
@@ -93,11 +89,26 @@ class LocalModels:
         return max(max(c.forward.condition, c.backward.condition) for c in self.clusters)
 
     def nearest(self, readings: FloatArray, valid: BoolArray) -> int:
-        """The cluster that one frame of readings ``(C,)`` is most likely of, by the channels that are valid."""
+        """The most likely cluster for one frame of readings ``(C,)``, by the channels that are valid."""
         return int(np.argmax(self.readings.log_densities(readings, valid)))
 
     def near(self, readings: FloatArray, valid: BoolArray, count: int) -> tuple[IntArray, FloatArray]:
-        """The ``count`` most likely clusters, likeliest first, and their shares, 1 % at least."""
+        """The most likely clusters for one frame of readings.
+
+        Parameters
+        ----------
+        readings : ndarray, shape (C,)
+        valid : ndarray of bool, shape (C,)
+        count : int
+            Number of clusters at most.
+
+        Returns
+        -------
+        clusters : ndarray of int, shape (K,)
+            The likeliest first.
+        shares : ndarray, shape (K,)
+            1 % at least each; they sum to 1.
+        """
         density = self.readings.log_densities(readings, valid)
         order = np.argsort(-density, kind="stable")[:count]
         shares = np.exp(density[order] - density[order[0]])
@@ -105,56 +116,59 @@ class LocalModels:
         return order.astype(np.int64), shares / shares.sum()
 
 
-def fit_local(examples: Examples, settings: LocalSettings, rng: np.random.Generator) -> LocalModels:
-    """Reduce, cluster, and fit a model to each cluster."""
-    reduction = _reduce(examples.poses, settings)
+def fit_local(examples: Examples, settings: LocalModelSettings, rng: np.random.Generator) -> LocalModels:
+    """Reduce and cluster the examples, and fit a model to each cluster.
+
+    Parameters
+    ----------
+    examples : Examples
+    settings : LocalModelSettings
+    rng : numpy.random.Generator
+        For the order of frames in the mixture's runs.
+
+    Returns
+    -------
+    LocalModels
+    """
+    reduction = settings.reduction.fit(examples.poses)
     coordinates = reduction.encode(examples.poses)
-    every = np.unique(np.linspace(0, len(coordinates) - 1, min(len(coordinates), settings.frames)).astype(np.int64))
-    leading = coordinates[:, :CLUSTERED]
-    mixture = fit_mixture(leading[every], settings.runs, settings.clusters, rng)
-    # a model needs members enough for its covariances; sensor frames follow their motion frames' clusters (5.2.4)
-    smallest = min(2 * examples.readings.shape[1], len(coordinates))
-    labels = join_small(mixture.classify(leading), mixture.means, smallest)
-    clusters = [
-        _fit_cluster(examples, reduction, coordinates, np.flatnonzero(labels == k), settings)
-        for k in range(int(labels.max()) + 1)
-    ]
-    misfits = [_misfit(examples, coordinates, np.flatnonzero(labels == k), settings) for k in range(len(clusters))]
-    note = f"{len(clusters)} clusters of {len(mixture)} components, {reduction.dimensions} coordinates"
+    labels, components = _labels(coordinates, examples.readings.shape[1], settings, rng)
+    members = [np.flatnonzero(labels == k) for k in range(int(labels.max()) + 1)]
+    clusters = [_fit_cluster(examples, reduction, coordinates, own, settings) for own in members]
+    misfits = [_misfit(examples, coordinates, own, settings) for own in members]
+    note = f"{len(clusters)} clusters of {components} components, {reduction.dimensions} coordinates"
     return LocalModels(
         reduction,
         tuple(clusters),
-        _told_apart(clusters, np.bincount(labels) / len(labels), settings.choice),
+        settings.choice.classes([cluster.sensors for cluster in clusters], np.bincount(labels) / len(labels)),
         _typical_step(examples, np.concatenate([coordinates, examples.root_features], axis=1)),
         float(np.sqrt(np.average(misfits, weights=np.bincount(labels)))),
         (note,),
     )
 
 
-def _told_apart(clusters: list[Cluster], shares: FloatArray, choice: str) -> Classes:
-    if choice == "density":
-        return classes_of([cluster.sensors for cluster in clusters], shares)
-    alike = [Gaussian(c.sensors.mean, np.eye(len(c.sensors.mean))) for c in clusters]
-    return classes_of(alike, np.full(len(clusters), 1.0 / len(clusters)))
-
-
-def _reduce(poses: FloatArray, settings: LocalSettings) -> Pca | Lle:
-    pca = fit_pca(poses, settings.keep)
-    if settings.reduction == "pca":
-        return pca
-    return fit_lle(poses, min(pca.dimensions, 12))
+def _labels(
+    coordinates: FloatArray, channels: int, settings: LocalModelSettings, rng: np.random.Generator
+) -> tuple[IntArray, int]:
+    """The cluster of each example, ``(N,)``, and the number of components of the mixture."""
+    every = np.unique(np.linspace(0, len(coordinates) - 1, min(len(coordinates), settings.frames)).astype(np.int64))
+    leading = coordinates[:, :CLUSTERED]
+    mixture = fit_mixture(leading[every], settings.runs, settings.clusters, rng)
+    # a model needs members enough for its covariances; sensor frames follow their motion frames' clusters (5.2.4)
+    smallest = min(2 * channels, len(coordinates))
+    return join_small(mixture.classify(leading), mixture.means, smallest), len(mixture)
 
 
 def _fit_cluster(
-    examples: Examples, reduction: Pca | Lle, coordinates: FloatArray, members: IntArray, settings: LocalSettings
+    examples: Examples, reduction: Pca | Lle, coordinates: FloatArray, members: IntArray, settings: LocalModelSettings
 ) -> Cluster:
     readings, own = examples.readings[members], coordinates[members]
     both = np.concatenate([own, examples.root_features[members]], axis=1)
     forward = fit_rbf(readings, both, most=settings.centres, ridge=settings.ridge)
     backward = fit_rbf(own, readings, most=settings.centres, ridge=settings.ridge)
-    there = forward(readings)
-    fitted = reduction.decode(there[:, : own.shape[1]])
-    missed = there[:, : own.shape[1]] - own
+    fitted = forward(readings)
+    poses = reduction.decode(fitted[:, : own.shape[1]])
+    missed = fitted[:, : own.shape[1]] - own
     whole = fit_gaussian(own, 1e-2)
     prior = Gaussian(whole.mean, 4.0 * np.cov(missed.T, bias=True) + 0.1 * whole.covariance)
     picked = np.unique(np.linspace(0, len(members) - 1, min(len(members), settings.centres)).astype(np.int64))
@@ -164,17 +178,16 @@ def _fit_cluster(
         backward,
         prior,
         prior.whitening(),
-        np.mean((fitted - examples.poses[members]) ** 2, axis=0),
-        np.mean((there[:, own.shape[1] :] - examples.root_features[members]) ** 2, axis=0) + 1e-4,
+        np.mean((poses - examples.poses[members]) ** 2, axis=0),
+        np.mean((fitted[:, own.shape[1] :] - examples.root_features[members]) ** 2, axis=0) + 1e-4,
         members[picked],
     )
 
 
-def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalSettings) -> float:
-    """Mean square by which a backward model misses readings of takes that it has not seen, every third of its
-    cluster's.
+def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalModelSettings) -> float:
+    """Mean square by which a backward model misses the readings of every third of its cluster's takes, held out.
 
-    What it misses of those it was fitted to is many times less, and would make the control term trust it as much more.
+    What it misses of those it was fitted to is many times less, and would make the control term that much stronger.
     """
     take = np.unique(np.searchsorted(examples.starts, members, side="right"), return_inverse=True)[1]
     held = take % 3 == 2 if take.max() >= 2 else np.arange(len(members)) >= 2 * len(members) // 3

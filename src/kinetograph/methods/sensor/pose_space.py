@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
@@ -19,8 +19,13 @@ STILL = 1e-3
 class PoseSpace:
     """The vectors of one skeleton's poses.
 
-    reference: ``(J, 4)``, the quaternions on whose side of the sphere all others are taken, and the values of
-    components that do not move. moving: ``(J, 4)``, which components a vector holds.
+    Parameters
+    ----------
+    skeleton : Skeleton
+    reference : ndarray, shape (J, 4)
+        Quaternions that choose the sign of all others, and the values of components that do not move.
+    moving : ndarray of bool, shape (J, 4)
+        Which components a vector holds.
     """
 
     skeleton: Skeleton
@@ -29,7 +34,7 @@ class PoseSpace:
 
     @property
     def dimensions(self) -> int:
-        """Length of a vector; of the most it could be, four a joint."""
+        """Length of a vector, at most four per joint."""
         return int(self.moving.sum())
 
     @property
@@ -37,8 +42,13 @@ class PoseSpace:
         """The joints that move, shape ``(J,)``."""
         return np.asarray(self.moving.any(axis=1))
 
+    @property
+    def joint_of_component(self) -> IntArray:
+        """The joint that each component of a vector belongs to, shape ``(D,)``."""
+        return np.asarray(np.nonzero(self.moving)[0])
+
     def encode(self, motion: Motion) -> FloatArray:
-        """Vectors, shape ``(F, D)``."""
+        """Vectors, shape ``(F, D)``, of a motion's poses."""
         return np.asarray(_one_sided(without_heading(motion.rotations), self.reference)[:, self.moving])
 
     def decode(self, vectors: FloatArray) -> FloatArray:
@@ -49,13 +59,8 @@ class PoseSpace:
         return np.where(length > 1e-6, q / np.maximum(length, 1e-6), self.reference)
 
 
-def headings(rotations: FloatArray) -> FloatArray:
-    """Unwrapped heading in radians, shape ``(F,)``, of the root of ``(F, J, 4)``."""
-    return np.unwrap(rot.heading(rotations[:, 0]))
-
-
 def without_heading(rotations: FloatArray) -> FloatArray:
-    """Rotations, shape ``(F, J, 4)``, with the root turned to face straight ahead."""
+    """Rotations, shape ``(F, J, 4)``, with the root rotated to face straight ahead."""
     out = rotations.copy()
     out[:, 0] = rot.without_heading(rotations[:, 0])
     return out

@@ -1,7 +1,8 @@
-"""Where the root goes: standing feet hold it, and between them the library's own root velocities carry it.
+"""Root motion: planted feet hold the root, and between them the library's own root velocities carry it.
 
-The paper leaves root motion open. Here a frame's root features ride along with its pose through every model: velocity
-over the ground and turning in the root's heading, height, and whether each point of the feet is in contact.
+The paper leaves root motion open. Here every model estimates the root features of a frame together with its pose:
+velocity over the ground and rate of rotation in the root's heading, height, and whether each point of the feet is in
+contact.
 """
 
 from __future__ import annotations
@@ -14,19 +15,30 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.sensor._root_kernels import landmarks_of_pose
-from kinetograph.methods.sensor.pose_space import headings
-from kinetograph.motion import Motion
-from kinetograph.post.footskate import contact_mask
-from kinetograph.segmentation.footplants import CONTACT_ROLES, detect_contacts
+from kinetograph.motion import Motion, unwrapped_headings
+from kinetograph.post import contact_mask
+from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
 
 FIXED = 4
-"""Features before the contacts: velocity x and z in m/s and turning in rad/s in the root's heading, height in m."""
+"""Features before the contacts: velocity x and z in m/s and yaw rate in rad/s in the root's heading, height in m."""
 
 
 @dataclass(frozen=True, eq=False)
 class RootModel:
-    """The points of the feet: their roles, joints ``(L,)``, offsets ``(L, 3)``, and height ``(L,)`` m when planted."""
+    """The L points of the feet of a skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    roles : tuple of str
+        Their roles.
+    joints : ndarray of int, shape (L,)
+    offsets : ndarray, shape (L, 3)
+        Metres in the joints' frames.
+    ground : ndarray, shape (L,)
+        Height in metres of each point when it is planted.
+    """
 
     skeleton: Skeleton
     roles: tuple[str, ...]
@@ -39,7 +51,7 @@ def fit_root_model(motions: list[Motion]) -> RootModel:
     """The feet of motions of one skeleton; each recording's own ground is level 0."""
     skeleton = motions[0].skeleton
     roles = tuple(role for role in CONTACT_ROLES if role in skeleton.roles)
-    marks = [skeleton.roles[role] for role in roles]
+    landmarks = [skeleton.roles[role] for role in roles]
     levels: list[list[float]] = [[] for _ in roles]
     for motion in motions:
         if roles:
@@ -49,14 +61,14 @@ def fit_root_model(motions: list[Motion]) -> RootModel:
     return RootModel(
         skeleton,
         roles,
-        np.array([mark.joint for mark in marks], dtype=np.int64),
-        np.array([mark.offset for mark in marks]).reshape(-1, 3),
-        np.array([np.median(found) for found in levels]),
+        np.array([landmark.joint for landmark in landmarks], dtype=np.int64),
+        np.array([landmark.offset for landmark in landmarks]).reshape(-1, 3),
+        np.array([np.median(level) for level in levels]),
     )
 
 
 def ground_level(motion: Motion) -> float:
-    """Height in metres of the ground under a motion: of the lowest point of its feet, a few stray frames aside."""
+    """Height in metres of the ground under a motion: of the lowest point of its feet, except for a few stray frames."""
     roles = tuple(role for role in CONTACT_ROLES if role in motion.skeleton.roles)
     if not roles:
         return 0.0
@@ -64,18 +76,35 @@ def ground_level(motion: Motion) -> float:
 
 
 def root_features(motion: Motion, model: RootModel) -> FloatArray:
-    """Features, shape ``(F, 4 + L)``; contacts are 0 or 1."""
-    heading = headings(motion.rotations)
-    moved = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
-    turning = velocities(heading, motion.fps)
+    """Features of a motion's root.
+
+    Parameters
+    ----------
+    motion : Motion
+    model : RootModel
+
+    Returns
+    -------
+    ndarray, shape (F, 4 + L)
+        Velocity x and z in m/s, yaw rate in rad/s, height in metres; then 1 for each point in contact, else 0.
+    """
+    heading = unwrapped_headings(motion)
+    velocity = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
+    yaw_rate = velocities(heading, motion.fps)
     height = motion.translation[:, 1] - ground_level(motion)
     contacts = detect_contacts(motion)
     masks = [contact_mask(contacts, role, len(motion), motion.fps).astype(np.float64) for role in model.roles]
-    return np.stack([moved[:, 0], moved[:, 2], turning, height, *masks], axis=1)
+    return np.stack([velocity[:, 0], velocity[:, 2], yaw_rate, height, *masks], axis=1)
 
 
-class RootWalker:
-    """Integrates root features frame by frame; the first frame stands at the origin and faces along z."""
+class RootIntegrator:
+    """Integrates root features frame by frame; the first frame stands at the origin and faces along z.
+
+    Parameters
+    ----------
+    model : RootModel
+    fps : float
+    """
 
     def __init__(self, model: RootModel, fps: float) -> None:
         self._model, self._fps = model, fps
@@ -85,7 +114,19 @@ class RootWalker:
         self._hold = np.zeros(len(model.roles))
 
     def step(self, rotations: FloatArray, features: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Translation ``(3,)`` and rotations ``(J, 4)`` in the world of a pose that faces straight ahead."""
+        """Put a pose that faces straight ahead into the world.
+
+        Parameters
+        ----------
+        rotations : ndarray, shape (J, 4)
+        features : ndarray, shape (4 + L,)
+
+        Returns
+        -------
+        translation : ndarray, shape (3,)
+            In metres.
+        rotations : ndarray, shape (J, 4)
+        """
         skeleton = self._model.skeleton
         feet = np.zeros((len(self._model.roles), 3))
         landmarks_of_pose(skeleton.parents, skeleton.offsets, rotations, self._model.joints, self._model.offsets, feet)
@@ -93,22 +134,22 @@ class RootWalker:
         if self._feet is not None:
             self._heading += features[2] / self._fps
         c, s = np.cos(self._heading), np.sin(self._heading)
-        turned = np.stack([c * feet[:, 0] + s * feet[:, 2], feet[:, 1], c * feet[:, 2] - s * feet[:, 0]], axis=1)
+        headed = np.stack([c * feet[:, 0] + s * feet[:, 2], feet[:, 1], c * feet[:, 2] - s * feet[:, 0]], axis=1)
         if self._feet is not None:
-            self._go(features, turned, np.minimum(hold, self._hold), c, s)
+            self._advance(features, self._feet - headed, np.minimum(hold, self._hold), c, s)
         self._place[1] = self._height(features[3], feet, hold)
-        self._feet, self._hold = turned, hold
+        self._feet, self._hold = headed, hold
         world = rotations.copy()
-        world[0] = _turned(self._heading, rotations[0])
+        world[0] = _with_heading(self._heading, rotations[0])
         return self._place.copy(), world
 
-    def _go(self, features: FloatArray, feet: FloatArray, hold: FloatArray, c: float, s: float) -> None:
-        assert self._feet is not None  # there is a frame before
+    def _advance(self, features: FloatArray, back: FloatArray, hold: FloatArray, c: float, s: float) -> None:
+        """Move on; ``back``, ``(L, 3)``, is what brings the feet to where they were."""
         x, z = features[0] / self._fps, features[1] / self._fps
         step = np.array([c * x + s * z, 0.0, c * z - s * x])
         grip = float(hold.max()) if len(hold) else 0.0
         if grip > 0:
-            held = (hold[:, None] * (self._feet - feet)).sum(axis=0) / hold.sum()
+            held = (hold[:, None] * back).sum(axis=0) / hold.sum()
             step += grip * (held - step)
         self._place[[0, 2]] += step[[0, 2]]
 
@@ -120,7 +161,8 @@ class RootWalker:
         return predicted + grip * (standing - predicted)
 
 
-def _turned(heading: float, q: FloatArray) -> FloatArray:
+def _with_heading(heading: float, q: FloatArray) -> FloatArray:
+    """``rot.multiply(rot.about("y", heading), q)`` for one quaternion, without the overhead of arrays."""
     c, s = np.cos(0.5 * heading), np.sin(0.5 * heading)
     w, x, y, z = q
     return np.array([c * w - s * y, c * x + s * z, c * y + s * w, c * z - s * x])

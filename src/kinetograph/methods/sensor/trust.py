@@ -1,9 +1,9 @@
-"""How far continuity is to be believed: learnt inside the library, from takes kept aside.
+"""How strongly continuity's estimates shrink towards the mean pose: learnt inside the library, from takes kept aside.
 
-Few sensors, or noisy ones, leave many paths open, and their mean can be further from the truth than the library's mean
-pose. How far each joint draws back to that mean, in proportion to how the paths differ, is chosen for the least error
-on the takes of one third of the library, as the other two thirds tell them. The thirds are of neighbouring names: takes
-of one person are usually called alike, and the wearer is usually another one.
+Few or noisy sensors leave many paths open, and their mean can be further from the truth than the library's mean pose.
+The strength with which each joint shrinks towards that mean, in proportion to how the paths differ, is chosen for the
+least error on the takes of one third of the library, estimated from the other two thirds. The thirds are of takes that
+follow one another in the library: those of one person are usually neighbours, and the wearer is usually somebody else.
 """
 
 from __future__ import annotations
@@ -14,38 +14,49 @@ from dataclasses import replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.learn.trust import learn_strengths
-from kinetograph.methods.sensor.estimators import Continuity
+from kinetograph.learn import learn_strengths
+from kinetograph.methods.sensor.estimators import ContinuityEstimator
 from kinetograph.methods.sensor.examples import Examples
 
 FOLDS = 3
 ENOUGH = 9
-"""Takes below which nothing is learnt: a few cases say more about themselves than about the wearer."""
+"""Takes below which nothing is learnt: a few cases say little about another wearer."""
 FRAMES = 4000
 """Frames that are estimated to learn from, evenly shared among takes."""
 
 
-def learn_trust(examples: Examples, estimator: Callable[[Examples], Continuity]) -> FloatArray:
-    """Strengths of withdrawal, ``(J,)``; zero where the library has fewer takes than `ENOUGH`.
+def learn_shrinkage(examples: Examples, estimator: Callable[[Examples], ContinuityEstimator]) -> FloatArray:
+    """The strength with which each joint shrinks towards the mean pose.
 
-    estimator: makes a fresh one, which draws back nothing, of some of the examples.
+    Parameters
+    ----------
+    examples : Examples
+    estimator : callable
+        Makes a fresh estimator, which does not shrink, of some of the examples.
+
+    Returns
+    -------
+    ndarray, shape (J,)
+        Zero where the library has fewer than nine takes.
     """
     takes = len(examples.takes)
-    joints = np.nonzero(examples.space.moving)[0]
     if takes < ENOUGH:
         return np.zeros(len(examples.space.moving))
     fold = np.arange(takes) * FOLDS // takes
     mean, total = examples.poses.mean(axis=0), float(examples.poses.var(axis=0).sum())
-    away, wanted, doubts = [], [], []
+    away, wanted, uncertainty = [], [], []
     for index in range(takes):
         rows = _middle(examples, index, max(FRAMES // takes, 60))
         poses, variances = _estimated(estimator(_of(examples, fold != fold[index])), examples.readings[rows])
         away.append(poses - mean)
         wanted.append(examples.poses[rows] - mean)
-        doubts.append(np.minimum(variances.sum(axis=1) / max(total, 1e-12), 1.0))
+        uncertainty.append(np.minimum(variances.sum(axis=1) / max(total, 1e-12), 1.0))
     cases = np.repeat(np.arange(takes), [len(rows) for rows in away])
-    found = learn_strengths(np.concatenate(away), np.concatenate(wanted), np.concatenate(doubts), joints, cases)
-    return np.pad(found, (0, len(examples.space.moving) - len(found)))
+    joints = examples.space.joint_of_component
+    strengths = learn_strengths(
+        np.concatenate(away), np.concatenate(wanted), np.concatenate(uncertainty), joints, cases
+    )
+    return np.pad(strengths, (0, len(examples.space.moving) - len(strengths)))
 
 
 def _middle(examples: Examples, take: int, frames: int) -> slice:
@@ -68,10 +79,11 @@ def _of(examples: Examples, kept: BoolArray) -> Examples:
     )
 
 
-def _estimated(estimator: Continuity, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _estimated(estimator: ContinuityEstimator, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poses and variances, both ``(F, D)``, for readings ``(F, C)``."""
     width = readings.shape[1]
     every, none = np.ones(width, dtype=np.bool_), np.zeros(width, dtype=np.bool_)
-    found = [estimator.step(row, every) for row in readings]
-    found += [estimator.step(np.zeros(width), none) for _ in range(estimator.lag)]
-    return np.array([e.pose for e in found[estimator.lag :]]), np.array([e.variance for e in found[estimator.lag :]])
+    estimates = [estimator.step(row, every) for row in readings]
+    estimates += [estimator.step(np.zeros(width), none) for _ in range(estimator.lag)]
+    late = estimates[estimator.lag :]
+    return np.array([e.pose for e in late]), np.array([e.variance for e in late])

@@ -88,7 +88,7 @@ def _compared(library: Library, row: DanceRow) -> str:
 
 
 def _sheet(pair: list[Motion], title: str, path: Path) -> None:
-    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.drawing import contact_sheet
 
     contact_sheet(pair, path, title=title, frames=10)
 

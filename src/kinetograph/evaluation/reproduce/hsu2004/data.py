@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from kinetograph import samples
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.protocol import held_out_motion
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
 from kinetograph.motion import Motion, concatenate, cut, resample
 from kinetograph.pipeline import read_take, segment_library
-from kinetograph.samples import fetching as samples
 from kinetograph.take import Annotation, Take
 
 CLIPS = {
@@ -77,8 +76,7 @@ def find_folder(given: Path | None) -> Path | None:
         if not _has_recordings(given):
             raise RequestError(f"{given}: expected a folder with walks/ or salsa/ in it, found neither")
         return given
-    named = [Path(p).expanduser() for p in os.environ.get(samples.DATA_VARIABLE, "").split(os.pathsep) if p]
-    return next((folder for folder in named if _has_recordings(folder)), None)
+    return next((folder for folder in samples.data_folders() if _has_recordings(folder)), None)
 
 
 def _has_recordings(folder: Path) -> bool:

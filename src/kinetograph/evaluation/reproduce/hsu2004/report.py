@@ -15,7 +15,7 @@ from kinetograph.evaluation.reproduce.hsu2004.data import DANCE_RATE, Recordings
 from kinetograph.evaluation.reproduce.hsu2004.labels import label_section
 from kinetograph.evaluation.reproduce.hsu2004.phase import phase_section
 from kinetograph.evaluation.reproduce.page import Section, bullets, page, paragraph
-from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats import atomic_path
 from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.progress import Progress, Report
 

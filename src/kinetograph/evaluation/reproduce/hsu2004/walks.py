@@ -58,7 +58,7 @@ def _cells(row: WalkRow) -> tuple[Value, ...]:
 
 
 def _side_by_side(library: Library, path: Path) -> None:
-    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.drawing import contact_sheet
 
     name, motion = held_out(library)[0]
     motion = cut(motion, 0, min(len(motion), round(12 * motion.fps)))
@@ -77,7 +77,7 @@ def _side_by_side(library: Library, path: Path) -> None:
 
 def path_section(library: Library, tick: Report) -> Section:
     """Figure 6-1: a walk along a drawn path."""
-    from kinetograph.drawing.pictures import contact_sheet, strobe
+    from kinetograph.drawing import contact_sheet, strobe
     from kinetograph.pipeline import winding_path
 
     control = winding_path()

@@ -17,7 +17,16 @@ _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#
 
 
 def draw_alignment(before: Sequence[FloatArray], after: Sequence[FloatArray], names: Sequence[str], path: Path) -> None:
-    """Figure 2: two principal components of the examples before and after their mean heading is taken out."""
+    """Figure 2: two principal components of the examples before and after their mean heading is taken out.
+
+    Parameters
+    ----------
+    before, after : sequence of ndarray, shape (F, M)
+        Coordinates of each example.
+    names : sequence of str
+    path : Path
+        Picture to write.
+    """
     figure = _figure(10, 4.6)
     for number, (title, examples) in enumerate((("before alignment", before), ("after", after)), start=1):
         axes = figure.add_subplot(1, 2, number)
@@ -31,7 +40,18 @@ def draw_alignment(before: Sequence[FloatArray], after: Sequence[FloatArray], na
 def draw_space(
     examples: Sequence[FloatArray], names: Sequence[str], path: Path, *, result: FloatArray | None = None
 ) -> None:
-    """Figures 5 and 8: three principal components of the examples and, thick, of a result."""
+    """Figures 5 and 8: three principal components of the examples and, thick, of a result.
+
+    Parameters
+    ----------
+    examples : sequence of ndarray, shape (F, M)
+        Coordinates of each example.
+    names : sequence of str
+    path : Path
+        Picture to write.
+    result : ndarray, shape (F, M), optional
+        Coordinates of the result.
+    """
     figure = _figure(7, 6)
     axes = figure.add_subplot(projection="3d")
     for colour, name, points in zip(_COLOURS, names, examples, strict=False):
@@ -43,7 +63,15 @@ def draw_space(
 
 
 def draw_errors(errors: Mapping[int, Sequence[float]], path: Path) -> None:
-    """Figure 6: the accumulated quantisation error of single runs of K-means by K, their mean and spread."""
+    """Figure 6: the accumulated quantisation error of single runs of K-means by K, their mean and spread.
+
+    Parameters
+    ----------
+    errors : mapping of int to sequence of float
+        The errors of the runs, by K.
+    path : Path
+        Picture to write.
+    """
     figure = _figure(7, 4.6)
     axes = figure.add_subplot()
     sizes = np.array(list(errors))
@@ -71,7 +99,7 @@ def _figure(width: float, height: float) -> Figure:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    from kinetograph.formats.atomic import atomic_path
+    from kinetograph.formats import atomic_path
 
     with atomic_path(path, force=True) as draft:
         figure.savefig(draft, dpi=110, format="png")

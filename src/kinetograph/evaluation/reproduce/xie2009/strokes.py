@@ -1,4 +1,4 @@
-"""Strokes of a racket for `reproduce xie2009`, from recordings of markers: bodies are fitted, and strokes cut out."""
+"""Strokes of a racket for ``reproduce xie2009``, from recordings of markers: bodies are fitted, and strokes cut out."""
 
 from __future__ import annotations
 
@@ -9,24 +9,32 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from kinetograph.errors import KinetographError, RequestError
-from kinetograph.evaluation.sensor import Motions
 from kinetograph.formats import read
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.markers import fitted_take
+from kinetograph.methods.sensor import Motions
 from kinetograph.motion import Motion, cut
-from kinetograph.sensing.layout import PRESETS, Layout
+from kinetograph.sensing import PRESETS, Layout
 
 BEFORE, AFTER = 2.0, 1.0
 """Seconds of a stroke before and after the hand is fastest."""
 FAST = 6.0
-"""Metres a second, against the hips, that a hand reaches in a stroke."""
+"""Metres per second, against the hips, that a hand reaches in a stroke."""
 CLIP = 8
-"""How many times as far the sensors reach that are compared with the device's own, by steps as fine."""
+"""How many times wider the range of the sensors is that are compared with the device's own, with steps as fine."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
-    """Strokes by file, each file's of one body, and what there is to say: misses, and files that were left out."""
+    """The strokes of several files.
+
+    Parameters
+    ----------
+    takes : dict
+        Strokes by file, each file's of one body.
+    notes : tuple of str
+        How well the bodies fit, and files that were left out.
+    """
 
     takes: dict[str, Motions]
     notes: tuple[str, ...]
@@ -39,19 +47,18 @@ def find_strokes(folder: str | Path) -> Strokes:
     notes: list[str] = []
     for path in sorted(folder.glob("*.c3d")):
         try:
-            found, told = _of_file(path)
+            takes[path.stem], lines = _of_file(path)
         except KinetographError as error:
             notes.append(f"{path.name} is left out: {error}")
             continue
-        takes[path.stem] = found
-        notes += [f"{path.name}: {line}" for line in told]
+        notes += [f"{path.name}: {line}" for line in lines]
     if not takes and not notes:
         notes.append(f"{folder}: expected C3D files of markers, found none")
     return Strokes(takes, tuple(notes))
 
 
 def cut_strokes(motion: Motion) -> list[Motion]:
-    """A motion's strokes, from `BEFORE` to `AFTER` the instants at which a hand is fastest, none of them overlapping.
+    """A motion's strokes, none of them overlapping: from 2 s before to 1 s after a hand is fastest.
 
     Strokes that the recording does not hold in whole are left out.
     """
@@ -64,7 +71,7 @@ def cut_strokes(motion: Motion) -> list[Motion]:
 
 
 def wide_layout() -> Layout:
-    """The preset `wii` with sensors that reach `CLIP` times as far by steps as fine, so that only clipping differs."""
+    """The preset ``wii`` with a range eight times as wide and steps as fine, so that only clipping differs."""
     layout = PRESETS["wii"]
     bits = layout.device.bits
     finer = None if bits is None else bits + round(np.log2(CLIP))
@@ -80,5 +87,5 @@ def _of_file(path: Path) -> tuple[Motions, list[str]]:
     if len(strokes) < 2:
         raise RequestError(f"expected two strokes or more (a hand faster than {FAST:g} m/s), found {len(strokes)}")
     misses = fit.residuals()[-1]
-    told = f"{len(strokes)} strokes; the body misses its markers by {misses['mean_mm']:.1f} mm in the mean"
-    return {(f"{path.stem}_{i}", key): stroke for i, stroke in enumerate(strokes, start=1)}, [told, *fit.notes]
+    line = f"{len(strokes)} strokes; the body misses its markers by {misses['mean_mm']:.1f} mm in the mean"
+    return {(f"{path.stem}_{i}", key): stroke for i, stroke in enumerate(strokes, start=1)}, [line, *fit.notes]

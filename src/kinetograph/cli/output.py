@@ -1,0 +1,219 @@
+"""What commands say and write: notes, tables, progress, and the files of a synthesis."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinetograph.cli.options import Written, numbered
+from kinetograph.errors import RequestError
+from kinetograph.progress import Progress
+
+if TYPE_CHECKING:
+    from kinetograph.motion import Motion
+    from kinetograph.signal import Signal
+    from kinetograph.synthesis import Synthesis
+
+
+# ---- what is said ----
+
+
+def note(text: str) -> None:
+    """Say something on stderr, where it does not mix with results."""
+    sys.stderr.write(f"{text}\n")
+
+
+def notes(texts: Iterable[str], about: object = None) -> None:
+    """Say several things, each after the name of what it is about, if any."""
+    for text in texts:
+        note(text if about is None else f"{about}: {text}")
+
+
+def result(values: dict[str, Any], as_json: bool, title: str = "") -> None:
+    """End a command: a short table of names and values, or one JSON object."""
+    if as_json:
+        sys.stdout.write(json.dumps(values, default=str) + "\n")
+        return
+    rows = [(name.replace("_", " "), shown(value)) for name, value in values.items()]
+    width = max((len(name) for name, _ in rows), default=0)
+    if title:
+        sys.stdout.write(f"{title}\n")
+    for name, value in rows:
+        sys.stdout.write(f"  {name:<{width}}  {value}\n")
+
+
+def table(rows: Sequence[dict[str, Any]], as_json: bool, title: str = "") -> None:
+    """End a command: rows that have the same columns, or one JSON array."""
+    if as_json:
+        sys.stdout.write(json.dumps(list(rows), default=str) + "\n")
+        return
+    if title:
+        sys.stdout.write(f"{title}\n")
+    if not rows:
+        sys.stdout.write("  (nothing)\n")
+        return
+    columns = list(rows[0])
+    cells = [[c.replace("_", " ") for c in columns], *([shown(row[c]) for c in columns] for row in rows)]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(columns))]
+    for line in cells:
+        sys.stdout.write("  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(line, widths, strict=True)).rstrip() + "\n")
+
+
+def shown(value: Any) -> str:
+    """A value as text for people.
+
+    >>> shown([0.123456, "walk"])
+    '0.1235, walk'
+    """
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(shown(v) for v in value)
+    return str(value)
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Progress]:
+    """A callback of (done, total) that draws a bar on stderr, after a second of work and only on a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    began = time.monotonic()
+    bar = Bar(console=Console(stderr=True), transient=True)
+    task = bar.add_task(label, total=None)
+
+    def update(done: int, total: int) -> None:
+        if time.monotonic() - began > 1.0 and not bar.live.is_started:
+            bar.start()
+        bar.update(task, completed=done, total=total)
+
+    try:
+        yield update
+    finally:
+        bar.stop()
+
+
+# ---- what is written ----
+
+
+def refuse_existing(paths: Iterable[Path], force: bool) -> None:
+    """Raise RequestError, before any work is done, where an output exists and may not be overwritten."""
+    for path in paths:
+        if path.exists() and not force:
+            raise RequestError(f"{path} exists; give --force to overwrite it, or another name")
+        if not path.parent.is_dir():
+            raise RequestError(f"{path}: the folder {path.parent} does not exist; make it first")
+
+
+def refuse_unknown_formats(outputs: Iterable[Path]) -> None:
+    """Raise RequestError, before any work is done, where no writer knows an output's suffix."""
+    from kinetograph.formats import WRITERS
+
+    for path in outputs:
+        if path.suffix.lower() not in WRITERS:
+            known = ", ".join(sorted(WRITERS))
+            raise RequestError(f"{path}: cannot write files of kind {path.suffix!r}; expected one of {known}")
+
+
+def write_text(text: str, path: Path, force: bool) -> None:
+    """Write a file, whole or not at all."""
+    from kinetograph.formats.atomic import atomic_path
+
+    with atomic_path(path, force=force) as draft:
+        draft.write_text(text)
+
+
+def write_synthesis(
+    synthesis: Synthesis, written: Written, control: Signal | Motion | None, title: str, number: int = 1
+) -> None:
+    """The motion in every format that was asked for, its picture and its report.
+
+    Parameters
+    ----------
+    synthesis : Synthesis
+        What is written.
+    written : Written
+        Where to.
+    control : Signal, Motion or None
+        What the picture shows besides.
+    title : str
+        The picture's title.
+    number : int
+        Which of several syntheses it is, from 1.
+    """
+    from kinetograph.formats import save
+
+    for path in written.output:
+        save(synthesis.motion, numbered(path, number), force=written.force)
+    if written.picture:
+        draw(synthesis, numbered(written.picture, number), control, title)
+    if written.report:
+        write_report(synthesis, numbered(written.report, number), written.force)
+
+
+def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
+    """A contact sheet of a synthesis and its control, with its contacts and seams."""
+    from kinetograph.drawing.pictures import contact_sheet
+    from kinetograph.motion import Motion
+    from kinetograph.post import contacts_of
+    from kinetograph.signal import Signal
+
+    contact_sheet(
+        [synthesis.motion, control] if isinstance(control, Motion) else synthesis.motion,
+        picture,
+        contacts=contacts_of(synthesis.annotations),
+        path_signal=control if isinstance(control, Signal) else None,
+        title=title,
+        seams=[piece.start for piece in synthesis.pieces[1:]],
+    )
+
+
+def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
+    """Pieces, costs, contacts and warnings as JSON; the file appears whole or not at all."""
+    from dataclasses import asdict
+
+    content = {
+        "cost": synthesis.cost,
+        "costs": dict(synthesis.costs),
+        "statistics": dict(synthesis.statistics),
+        "warnings": synthesis.warnings,
+        "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
+        "annotations": [asdict(annotation) for annotation in synthesis.annotations],
+        "frames": _frames(synthesis),
+    }
+    write_text(json.dumps(content, indent=1), path, force)
+
+
+def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
+    """One row per frame: where it came from, its weight and, where the method says, the metres it was edited by."""
+    rows: list[dict[str, Any]] = [
+        {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
+    ]
+    for row, weight in zip(rows, synthesis.weights, strict=False):
+        row["weight"] = float(weight)
+    for row, edited in zip(rows, synthesis.edited, strict=False):
+        row["edited"] = float(edited)
+    return rows
+
+
+def summarize(synthesis: Synthesis) -> dict[str, Any]:
+    """The figures of a synthesis that end a command."""
+    takes = {piece.take for piece in synthesis.pieces}
+    return {
+        "seconds": synthesis.motion.duration,
+        "frames": len(synthesis.motion),
+        "pieces": len(synthesis.pieces),
+        "takes_used": len(takes),
+        "cost": synthesis.cost,
+        "optimal": bool(synthesis.statistics.get("optimal", 0)),
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
+        **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
+    }

@@ -1,0 +1,98 @@
+"""Options that say how files are read, and reading them: what was guessed goes to stderr."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from kinetograph.cli.options import options
+from kinetograph.cli.output import notes
+from kinetograph.errors import RequestError
+
+if TYPE_CHECKING:
+    from kinetograph.formats import ReadOptions
+    from kinetograph.sensing import Readings
+    from kinetograph.take import Take
+
+Units = Annotated[str | None, typer.Option(help="A file's unit of length: metre, centimetre, inch, ...")]
+Up = Annotated[str | None, typer.Option(help="A file's upward axis: x, y or z.")]
+Lenient = Annotated[bool, typer.Option("--lenient", help="Read what can be read of a damaged file.")]
+Role = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
+FitMarkers = Annotated[
+    bool, typer.Option("--fit-markers", help="Fit a body to markers of the Plug-in-Gait set (as in C3D files).")
+]
+
+
+@options("Reading files")
+class Reading:
+    """What the numbers in a file mean, where the file does not say."""
+
+    units: Units = None
+    up: Up = None
+
+    @property
+    def read_options(self) -> ReadOptions:
+        """The options that readers know, of this group and of groups that add to it."""
+        from dataclasses import fields
+
+        from kinetograph.formats import ReadOptions
+
+        known = {field.name for field in fields(ReadOptions)}
+        return ReadOptions(**{name: value for name, value in vars(self).items() if name in known})
+
+
+@options("Reading files")
+class TimedReading(Reading):
+    """The same, with the rate of the frames."""
+
+    fps: Annotated[float | None, typer.Option(help="Frames per second, in place of the file's own.")] = None
+
+
+@options("Reading files")
+class LenientReading(TimedReading):
+    """The same, for files that may be damaged."""
+
+    lenient: Lenient = False
+
+
+def read_file(path: Path, reading: Reading) -> Take:
+    """What is in a file; what was guessed is said."""
+    from kinetograph.formats import read
+
+    loaded = read(path, reading.read_options)
+    notes(loaded.notes, path)
+    return loaded.take
+
+
+def read_rows(path: Path) -> Readings:
+    """The readings in a CSV; what was assumed is said."""
+    from kinetograph.formats.readings import read_readings
+
+    rows, assumed = read_readings(path)
+    notes(assumed, path)
+    return rows
+
+
+def parse_roles(items: Sequence[str] | None) -> dict[str, str]:
+    """``role=joint`` options as a table.
+
+    Raises
+    ------
+    RequestError
+        For an item without a role or a joint.
+
+    Examples
+    --------
+    >>> parse_roles(["left_toe=LeftToeBase"])
+    {'left_toe': 'LeftToeBase'}
+    """
+    roles = {}
+    for item in items or ():
+        role, separator, joint = item.partition("=")
+        if not separator or not joint:
+            raise RequestError(f"--role takes role=joint, as in left_toe=LeftToeBase; found {item!r}")
+        roles[role.strip()] = joint.strip()
+    return roles

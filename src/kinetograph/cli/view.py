@@ -1,0 +1,112 @@
+"""The command view: pictures and films of a motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from kinetograph.cli.characters import CharacterName, body, dressed
+from kinetograph.cli.markers import fitted
+from kinetograph.cli.options import Force, add, options
+from kinetograph.cli.output import notes, progress_bar, refuse_existing, result
+from kinetograph.cli.reading import LenientReading, Role, parse_roles
+
+if TYPE_CHECKING:
+    from kinetograph.take import Take
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    add(app, view, panel="Files")
+
+
+@options()
+class Picture:
+    """What is drawn."""
+
+    output: Annotated[Path, typer.Option("-o", "--output", help="The picture to write, .png, or the film, .gif.")]
+    character: CharacterName = None
+    frames: Annotated[int, typer.Option(help="How many poses.")] = 24
+    seconds: Annotated[float, typer.Option(help="Length of a film, .gif.")] = 8.0
+    force: Force = False
+
+
+@options("Contact sheets")
+class Sheet:
+    """What a contact sheet shows."""
+
+    strobe: Annotated[bool, typer.Option("--strobe", help="One strip of the figure along its path instead.")] = False
+    path: Annotated[Path | None, typer.Option(help="A path CSV to draw below the root's path.")] = None
+    contacts: Annotated[bool, typer.Option(help="Detect and mark the contacts of the feet.")] = True
+
+
+@options("Reading files")
+class SkeletonReading(LenientReading):
+    """How the file is read."""
+
+    role: Role = None
+
+
+def view(
+    file: Annotated[Path, typer.Argument(help="A motion file.")],
+    picture: Picture,
+    sheet: Sheet,
+    reading: SkeletonReading,
+) -> None:
+    """Draw a contact sheet: poses, the path from above, the feet over time; or a person, or a film of one.
+
+    Example: kinetograph view out/walk.bvh -o out/sheet.png
+
+    Example: kinetograph view out/walk.bvh -o out/person.gif --character human --seconds 1
+    """
+    from kinetograph.pipeline import read_take
+
+    refuse_existing([picture.output], picture.force)
+    take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
+    notes(guesses, file)
+    take, _ = fitted(take, file)
+    if picture.character is not None or picture.output.suffix.lower() == ".gif":
+        _draw_character(take, picture)
+    else:
+        _draw_figures(take, picture, sheet, file.name)
+    result({"wrote": str(picture.output)}, as_json=False)
+
+
+def _draw_figures(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:
+    from kinetograph.drawing import pictures
+    from kinetograph.formats import load
+
+    take = _with_contacts(take) if sheet.contacts else take
+    path = load(sheet.path).signal() if sheet.path else None
+    if sheet.strobe:
+        pictures.strobe(take, picture.output, path_signal=path, title=title)
+    else:
+        pictures.contact_sheet(take, picture.output, path_signal=path, title=title, frames=picture.frames)
+
+
+def _with_contacts(take: Take) -> Take:
+    """The take with its contacts, detected where none are annotated."""
+    from kinetograph.motion import Motion
+    from kinetograph.segmentation import detect_contacts
+    from kinetograph.take import Take
+
+    if any(annotation.kind == "contact" for annotation in take.annotations):
+        return take
+    motions = {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
+    contacts = [contact for name, motion in motions.items() for contact in detect_contacts(motion, track=name)]
+    return Take(take.name, take.tracks, (*take.annotations, *contacts))
+
+
+def _draw_character(take: Take, picture: Picture) -> None:
+    from kinetograph.drawing import character_film, character_sheet
+    from kinetograph.formats.atomic import atomic_path
+
+    worn = body(picture.character)
+    take = dressed(take, worn.skeleton)
+    with progress_bar("drawing") as progress, atomic_path(picture.output) as draft:
+        if picture.output.suffix.lower() == ".gif":
+            character_film(take, draft, worn.character, seconds=picture.seconds, progress=progress)
+        else:
+            character_sheet(take, draft, worn.character, frames=picture.frames, progress=progress)

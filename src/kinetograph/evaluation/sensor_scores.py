@@ -1,0 +1,136 @@
+"""Scores of sensor control: errors of poses, jitter, and the time of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import joint_positions
+from kinetograph.methods.sensor import without_heading
+from kinetograph.motion import Motion
+
+
+@dataclass(frozen=True)
+class SensorRow:
+    """One method on one held-out take, or the mean over several.
+
+    Parameters
+    ----------
+    method, group : str
+    takes, frames : int
+    angle : float
+        Mean geodesic error over joints and frames in degrees, without the root's heading.
+    rms : float
+        The thesis' normalised RMS (7.1), over components of pose quaternions.
+    position_cm : float
+        Mean joint distance with the root at the origin.
+    jitter : float
+        Mean joint acceleration over the source's, likewise.
+    p50_ms, p99_ms : float
+        Processor time of a frame: median and 99 %.
+    """
+
+    method: str
+    group: str
+    takes: int
+    frames: int
+    angle: float
+    rms: float
+    position_cm: float
+    jitter: float
+    p50_ms: float
+    p99_ms: float
+
+
+def pose_errors(result: FloatArray, truth: FloatArray) -> FloatArray:
+    """Geodesic errors in degrees, shape ``(F, J)``, of rotations ``(F, J, 4)``, without the root's heading."""
+    return np.degrees(rot.angle_between(without_heading(result), without_heading(truth)))
+
+
+def normalised_rms(result: FloatArray, truth: FloatArray) -> float:
+    """Equation 7.1 over quaternion components, averaged over frames.
+
+    The thesis converts quaternions to joint angles first and gives degrees per joint, but it says neither in which
+    order the angles are nor what n is. Components of unit quaternions on one side of the sphere need neither.
+
+    Parameters
+    ----------
+    result, truth : ndarray, shape (F, J, 4)
+
+    Returns
+    -------
+    float
+    """
+    a, b = without_heading(result), without_heading(truth)
+    b = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
+    return float(np.sqrt(np.mean((a - b) ** 2, axis=(1, 2))).mean())
+
+
+def rooted_positions(motion: Motion, rotations: FloatArray) -> FloatArray:
+    """Joint positions, shape ``(F, J, 3)`` metres, with the root at the origin and facing ahead."""
+    still = Motion(motion.skeleton, np.zeros((len(rotations), 3)), without_heading(rotations), motion.fps)
+    return joint_positions(still)
+
+
+def score(
+    method: str, group: str, result: FloatArray, truth: Motion, times: Sequence[float] = ()
+) -> tuple[SensorRow, FloatArray]:
+    """Compare a result with the held-out motion.
+
+    Parameters
+    ----------
+    method, group : str
+        Names for the row.
+    result : ndarray, shape (F, J, 4)
+    truth : Motion
+    times : sequence of float
+        Seconds that each frame took.
+
+    Returns
+    -------
+    row : SensorRow
+    joints : ndarray, shape (J,)
+        Mean error of each joint in degrees.
+    """
+    frames = min(len(result), len(truth))
+    result, real = result[:frames], truth.rotations[:frames]
+    errors = pose_errors(result, real)
+    ours, theirs = rooted_positions(truth, result), rooted_positions(truth, real)
+    p50, p99 = np.quantile(times, [0.5, 0.99]) * 1e3 if len(times) else (np.nan, np.nan)
+    row = SensorRow(
+        method,
+        group,
+        1,
+        frames,
+        float(errors.mean()),
+        normalised_rms(result, real),
+        100 * float(np.linalg.norm(ours - theirs, axis=-1).mean()),
+        _acceleration(ours) / max(_acceleration(theirs), 1e-12),
+        float(p50),
+        float(p99),
+    )
+    return row, errors.mean(axis=0)
+
+
+def _acceleration(positions: FloatArray) -> float:
+    """Mean size of second differences."""
+    return float(np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).mean())
+
+
+def averaged(rows: Sequence[SensorRow]) -> list[SensorRow]:
+    """One row for all of the same method and group, averaged over takes."""
+    alike: dict[tuple[str, str], list[SensorRow]] = {}
+    for row in rows:
+        alike.setdefault((row.group, row.method), []).append(row)
+    out = []
+    for (group, method), same in alike.items():
+        means = {
+            name: float(np.mean([getattr(r, name) for r in same]))
+            for name in ("angle", "rms", "position_cm", "jitter", "p50_ms", "p99_ms")
+        }
+        out.append(SensorRow(method, group, sum(r.takes for r in same), sum(r.frames for r in same), **means))
+    return out

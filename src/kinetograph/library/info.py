@@ -1,0 +1,88 @@
+"""What a library holds, counted without reading frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from kinetograph.library import catalogue
+
+
+@dataclass(frozen=True)
+class Info:
+    """What a library holds.
+
+    Parameters
+    ----------
+    takes, tracks : int
+        How many there are.
+    seconds : float
+        Of all takes, each as long as its longest track.
+    frames : int
+        Of all tracks.
+    skeletons : int
+        Number of different ones.
+    bytes : int
+        On disk.
+    annotations : mapping of str to int
+        How many there are of each kind.
+    """
+
+    takes: int
+    tracks: int
+    seconds: float
+    frames: int
+    skeletons: int
+    bytes: int
+    annotations: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class TrackInfo:
+    """One track of a library.
+
+    Parameters
+    ----------
+    take, name : str
+    kind : {"motion", "points", "channels"}
+    fps : float
+    frames : int
+    columns : int
+        Number of joints, points or channels.
+    """
+
+    take: str
+    name: str
+    kind: str
+    fps: float
+    frames: int
+    columns: int
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return (self.frames - 1) / self.fps
+
+
+def count(folder: Path) -> Info:
+    """Count what the library in a folder holds. Raises LibraryError."""
+    with catalogue.reading(folder) as db:
+        longest = "SELECT max((frames - 1) / fps) AS seconds FROM tracks GROUP BY take"
+        takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})").fetchone()
+        tracks, frames = db.execute("SELECT count(*), ifnull(sum(frames), 0) FROM tracks").fetchone()
+        (skeletons,) = db.execute("SELECT count(*) FROM skeletons").fetchone()
+        kinds = dict(db.execute("SELECT kind, count(*) FROM annotations GROUP BY kind ORDER BY kind").fetchall())
+        size = sum((folder / name).stat().st_size for name in (catalogue.FILE_NAME, catalogue.storage(db).file))
+    return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
+
+
+def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:
+    """Every track of the library in a folder, by take. Raises LibraryError."""
+    with catalogue.reading(folder) as db:
+        rows = db.execute(
+            "SELECT takes.name, tracks.name, kind, fps, frames, ifnull(json_array_length(columns), "
+            "json_array_length(skeletons.body, '$.names')) FROM tracks JOIN takes ON takes.id = tracks.take "
+            "LEFT JOIN skeletons ON skeletons.id = tracks.skeleton ORDER BY takes.id, tracks.id"
+        )
+        return tuple(TrackInfo(*row) for row in rows)

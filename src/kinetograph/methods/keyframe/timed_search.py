@@ -1,0 +1,194 @@
+"""The timed search: recordings are changed where poses and velocities meet, and every key is met exactly.
+
+It goes over the recorded frames themselves, where the paper goes over clusters of them, so that keys can ask for times
+and places.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetograph.errors import RequestError
+from kinetograph.keys import Key
+from kinetograph.learn import Goal, Route, SearchOptions, discourage, find_route, least_steps
+from kinetograph.methods.keyframe.examples import Example
+from kinetograph.methods.keyframe.index import PoseIndex, build_index
+from kinetograph.methods.keyframe.key_goals import goals_of, require_time
+from kinetograph.methods.keyframe.realize import SHAPE, realize_route
+from kinetograph.post.assemble import PostSettings
+from kinetograph.skeleton import same_shape
+from kinetograph.synthesis import Synthesis
+
+UNLIKE = 20.0
+"""What a transition costs more in an alternative to a route that has one like it: a quarter of a metre's gap."""
+AROUND = 0.5
+"""Seconds within which two transitions are alike."""
+FAR = 0.15
+"""Metres between a key and the nearest recorded frame above which a warning says so."""
+
+
+@dataclass(frozen=True)
+class TimedSearch:
+    """Configuration of the timed search, the default solver.
+
+    Parameters
+    ----------
+    meet : float
+        Metres that poses and velocities may be apart where one recording is left for another.
+    shortest : float
+        Seconds that a recording is played at least.
+    scale : float
+        Metres of distance at a seam that cost 1.
+    fee : float
+        What every seam costs in addition.
+    pose_scale : float
+        Metres between a key and a recorded frame that cost 1.
+    candidates : int
+        Frames tried for a key.
+    slack : float
+        Metres by which a candidate may be further off than the nearest frame.
+    warp : float
+        Largest share by which the interval between two keys may be stretched or squeezed in time.
+    longest : float
+        Seconds of the longest interval between two keys.
+    haste : float
+        Cost of a second, where durations are free.
+    beam : int
+        States kept at each step.
+    off_place, off_share : float
+        Metres, and share of the distance between two pinned places, that a route may end away from a place before it is
+        bent there.
+    decay : float
+        Seconds over which the edit that meets a key fades.
+
+    Raises
+    ------
+    RequestError
+        For a parameter out of its range.
+    """
+
+    meet: float = 0.65
+    shortest: float = 0.3
+    scale: float = 0.08
+    fee: float = 0.5
+    pose_scale: float = 0.08
+    candidates: int = 96
+    slack: float = 0.1
+    warp: float = SearchOptions.warp
+    longest: float = 12.0
+    haste: float = 0.1
+    beam: int = SearchOptions.beam
+    off_place: float = 0.3
+    off_share: float = 0.3
+    decay: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("meet", "shortest", "scale", "pose_scale", "longest", "decay"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
+        if not 0 <= self.warp < 0.5:
+            raise RequestError(f"warp is a share of the time from 0 to below 0.5, found {self.warp}")
+        if self.beam < 1 or self.candidates < 1:
+            raise RequestError("expected a beam and candidates of 1 or more")
+
+    def fit(self, examples: tuple[Example, ...], rng: np.random.Generator) -> FittedTimedSearch:
+        """Build the index of the examples' frames; nothing is left to chance, and ``rng`` is not used."""
+        index = build_index(examples, meet=self.meet, shortest=self.shortest, scale=self.scale, fee=self.fee)
+        fitted = FittedTimedSearch(self, index)
+        # compiled kernels are loaded by their first call: not while someone waits for an answer
+        fitted.goals((Key(examples[0].motion),))
+        least_steps(index.graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
+        return fitted
+
+
+@dataclass(frozen=True, eq=False)
+class FittedTimedSearch:
+    """The timed search over a library's examples."""
+
+    settings: TimedSearch
+    index: PoseIndex
+
+    @property
+    def meets_times(self) -> bool:
+        """True: keys are met at their times and places."""
+        return True
+
+    def solve(self, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
+        """Up to ``count`` motions from key to key, the best first; each avoids transitions like those before.
+
+        Raises
+        ------
+        RequestError
+            Where the times and places asked for leave none, with the reason.
+        """
+        settings = self.settings
+        goals, nearest = self.goals(keys)
+        require_time(self.index, keys, goals, warp=settings.warp, longest=settings.longest, meet=settings.meet)
+        routes = self._routes(goals, count)
+        if not routes:
+            raise RequestError(_no_route(keys))
+        warnings = _warnings(keys, nearest, self.index)
+        return tuple(
+            realize_route(self.index, keys, route, post, decay=settings.decay, warnings=warnings) for route in routes
+        )
+
+    def goals(self, keys: tuple[Key, ...]) -> tuple[list[Goal], list[float]]:
+        """What keys ask of the search, and the metres between each and the recorded pose that is nearest to it."""
+        return goals_of(
+            self.index,
+            keys,
+            candidates=self.settings.candidates,
+            slack=self.settings.slack,
+            scale=self.settings.pose_scale,
+            reach=(self.settings.off_place, self.settings.off_share),
+        )
+
+    def _routes(self, goals: list[Goal], count: int) -> list[Route]:
+        """Up to ``count`` different routes, the best first."""
+        options, features, fps = self._options(goals), self.index.features, self.index.fps
+        graph, routes = self.index.graph, list[Route]()
+        for _ in range(count):
+            route = find_route(graph, goals, features.ground, features.facing, options)
+            if route is None or route.segments in [other.segments for other in routes]:
+                break
+            routes.append(route)
+            used = np.array([segment.edge for segment in route.segments if segment.edge >= 0], dtype=np.int64)
+            graph = discourage(graph, used, UNLIKE, round(AROUND * fps)) if count > 1 else graph
+        return routes
+
+    def _options(self, goals: list[Goal]) -> SearchOptions:
+        settings, fps = self.settings, self.index.fps
+        free = any(goal.window[0] != goal.window[1] for goal in goals[1:])
+        return SearchOptions(
+            beam=settings.beam,
+            warp=settings.warp,
+            step_fee=settings.haste / fps if free else 0.0,
+            longest=round(settings.longest * fps),
+            speed=self.index.speed,
+        )
+
+
+def _no_route(keys: tuple[Key, ...]) -> str:
+    pins = [key.label for key in keys[1:] if key.position is not None or key.heading is not None]
+    what = f"the places of {', '.join(pins)} and the times" if pins else "the times"
+    return (
+        f"no route through the recordings meets {what} asked for; leave one of them free, give a window of time, "
+        "or add recordings"
+    )
+
+
+def _warnings(keys: tuple[Key, ...], nearest: list[float], index: PoseIndex) -> tuple[str, ...]:
+    """What a person should know of keys whose nearest recorded poses are so many metres away."""
+    far = [
+        f"{key.label}: the nearest recorded pose is {100 * gap:.0f} cm away; it is met by editing"
+        for key, gap in zip(keys, nearest, strict=True)
+        if gap > FAR
+    ]
+    foreign = [
+        f"{key.label}: it has another skeleton; its pose is matched by role, not met joint by joint"
+        for key in keys
+        if not same_shape(key.clip.skeleton, index.skeleton, tolerance=SHAPE)
+    ]
+    return (*far, *foreign)

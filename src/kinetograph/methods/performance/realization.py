@@ -1,0 +1,96 @@
+"""From pieces to a motion: joined, and then held to contacts and handholds (Hsu 2004, chapter 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import joint_positions
+from kinetograph.learn import SegmentalPath
+from kinetograph.methods.performance.control import Control
+from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.handholds import carried_holds
+from kinetograph.methods.performance.pieces import pieces_at_full_rate
+from kinetograph.motion import Motion
+from kinetograph.post.assemble import Part, constrain, edits, join_parts
+from kinetograph.post.constraints import Hold, hold_residuals
+from kinetograph.post.contacts import carry
+from kinetograph.synthesis import Piece, Synthesis
+from kinetograph.take import Annotation
+
+
+@dataclass(frozen=True, eq=False)
+class _Recorded:
+    """What pieces are made of: the recordings they are cut from, and the annotations that these bring along."""
+
+    parts: list[Part]
+    annotations: tuple[Annotation, ...]
+    holds: tuple[Hold, ...]
+
+
+def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
+    """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
+    pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
+    fps = fitted.sources[0].motion.fps
+    frames = int(np.floor(control.duration * fps + 1e-6)) + 1
+    recorded = _recorded(fitted, control, pieces, path, frames)
+    joined = join_parts(recorded.parts, fps, frames, fitted.settings.post)
+    motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.joint_ranges)
+    statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
+    statistics["optimal"] = int(path.proved)
+    return Synthesis(
+        motion,
+        tuple(pieces),
+        cost=path.score,
+        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
+        annotations=recorded.annotations,
+        statistics={**statistics, **_moved(joined, motion), **_hold_statistics(hold_residuals(motion, recorded.holds))},
+        warnings=fitted.settings.control_points.warnings(control.points, control.fps, fitted.speeds),
+        edited=edits(motion, recorded.parts),
+    )
+
+
+def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: SegmentalPath, frames: int) -> _Recorded:
+    """The recordings behind the pieces, their contacts and moves, and the handholds with the control's own hands."""
+    sources = [fitted.sources[fitted.segment_of(s).source] for s in path.states]
+    parts = [
+        Part(piece, _scaled(source.motion, piece.scale), source.annotations)
+        for piece, source in zip(pieces, sources, strict=True)
+    ]
+    carried = carry((piece, source.annotations) for piece, source in zip(pieces, sources, strict=True))
+    annotations = _until(control.duration, carried)
+    partner, fps = control.partner, fitted.sources[0].motion.fps
+    if partner is None or not fitted.settings.post.handholds:
+        return _Recorded(parts, annotations, ())
+    given = control.handholds
+    if given:
+        others = (note for note in annotations if note.kind != "handhold")
+        annotations = (*others, *(replace(note, track="motion") for note in given))
+    taken = list(zip(pieces, sources, strict=True))
+    holds = carried_holds(taken, annotations, partner, frames, fps, fitted.sources if given else ())
+    return _Recorded(parts, annotations, holds)
+
+
+def _until(end: float, annotations: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
+    """Annotations without what lies after ``end`` seconds: the last piece may go on longer than the control."""
+    return tuple(replace(note, stop=min(note.stop, end)) for note in annotations if note.start < end)
+
+
+def _scaled(motion: Motion, scale: float) -> Motion:
+    """The motion with its path over the ground scaled; a body keeps its size."""
+    return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
+
+
+def _moved(before: Motion, after: Motion) -> dict[str, float]:
+    """How far constraints have moved the joints, in metres: the mean of all, and the most that any was."""
+    distances = np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1)
+    return {"constraints_moved_mean": float(distances.mean()), "constraints_moved_most": float(distances.max())}
+
+
+def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
+    if len(residuals) == 0:
+        return {}
+    median, most = (float(np.quantile(residuals, q)) for q in (0.5, 0.95))
+    return {"handhold_residual_median": median, "handhold_residual_p95": most}
