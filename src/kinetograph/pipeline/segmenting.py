@@ -1,4 +1,4 @@
-"""Cutting the takes of a library, and storing what is found as annotations."""
+"""Cutting the takes of a library; cuts, contacts and handholds are stored as annotations."""
 
 from __future__ import annotations
 
@@ -20,16 +20,35 @@ from kinetograph.segmentation import (
 from kinetograph.take import Annotation, Take
 
 CUT_BY = ("footplants", "beats", "labels", "fixed")
-"""What `segment_take` cuts by; `grow_library` cuts by examples."""
+"""What `segment_take` cuts by. `grow_library` cuts by examples."""
 
 
 def segment_take(
     take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut", parts: int = 1
 ) -> tuple[Annotation, ...]:
-    """Cuts and contacts of one motion, and the handholds with the take's other motion, as annotations.
+    """Cuts and contacts of one motion, and the handholds with the take's other motion.
 
-    by: one of `CUT_BY`; length: seconds, for ``"fixed"``; label: the kind of annotation, for ``"labels"``; parts: cuts
-    a beat, for ``"beats"``, which are those of all the take's motions together.
+    Parameters
+    ----------
+    take : Take
+    track : str
+    by : str
+        What to cut by: ``"footplants"``, ``"beats"`` of all the take's motions together, ``"labels"`` or ``"fixed"``.
+    length : float
+        Seconds of a segment, for ``"fixed"``.
+    label : str
+        Kind of annotation whose starts and stops are cuts, for ``"labels"``.
+    parts : int
+        Cuts per beat, for ``"beats"``.
+
+    Returns
+    -------
+    tuple of Annotation
+
+    Raises
+    ------
+    RequestError
+        For another word, and where there is nothing to cut by.
     """
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
@@ -64,10 +83,26 @@ def segment_library(
     parts: int = 1,
     progress: Progress | None = None,
 ) -> dict[str, int]:
-    """Cut every motion of a library and store cuts, contacts and handholds as annotations; number of cuts by take.
+    """Cut every motion of a library and store cuts, contacts and handholds.
 
-    Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
+    Takes that loop are left as they are where they are cut by footplants: they are cut when they are used, over several
     cycles.
+
+    Parameters
+    ----------
+    library : Library
+    by : str
+    length : float
+    label : str
+    parts : int
+        See `segment_take` for these four.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    dict of str to int
+        Number of cuts by take.
     """
     names = library.names()
     counts: dict[str, int] = {}
@@ -97,10 +132,27 @@ def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:
 
 
 def cut_by_hand(library: Library, take: Take, tracks: Sequence[str], times: Iterable[float]) -> tuple[float, ...]:
-    """Store a person's cuts on some motions of a take, in place of those there are; their seconds, in order.
+    """Store a person's cuts on some motions of a take, in place of those there are.
 
-    Contacts and handholds are stored where there are none. Raises RequestError for fewer than two times, or one
-    outside the take.
+    Contacts and handholds are stored where there are none.
+
+    Parameters
+    ----------
+    library : Library
+    take : Take
+    tracks : sequence of str
+    times : iterable of float
+        Seconds.
+
+    Returns
+    -------
+    tuple of float
+        Seconds of the cuts, in order.
+
+    Raises
+    ------
+    RequestError
+        For fewer than two times, or one outside the take.
     """
     cuts = tuple(sorted(set(times)))
     shortest = min(take.tracks[track].duration for track in tracks)
