@@ -54,7 +54,7 @@ def _motion(library: Library, name: str, track: str) -> Motion:
 
 
 def _clustered(method: PerformanceControl, library: Library) -> PerformanceModel:
-    """The model whose number of segments is nearest the thesis', by bisection of the clustering threshold."""
+    """A model with about the thesis' number of segments, by bisection of the clustering threshold."""
     low, high = 0.0, 0.5
     for _ in range(8):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""How well cuts grown from a few examples agree with the others': footplants of walks, beats of dances."""
+"""How well cuts grown from a few examples agree with those of other takes: footplants of walks, beats of dances."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._recordings import data_folder, walker
-from benchmarks.dance import _dances
+from benchmarks.dance import dances
 from kinetograph.arrays import FloatArray
 from kinetograph.library import Library
 from kinetograph.methods.performance import cuts_of, grow_rest, grow_takes, growing_control
@@ -37,13 +37,13 @@ def main() -> None:
     _table("walks, the other two", walks, "motion", [_others(walks, take) for take in walks])
     _labels("walks, one take, each step named by its foot", [_named(take) for take in walks])
     with tempfile.TemporaryDirectory() as scratch:
-        library = _dances(data_folder() / "salsa", Path(scratch) / "dances")
+        library = dances(data_folder() / "salsa", Path(scratch) / "dances")
         segment_library(library, "beats")
-        dances = _takes(library)
-    few = [take for take in dances if take.name in SIMPLE]
+        danced = _takes(library)
+    few = [take for take in danced if take.name in SIMPLE]
     _table("five dances, one of them", few, "follower", [[take] for take in few])
     _table("five dances, the other four", few, "follower", [_others(few, take) for take in few])
-    _table("seven dances, the other six", dances, "follower", [_others(dances, take) for take in dances])
+    _table("seven dances, the other six", danced, "follower", [_others(danced, take) for take in danced])
 
 
 def _takes(library: Library) -> list[Take]:
@@ -63,7 +63,7 @@ def _first(take: Take, track: str, count: int | None) -> Take:
 
 
 def _table(label: str, takes: Sequence[Take], track: str, seeds: list[list[Take]]) -> None:
-    """Means over all choices of the examples, each over the takes that are none."""
+    """Means over all choices of the examples, each over the other takes."""
     method = growing_control(partners=track != "motion")
     rows = []
     for seed in seeds:
@@ -103,11 +103,11 @@ def _named(take: Take) -> Take:
 
 def _labels(label: str, takes: Sequence[Take]) -> None:
     """The share of the time over which the name grown is the right one, from every take for every other."""
-    found = []
+    shares = []
     for example in takes:
         rest = _others(takes, example)
-        found += [growth.labels for growth in grow_takes(growing_control(), [example], rest)]
-    print(f"{label}: right for {100 * np.mean(found):.0f} % of the time, least {100 * min(found):.0f} %", flush=True)
+        shares += [growth.labels for growth in grow_takes(growing_control(), [example], rest)]
+    print(f"{label}: right for {100 * np.mean(shares):.0f} % of the time, least {100 * min(shares):.0f} %", flush=True)
 
 
 def _rest_table(label: str, takes: Sequence[Take], track: str, count: int) -> None:
@@ -116,8 +116,8 @@ def _rest_table(label: str, takes: Sequence[Take], track: str, count: int) -> No
     for take in takes:
         begun = _first(take, track, count)
         known, hand = cuts_of(begun, track), cuts_of(take, track)
-        found = [note.start for note in grow_rest(method, [begun], begun).tracks[track].cuts]
-        wide, narrow = (compare_cuts(found, hand[count + 1 :], tolerance) for tolerance in (0.1, 0.05))
+        cuts = [note.start for note in grow_rest(method, [begun], begun).tracks[track].cuts]
+        wide, narrow = (compare_cuts(cuts, hand[count + 1 :], tolerance) for tolerance in (0.1, 0.05))
         length = float(np.mean(np.diff(known)))
         even = [compare_cuts(even_cuts(take.duration, length, p), hand[count + 1 :]).f1 for p in np.arange(10) / 10]
         values = (wide.f1, wide.precision, wide.recall, wide.offset, narrow.f1)

@@ -14,14 +14,7 @@ from benchmarks._recordings import data_folder
 from kinetograph import rotations as rot
 from kinetograph import samples
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.inbetweening import Score
-from kinetograph.evaluation.keyframe import (
-    PairFigures,
-    inbetween_held_out,
-    judge_pair,
-    key_miss,
-    recorded_jumps,
-)
+from kinetograph.evaluation import PairFigures, Score, inbetween_held_out, judge_pair, key_miss, recorded_jumps
 from kinetograph.formats import load
 from kinetograph.keys import key_at
 from kinetograph.library import Library

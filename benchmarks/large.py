@@ -97,7 +97,8 @@ def resident() -> float:
 def grown(method: PerformanceControl, takes: list[dict[str, Motion]], track: str, folder: Path) -> PerformanceModel:
     """A model of at least `SEGMENTS` segments, from takes varied in speed and posture."""
     rng = np.random.default_rng(0)
-    copies = max(round(SEGMENTS / len(varied(method, takes, track, folder / "once", rng, 1).instances.segments)), 1)
+    once = varied(method, takes, track, folder / "once", rng, 1)
+    copies = max(round(SEGMENTS / len(once.fitted.instances.segments)), 1)
     return varied(method, takes, track, folder / "many", rng, copies)
 
 

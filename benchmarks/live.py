@@ -1,4 +1,4 @@
-"""Live control against offline: what a lag costs, and how long a step takes. Leave one take out, dances and walks."""
+"""Live control compared with offline: what a lag costs, and how long a step takes, leaving one take out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks._recordings import data_folder, walker
 from benchmarks.dance import dances
-from kinetograph.evaluation.metrics import joint_error
+from kinetograph.evaluation import joint_error
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.motion import Motion, cut, resample
@@ -51,14 +51,14 @@ def _table(
         best = own
         if reference != method:
             best = reference.fit(library, exclude=(name,), track=target).synthesize(leader).cost
-        for lag, found in rows.items():
+        for lag, figures in rows.items():
             result, taken = _play(model, leader, lag)
             joints = joint_error(resample(result.motion, 30.0), follower)
             p99, states = float(np.quantile(taken, 0.99)), float(len(model.fitted.instances.states))
-            found.append((result.cost / best - 1, result.cost / own - 1, joints, p99, states))
-    for lag, found in rows.items():
-        over, mine, joints, p99, states = np.mean(found, axis=0)
-        worst = max(row[0] for row in found)
+            figures.append((result.cost / best - 1, result.cost / own - 1, joints, p99, states))
+    for lag, figures in rows.items():
+        over, mine, joints, p99, states = np.mean(figures, axis=0)
+        worst = max(row[0] for row in figures)
         print(
             f"lag {'none' if lag is None else lag!s:12s} {100 * over:+20.1f} % {100 * worst:+6.1f} %"
             f" {100 * mine:+10.1f} % {100 * joints:8.1f} cm {1000 * p99:10.1f} ms {states:10.0f}"

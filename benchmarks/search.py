@@ -1,4 +1,4 @@
-"""Speed of the segmental search against a plain triple loop, the thesis' sizes, and growth with length.
+"""Speed of the segmental search compared with a plain triple loop, the thesis' sizes, and growth with length.
 
 Real walks where recordings are at hand (data/walks), else the walks of the sample repeated to the same numbers of
 segments. All in one process, one thread, medians.
@@ -14,8 +14,7 @@ import numba as nb
 import numpy as np
 
 from benchmarks._recordings import walker
-from kinetograph.learn import segmental
-from kinetograph.learn.segmental import Arrivals, SegmentalSearch
+from kinetograph.learn import Arrivals, SegmentalSearch, segmental
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, arrivals, interpret
 from kinetograph.methods.performance import segments as cutting
 from kinetograph.sampling import interpolate
@@ -61,8 +60,8 @@ def plain_search(search: SegmentalSearch, arrivals: list[Arrivals]) -> float:
 def model_of_size(segments: int) -> PerformanceModel:
     """A model of exactly that many segments, each at five stretches."""
     model = walker()
-    found = model.fitted.instances.segments
-    chosen = tuple(found[i % len(found)] for i in range(segments))
+    own = model.fitted.instances.segments
+    chosen = tuple(own[i % len(own)] for i in range(segments))
     original = cutting.legal_steps
     cutting.legal_steps = lambda duration, rate, stretch: [max(round(duration * rate), 4) + i for i in STRETCHES]
     try:
@@ -73,7 +72,7 @@ def model_of_size(segments: int) -> PerformanceModel:
 
 
 def control_of(model: PerformanceModel, seconds: float) -> np.ndarray:
-    """The hips of the longest recording, over and over, wandering a little so that no segment fits exactly."""
+    """The hips of the longest recording, repeated, displaced a little so that no segment fits exactly."""
     source = max(model.fitted.sources, key=lambda s: len(s.motion))
     steps = int(seconds * model.method.rate)
     index = np.arange(steps + 1) / model.method.rate * source.motion.fps
@@ -122,9 +121,9 @@ def growth() -> None:
     power = np.polyfit(np.log(lengths), np.log(times), 1)[0]
     print(f"cost against control length ({len(model.fitted.instances.states)} states):")
     for length, taken in zip(lengths, times, strict=True):
-        print(f"   {length:5d} s of control   {taken:7.3f} s   {1000 * taken / length:.2f} ms a second")
+        print(f"   {length:5d} s of control   {taken:7.3f} s   {1000 * taken / length:.2f} ms per second")
     print(
-        f"   line: {1000 * slope:.2f} ms a second + {1000 * intercept:.0f} ms, R^2 = {r2:.4f}; "
+        f"   line: {1000 * slope:.2f} ms per second + {1000 * intercept:.0f} ms, R^2 = {r2:.4f}; "
         f"time ~ length^{power:.2f}"
     )
 

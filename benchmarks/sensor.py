@@ -14,10 +14,9 @@ import numpy as np
 
 from benchmarks._recordings import data_folder
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.sensor import timed
+from kinetograph.evaluation import timed
 from kinetograph.formats import ReadOptions
-from kinetograph.learn.mixture import fit_mixture
-from kinetograph.learn.reduction import fit_pca
+from kinetograph.learn import fit_mixture, fit_pca
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SYNTHESES, SensorControl
 from kinetograph.pipeline import read_take

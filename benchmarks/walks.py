@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._recordings import data_folder, walker
-from kinetograph.evaluation.protocol import leave_one_take_out
+from kinetograph.evaluation import leave_one_take_out
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -48,11 +48,11 @@ def jerks() -> None:
             library.add(Take(path.stem, {"motion": load(path).motion()}))
         method = PerformanceControl()
         for name in library.names():
-            found = []
+            largest = []
             for footskate in (True, False):
                 model = replace(method, post=PostSettings(footskate=footskate)).fit(library, exclude=(name,))
-                found.append(largest_acceleration(model.synthesize(library.take(name).motion()).motion))
-            print(f"{name}: largest acceleration {found[0]:.0f} m/s2, without footskate cleanup {found[1]:.0f}")
+                largest.append(largest_acceleration(model.synthesize(library.take(name).motion()).motion))
+            print(f"{name}: largest acceleration {largest[0]:.0f} m/s2, without footskate cleanup {largest[1]:.0f}")
 
 
 def largest_acceleration(motion: Motion) -> float:

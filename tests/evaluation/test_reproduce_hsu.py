@@ -16,14 +16,18 @@ from kinetograph import samples
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.evaluation.protocol import leave_one_take_out
-from kinetograph.evaluation.reproduce import hsu2004
 from kinetograph.evaluation.reproduce.hsu2004 import dances as hsu_dances
+from kinetograph.evaluation.reproduce.hsu2004 import gaits as hsu_gaits
+from kinetograph.evaluation.reproduce.hsu2004 import models as hsu_models
 from kinetograph.evaluation.reproduce.hsu2004 import phase as hsu_phase
-from kinetograph.evaluation.reproduce.hsu2004 import search as hsu_search
+from kinetograph.evaluation.reproduce.hsu2004 import report as hsu_report
+from kinetograph.evaluation.reproduce.hsu2004 import sweeps as hsu_sweeps
+from kinetograph.evaluation.reproduce.hsu2004 import timings as hsu_timings
 from kinetograph.evaluation.reproduce.hsu2004 import walks as hsu_walks
 from kinetograph.evaluation.reproduce.hsu2004.data import Recordings, collect, find_folder, lasting
+from kinetograph.evaluation.reproduce.hsu2004.gaits import fit_all, in_step_by_length
 from kinetograph.evaluation.reproduce.hsu2004.labels import as_played, held_out_errors, name_steps, steps_by_foot
-from kinetograph.evaluation.reproduce.hsu2004.phase import CalmPath, in_step_by_length, methods, sway_by_phase
+from kinetograph.evaluation.reproduce.hsu2004.sway import CalmPath, sway_by_phase
 from kinetograph.evaluation.reproduce.page import Section, page, paragraph, shown, table
 from kinetograph.evaluation.reproduce.timing import processor_seconds
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PointsByRole, at_rate, points_of
@@ -54,29 +58,29 @@ def walks(tmp_path_factory: pytest.TempPathFactory) -> kg.Library:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer settings than even --quick has."""
-    for name, values in (
-        ("SECONDS", 6.0),
-        ("SEGMENTS", 10),
-        ("BEAMS", (0.01,)),
-        ("LENGTHS", (3.0, 6.0, 9.0)),
-        ("CONTINUITY", (0.0, 0.1, 0.2)),
-        ("CLUSTERS", (None, 0.05)),
-        ("RATES", (10.0, 30.0)),
+    for module, name, values in (
+        (hsu_timings, "SECONDS", 6.0),
+        (hsu_timings, "SEGMENTS", 10),
+        (hsu_timings, "BEAMS", (0.01,)),
+        (hsu_timings, "LENGTHS", (3.0, 6.0, 9.0)),
+        (hsu_sweeps, "CONTINUITY", (0.0, 0.1, 0.2)),
+        (hsu_sweeps, "CLUSTERS", (None, 0.05)),
+        (hsu_sweeps, "RATES", (10.0, 30.0)),
+        (hsu_phase, "LENGTHS", (4.0,)),
+        (hsu_gaits, "SIGMAS", (0.0, 0.6)),
     ):
-        monkeypatch.setattr(hsu_search, name, values)
-    monkeypatch.setattr(hsu_phase, "LENGTHS", (4.0,))
-    monkeypatch.setattr(hsu_phase, "SIGMAS", (0.0, 0.6))
+        monkeypatch.setattr(module, name, values)
     monkeypatch.setattr(hsu_walks, "drawn", lambda draw, caption: paragraph(caption))
 
 
 def _tables(text: str) -> dict[str, list[list[str]]]:
     """The cells of every table by its caption, read back from the page."""
-    found = {}
+    tables = {}
     for part in re.findall(r"<table>(.*?)</table>", text, re.S):
         caption = html.unescape(re.search(r"<caption>(.*?)</caption>", part)[1])
         rows = [line for line in part.split("\n") if line.startswith("<tr>")]
-        found[caption] = [[html.unescape(c) for c in re.split(r"<t[dh][^>]*>", row)[1:]] for row in rows]
-    return found
+        tables[caption] = [[html.unescape(c) for c in re.split(r"<t[dh][^>]*>", row)[1:]] for row in rows]
+    return tables
 
 
 # ---- the whole page ----
@@ -86,9 +90,9 @@ def test_the_page_holds_every_table_and_its_numbers(
     tmp_path: Path, walks: kg.Library, small: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recordings = Recordings(walks=walks, walks_from="two stick figures", missing=("two dances or more",))
-    monkeypatch.setattr(hsu2004, "collect", lambda folder, scratch, quick: recordings)
+    monkeypatch.setattr(hsu_report, "collect", lambda folder, scratch, quick: recordings)
     said: list[str] = []
-    found = hsu2004.reproduce(tmp_path / "out", quick=True, report=said.append)
+    results = hsu_report.reproduce(tmp_path / "out", quick=True, report=said.append)
     assert said == ["missing: two dances or more"]
     text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert "Missing: two dances or more." in text
@@ -106,13 +110,13 @@ def test_the_page_holds_every_table_and_its_numbers(
     assert text.count('src="data:image/png;base64,') == 5
     numbers = json.loads((tmp_path / "out" / "numbers.json").read_text())
     assert numbers["not yet"] == []
-    assert numbers["Phase"] == json.loads(json.dumps(found["Phase"]))
+    assert numbers["Phase"] == json.loads(json.dumps(results["Phase"]))
     fits = numbers["Time against length"]["fits"]["exact"]
     assert set(fits) == {"slope", "intercept", "r2"}
     _rows_are_those_of_the_protocol(walks, tables["Leave one take out"])
     _continuity_agrees_with_the_protocol(walks, numbers["Continuity constant"]["rows"])
     with pytest.raises(RequestError, match="is not empty; name a new folder"):
-        hsu2004.reproduce(tmp_path / "out")
+        hsu_report.reproduce(tmp_path / "out")
 
 
 def _rows_are_those_of_the_protocol(walks: kg.Library, cells: list[list[str]]) -> None:
@@ -152,12 +156,16 @@ def test_an_interrupted_page_holds_what_is_done_and_names_the_rest(
         raise RequestError("no foot is ever planted")
 
     done = Section("first", (paragraph("it <is> done"),), {"x": float("nan")})
-    steps = [hsu2004.Step("first", lambda: done), hsu2004.Step("second", refuse), hsu2004.Step("third", interrupt)]
-    monkeypatch.setattr(hsu2004, "collect", lambda folder, scratch, quick: Recordings())
-    monkeypatch.setattr(hsu2004, "plan", lambda found, quick, tick: steps)
+    steps = [
+        hsu_report.Step("first", lambda: done),
+        hsu_report.Step("second", refuse),
+        hsu_report.Step("third", interrupt),
+    ]
+    monkeypatch.setattr(hsu_report, "collect", lambda folder, scratch, quick: Recordings())
+    monkeypatch.setattr(hsu_report, "plan", lambda recordings, quick, tick: steps)
     said: list[str] = []
     with pytest.raises(KeyboardInterrupt):
-        hsu2004.reproduce(tmp_path / "out", report=said.append)
+        hsu_report.reproduce(tmp_path / "out", report=said.append)
     text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert "it &lt;is&gt; done" in text
     assert "Not made: no foot is ever planted" in text
@@ -180,7 +188,7 @@ def test_what_is_missing_is_named_and_nothing_is_made(tmp_path: Path, monkeypatc
     ]
     assert found.missing[0] == "the registry sample: deepmimic-clips: no connection"
     assert found.missing[1].endswith("expected 2 or more, one to hold out, found 0")
-    assert hsu2004.plan(found, False, lambda text: None) == []
+    assert hsu_report.plan(found, False, lambda text: None) == []
 
 
 def test_the_folder_of_recordings_is_the_one_named_or_the_variables(
@@ -235,16 +243,14 @@ def _sway(motion: Motion) -> np.ndarray:
     return 0.03 * np.outer(np.cos(2 * np.pi * times), [1.0, 0.0, 0.0])
 
 
-def test_a_gait_that_the_control_tells_comes_out_in_step(tmp_path: Path) -> None:
-    """Hips that sway with the stride tell the foot at any length."""
+def test_hips_that_sway_with_the_stride_give_the_foot_at_any_length(tmp_path: Path) -> None:
     library = kg.Library.create(tmp_path / "library")
     takes = []
     for name, shift in (("a", 0.0), ("b", 0.9)):
         motion = _wander(shift, 12.0)
         takes.append((name, replace(motion, translation=motion.translation + _sway(motion))))
         library.add(Take(name, {"body": takes[-1][1]}))
-    models = {(n, c): m.fit(library, exclude=(n,)) for n, _ in takes for c, m in methods().items()}
-    rows = in_step_by_length(takes, models, 3, (3.0, 30.0))
+    rows = in_step_by_length(takes, fit_all(library), 3, (3.0, 30.0))
     assert [(row[0], row[1], row[2]) for row in rows] == [(3.0, 6, 100.0)]
 
 
@@ -256,25 +262,25 @@ def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> Non
     model = PerformanceControl().fit(walks, exclude=("a",))
     result = model.synthesize(motion)
     dense = at_rate(points_of(model.method, motion), motion.fps, 30.0)
-    again = hsu_search.placed_again(model, result, dense, 30.0)
+    again = hsu_models.placed_again(model, result, dense, 30.0)
     assert [p.cost for p in again] == pytest.approx([p.cost for p in result.pieces])
     assert [p.seam for p in again] == pytest.approx([p.seam for p in result.pieces])
     seams = np.array([p.seam for p in result.pieces[1:]]) / model.method.continuity
     gap = 100 * np.sqrt(seams.mean() / 4)  # four end effectors of weight 1
-    assert hsu_search.seam_gap(model, result, motion) == pytest.approx(gap)
+    assert hsu_models.seam_gap(model, result, motion) == pytest.approx(gap)
 
 
 def test_clustering_to_a_number_comes_near_it(walks: kg.Library) -> None:
     full = PerformanceControl().fit(walks)
-    some = hsu_search.clustered(PerformanceControl(), walks, 12)
+    some = hsu_models.clustered(PerformanceControl(), walks, 12)
     assert len(full.fitted.instances.segments) > 25
     assert abs(len(some.fitted.instances.segments) - 12) <= 3
-    assert len(hsu_search.clustered(PerformanceControl(), walks, 10**6).fitted.instances.segments) == len(
+    assert len(hsu_models.clustered(PerformanceControl(), walks, 10**6).fitted.instances.segments) == len(
         full.fitted.instances.segments
     )
 
 
-def test_jobs_take_turns() -> None:
+def test_jobs_are_run_in_turn() -> None:
     order: list[str] = []
     taken = processor_seconds({"a": lambda: order.append("a"), "b": lambda: order.append("b")}, repeats=3)
     assert "".join(order) == "abababab"
@@ -314,7 +320,7 @@ def test_a_looping_clip_is_judged_step_by_step() -> None:
     assert {note.label for note in moves} == {"walk"}
 
 
-def test_the_samples_clips_are_told_apart_by_their_paths(tmp_path: Path, clips_folder: Path) -> None:
+def test_the_samples_clips_are_distinguished_by_their_paths(tmp_path: Path, clips_folder: Path) -> None:
     found = collect(None, tmp_path)
     assert found.clips is not None
     assert found.walks is found.clips

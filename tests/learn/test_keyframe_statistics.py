@@ -11,8 +11,8 @@ import naive_keyframe as naive
 from kinetograph.errors import DataError, RequestError
 from kinetograph.learn.distances import squared_distances, squared_distances_to
 from kinetograph.learn.hmm import outputs_by_bayes, viterbi
-from kinetograph.learn.kmeans import kmeans
 from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
+from kinetograph.learn.quantisation import kmeans
 from kinetograph.learn.reduction import fit_pca
 
 seeds = st.integers(0, 10_000)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import naive_keyframe as naive
 from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_interval, least_steps
-from kinetograph.learn.timed_search import search
+from kinetograph.learn.timed_search import find_route
 from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
 
 EXACT = SearchOptions(beam=100_000, warp=0.0)
@@ -39,7 +39,7 @@ def test_the_search_finds_what_enumeration_finds(seed: int, commit: int, steps: 
     times = [0, steps // 2, steps] if three and steps >= 4 else [0, steps]
     goals = [goal(rng, len(graph), t) for t in times]
     best = naive.cheapest_route(graph, goals, steps)
-    route = search(graph, goals, *flat(graph), EXACT)
+    route = find_route(graph, goals, *flat(graph), EXACT)
     if not np.isfinite(best):
         assert route is None
         return
@@ -58,14 +58,14 @@ def test_bounds_never_exceed_what_a_route_costs_or_takes(seed: int, commit: int)
     least = least_interval(graph, start, stop)
     for steps in range(1, 9):
         exact = Goal(stop.frames, stop.costs, (steps, steps))
-        route = search(graph, [start, exact], *flat(graph), EXACT)
+        route = find_route(graph, [start, exact], *flat(graph), EXACT)
         assert (route is None) or steps >= least
         if route is not None:
             bound = costs_to_go(graph, [exact], [np.inf], 0.0)[0]
             assert route.cost >= bound[route.segments[0].frame + commit] - 1e-9
     if np.isfinite(least):
         least_goal = Goal(stop.frames, stop.costs, (least, least))
-        assert search(graph, [start, least_goal], *flat(graph), EXACT) is not None
+        assert find_route(graph, [start, least_goal], *flat(graph), EXACT) is not None
 
 
 def chain(lengths: list[int], jumps: list[tuple[int, int, float]], commit: int = 1) -> Graph:
@@ -83,8 +83,8 @@ def test_least_steps_count_played_frames_and_commitments():
 def test_a_warp_makes_up_for_a_missing_step_and_costs():
     graph = chain([30], [(0, 5, 9.0)])
     goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([20]), np.zeros(1), (22, 22))]
-    assert search(graph, goals, *flat(graph), EXACT) is None
-    route = search(graph, goals, *flat(graph), SearchOptions(warp=0.15))
+    assert find_route(graph, goals, *flat(graph), EXACT) is None
+    route = find_route(graph, goals, *flat(graph), SearchOptions(warp=0.15))
     assert route is not None
     assert route.passed == (0, 20)
     assert route.clocks == (0.0, 22.0)
@@ -98,24 +98,24 @@ def test_a_pinned_place_chooses_the_route_that_leads_there():
     facing = np.ones(25, dtype=complex)
     ends = np.array([12, 22])
     start = Goal(np.array([0]), np.zeros(1), (0, 0), place=0j, heading=0.0)
-    free = search(graph, [start, Goal(ends, np.zeros(2), (11, 11))], along, facing, EXACT)
-    asked = search(graph, [start, Goal(ends, np.zeros(2), (11, 11), place=4 - 7j)], along, facing, EXACT)
+    free = find_route(graph, [start, Goal(ends, np.zeros(2), (11, 11))], along, facing, EXACT)
+    asked = find_route(graph, [start, Goal(ends, np.zeros(2), (11, 11), place=4 - 7j)], along, facing, EXACT)
     assert free is not None
     assert asked is not None
     assert [s.frame for s in free.segments] == [0, 5]
     assert [s.frame for s in asked.segments] == [0, 15]
     assert asked.cost == pytest.approx(0.3)
     far = Goal(ends, np.zeros(2), (11, 11), place=40 + 0j)
-    assert search(graph, [start, far], along, facing, EXACT) is None
+    assert find_route(graph, [start, far], along, facing, EXACT) is None
 
 
 def test_discouraged_transitions_are_avoided():
     graph = chain([10, 40, 10], [(3, 10, 0.1), (3, 50, 0.2), (14, 50, 0.1)])
     goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([16, 56]), np.zeros(2), (10, 10))]
-    route = search(graph, goals, *flat(graph), EXACT)
+    route = find_route(graph, goals, *flat(graph), EXACT)
     assert route is not None
     assert route.segments[-1].frame == 10
-    other = search(discourage(graph, np.array([route.segments[-1].edge]), 5.0, 3), goals, *flat(graph), EXACT)
+    other = find_route(discourage(graph, np.array([route.segments[-1].edge]), 5.0, 3), goals, *flat(graph), EXACT)
     assert other is not None
     assert other.segments[-1].frame == 50
 

@@ -24,7 +24,7 @@ from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
     from kinetograph.cli.configurations import Synthesis
-    from kinetograph.evaluation.sensor import HeldOut
+    from kinetograph.evaluation import HeldOut
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
@@ -75,14 +75,14 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
 def _performance_rows(
     method: PerformanceControl, library: Library, target: str | None, partners: bool, baselines: bool
 ) -> list[dict[str, Any]]:
-    from kinetograph.evaluation import dance, protocol
+    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, mean_rows, mean_walks
 
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
-            dances = dance.leave_one_dance_out(method, library, target, baselines=baselines, progress=progress)
-            return [vars(row) for row in (*dances, *dance.mean_rows(dances))]
-        walks = protocol.leave_one_take_out(method, library, track=target, baselines=baselines, progress=progress)
-        return [vars(row) for row in (*walks, *protocol.mean_rows(walks))]
+            dances = leave_one_dance_out(method, library, target, baselines=baselines, progress=progress)
+            return [vars(row) for row in (*dances, *mean_rows(dances))]
+        walks = leave_one_take_out(method, library, track=target, baselines=baselines, progress=progress)
+        return [vars(row) for row in (*walks, *mean_walks(walks))]
 
 
 def _measured(row: dict[str, Any], as_json: bool) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def keyframe(
     from dataclasses import asdict
 
     from kinetograph.errors import RequestError
-    from kinetograph.evaluation.keyframe import inbetween_held_out
+    from kinetograph.evaluation import inbetween_held_out
     from kinetograph.pipeline import open_library
 
     takes = open_library(library)
@@ -151,7 +151,7 @@ class Takes:
 
     def held(self, library: Library) -> HeldOut:
         """The same for an evaluation."""
-        from kinetograph.evaluation.sensor import HeldOut, grouped
+        from kinetograph.evaluation import HeldOut, grouped
 
         groups = grouped(library.names(), tuple(self.group or ()))
         return HeldOut(tuple(self.only or ()), self.track, groups)
@@ -190,8 +190,7 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
     """One row per recording of real sensors, or per step of a sweep."""
     from dataclasses import asdict
 
-    from kinetograph.evaluation.real_sensors import evaluate_recordings
-    from kinetograph.evaluation.sensor_sweep import sweep
+    from kinetograph.evaluation import evaluate_recordings, sweep
 
     rows: Sequence[Any]
     with progress_bar("evaluating") as progress:
@@ -208,7 +207,7 @@ def _errors(
     """One row per method and group, or per joint."""
     from dataclasses import asdict
 
-    from kinetograph.evaluation.sensor import evaluate
+    from kinetograph.evaluation import evaluate
 
     with progress_bar("evaluating") as progress:
         rows, by_joint = evaluate(library, method, syntheses=wanted, held=held, progress=progress)

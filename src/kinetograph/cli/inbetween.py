@@ -69,22 +69,18 @@ def inbetween(
 
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/b.bvh
     """
-    from kinetograph.pipeline import inbetween as run
-    from kinetograph.pipeline import open_library
+    import numpy as np
+
+    from kinetograph.pipeline import inbetween_with, open_library
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
     library = open_library(ends.library)
     wanted = _keys(keys, ends, library, reading.read_options)
-    made = run(
-        wanted,
-        library,
-        keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate),
-        count=answers.alternatives,
-        exclude=tuple(ends.exclude or ()),
-        track=ends.track,
-        seed=search.seed,
-    )
+    method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate)
+    rng = np.random.default_rng(search.seed)
+    model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
+    made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):
         write_synthesis(synthesis, answers, None, "in between", number)

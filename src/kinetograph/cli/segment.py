@@ -75,18 +75,17 @@ def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json
 
 def _grown(library: Library, growing: Growing, as_json: bool) -> list[dict[str, Any]]:
     """Cut by examples; one row per take."""
-    from kinetograph.pipeline import grow_library
+    from kinetograph.pipeline import GrowingSettings, grow_library
 
+    settings = GrowingSettings(
+        examples=tuple(growing.example or ()),
+        join=growing.join,
+        rest=growing.rest,
+        again=growing.again,
+        tolerance=growing.tolerance,
+    )
     with compilation_announced(), progress_bar("growing") as progress:
-        grown = grow_library(
-            library,
-            examples=growing.example or (),
-            join=growing.join,
-            rest=growing.rest,
-            again=growing.again,
-            tolerance=growing.tolerance,
-            progress=progress,
-        )
+        grown = grow_library(library, settings, progress=progress)
     return [_growth_row(growth, as_json) for growth in grown]
 
 

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
-from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
+from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.metrics import (
     contact_speed,
     distinct_share,
     hold_errors,
     jerk,
-    mean_figures,
     position_errors,
 )
+from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl
@@ -28,18 +29,36 @@ from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
+_OF_SEGMENTS = ("slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time")
+"""Figures that frame-by-frame methods do not have."""
+
 
 @dataclass(frozen=True)
 class DanceRow:
     """One held-out dance, or the mean of all, by one method.
 
-    joint_cm, relative_cm: mean distance of the follower's joints from the recorded follower's, in the room and
-    relative to the root. hold_median_cm, hold_p95_cm: where the recording holds hands, how much further the hand is
-    from the leader's than it was recorded; place_median_cm: how far it is from where it was recorded. slide: mean
-    speed of planted feet in m/s. jerk: mean of the joints' jerk over the recorded follower's. distinct: seconds of
-    recording used over seconds made. segment_errors, pattern_errors: shares of the labelled segments, and of the
-    patterns they make up, that are another move (`label_errors`). A measure that a method or a take has none of is
-    not a number.
+    A figure that a method or a take does not have is not a number.
+
+    Parameters
+    ----------
+    take, method : str
+    joint_cm, relative_cm : float
+        Mean distance of the follower's joints from the recorded follower's, in the room and relative to the root.
+    hold_median_cm, hold_p95_cm : float
+        Where the recording holds hands, by how much the distance of the two hands differs from the recorded one: median
+        and 95th percentile.
+    place_median_cm : float
+        Where the recording holds hands, how far the hand is from where it was recorded.
+    slide, slide_recorded : float
+        Mean speed of planted feet in m/s, in the result and in the recording.
+    jerk : float
+        Mean jerk of the joints, as a multiple of the recorded follower's.
+    distinct : float
+        Seconds of recordings used, as a share of the seconds made.
+    segment_errors, pattern_errors : float
+        Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
+    times_real_time : float
+        Duration of the take over that of its synthesis.
     """
 
     take: str
@@ -66,114 +85,119 @@ def leave_one_dance_out(
     baselines: bool = True,
     progress: Progress | None = None,
 ) -> list[DanceRow]:
-    """A row for each take and method: the configured one, and the baselines.
+    """Let each take's leader lead a follower made of the other takes (section 6.2).
 
-    These are the configured one told which hands the recording holds, and when, which it does not know otherwise;
-    nearest segments without continuity; and the frame-by-frame ones.
+    Parameters
+    ----------
+    method : PerformanceControl
+    library : Library
+    target : str
+        Name of the follower's track.
+    baselines : bool
+        Whether other methods are compared: the configured one, given which hands the recording holds and when;
+        nearest segments without continuity; and the frame-by-frame ones.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    list of DanceRow
+        One row per take and method.
+
+    Raises
+    ------
+    RequestError
+        For a take whose control is a signal.
     """
     rows, names = [], library.names()
     for done, name in enumerate(names, start=1):
-        take = library.take(name)
-        rows.append(_synthesized("segments", method, library, take, target))
+        held = _Dance.of(method, library.take(name), target)
+        rows.append(_synthesized("segments", method, library, held))
         if baselines:
-            rows.append(_synthesized("holds told", method, library, take, target, told=True))
-            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, take, target))
-            rows += _frame_by_frame(method, library, take, target)
+            rows.append(_synthesized("holds given", method, library, held, holds_given=True))
+            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, held))
+            rows += _frame_by_frame(method, library, held)
         if progress:
             progress(done, len(names))
     return rows
 
 
-def mean_rows(rows: list[DanceRow]) -> list[DanceRow]:
-    """The means over the takes, a row for each method."""
-    means = []
-    for method in dict.fromkeys(row.method for row in rows):
-        mine = [row for row in rows if row.method == method]
-        values = mean_figures(mine)
-        means.append(DanceRow(take="mean", method=method, **values))
-    return means
+@dataclass(frozen=True, eq=False)
+class _Dance:
+    """A take of two dancers, both at the follower's rate."""
 
+    take: Take
+    target: str
+    leader: Motion
+    follower: Motion
 
-def _dancers(method: PerformanceControl, take: Take, target: str) -> tuple[Motion, Motion]:
-    follower = take.motion(target)
-    recorded = method.control_points.recorded(take, target)
-    if not isinstance(recorded, Motion):
-        raise RequestError(
-            f"take {take.name!r}: expected a character to control {target!r}, found a signal of "
-            f"{', '.join(recorded.names[:4])}; evaluation compares partners"
+    @classmethod
+    def of(cls, method: PerformanceControl, take: Take, target: str) -> _Dance:
+        follower = take.motion(target)
+        recorded = method.control_points.recorded(take, target)
+        if not isinstance(recorded, Motion):
+            raise RequestError(
+                f"take {take.name!r}: expected a character to control {target!r}, found a signal of "
+                f"{', '.join(recorded.names[:4])}; evaluation compares partners"
+            )
+        return cls(take, target, resample(recorded, follower.fps), follower)
+
+    @cached_property
+    def holds(self) -> tuple[Annotation, ...]:
+        noted = self.take.annotated(self.target, "handhold")
+        if noted or len(self.leader) != len(self.follower):
+            return noted
+        return detect_handholds(self.follower, self.leader, track=self.target)
+
+    def row(self, method: str, joints: FloatArray) -> DanceRow:
+        """What can be said of joints ``(F, J, 3)`` alone."""
+        truth = joint_positions(self.follower)
+        frames = min(len(joints), len(truth))
+        absolute, relative = position_errors(joints[:frames], truth[:frames])
+        gaps, places = hold_errors(joints[:frames], truth[:frames], self.leader, self.follower, self.holds)
+        return DanceRow(
+            take=self.take.name,
+            method=method,
+            joint_cm=100 * absolute,
+            relative_cm=100 * relative,
+            hold_median_cm=_percent(gaps, 0.5),
+            hold_p95_cm=_percent(gaps, 0.95),
+            place_median_cm=_percent(places, 0.5),
+            jerk=jerk(joints, self.follower.fps) / jerk(truth, self.follower.fps),
+            **dict.fromkeys(_OF_SEGMENTS, NOT_A_NUMBER),
         )
-    return resample(recorded, follower.fps), follower
 
 
 def _synthesized(
-    label: str, method: PerformanceControl, library: Library, take: Take, target: str, *, told: bool = False
+    label: str, method: PerformanceControl, library: Library, held: _Dance, *, holds_given: bool = False
 ) -> DanceRow:
-    model = method.fit(library, exclude=(take.name,), track=target)
-    leader, follower = _dancers(method, take, target)
-    holds = tuple(replace(n, track="control") for n in _holds(take, target, leader, follower)) if told else ()
+    model = method.fit(library, exclude=(held.take.name,), track=held.target)
+    holds = tuple(replace(note, track="control") for note in held.holds) if holds_given else ()
     began = time.perf_counter()
-    result = model.synthesize(Take(take.name, {"control": leader}, holds))
+    result = model.synthesize(Take(held.take.name, {"control": held.leader}, holds))
     taken = time.perf_counter() - began
-    row = _row(take.name, label, joint_positions(resample(result.motion, follower.fps)), leader, follower, take, target)
-    errors = take_errors(take, target, result.annotations, method.span)
+    errors = take_errors(held.take, held.target, result.annotations, method.span)
     return replace(
-        row,
+        held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
-        slide_recorded=contact_speed(follower, detect_contacts(follower)),
+        slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
         distinct=distinct_share(result),
         segment_errors=errors.segment_rate,
         pattern_errors=errors.pattern_rate,
-        times_real_time=follower.duration / taken,
+        times_real_time=held.follower.duration / taken,
     )
 
 
-def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, target: str) -> list[DanceRow]:
-    examples = [_example(method, library.take(name), target) for name in library.names() if name != take.name]
-    leader, follower = _dancers(method, take, target)
-    return [
-        _row(take.name, label, fit(examples)(guide_of_partner(leader)), leader, follower, take, target)
-        for label, fit in FRAME_BY_FRAME
-    ]
+def _frame_by_frame(method: PerformanceControl, library: Library, held: _Dance) -> list[DanceRow]:
+    others = [library.take(name) for name in library.names() if name != held.take.name]
+    examples = [_example(_Dance.of(method, take, held.target)) for take in others]
+    return [held.row(label, fit(examples)(guide_of_partner(held.leader))) for label, fit in FRAME_BY_FRAME]
 
 
-def _example(method: PerformanceControl, take: Take, target: str) -> Example:
-    leader, follower = (resample(motion, RATE) for motion in _dancers(method, take, target))
+def _example(dance: _Dance) -> Example:
+    leader, follower = (resample(motion, RATE) for motion in (dance.leader, dance.follower))
     frames = min(len(leader), len(follower))
     return guide_of_partner(cut(leader, 0, frames)), joint_positions(follower)[:frames]
-
-
-def _row(
-    take: str, method: str, joints: FloatArray, leader: Motion, follower: Motion, held_out: Take, target: str
-) -> DanceRow:
-    truth = joint_positions(follower)
-    frames = min(len(joints), len(truth))
-    absolute, relative = position_errors(joints[:frames], truth[:frames])
-    holds = _holds(held_out, target, leader, follower)
-    gaps, places = hold_errors(joints[:frames], truth[:frames], leader, follower, holds)
-    return DanceRow(
-        take=take,
-        method=method,
-        joint_cm=100 * absolute,
-        relative_cm=100 * relative,
-        hold_median_cm=_percent(gaps, 0.5),
-        hold_p95_cm=_percent(gaps, 0.95),
-        place_median_cm=_percent(places, 0.5),
-        slide=NOT_A_NUMBER,
-        slide_recorded=NOT_A_NUMBER,
-        jerk=jerk(joints, follower.fps) / jerk(truth, follower.fps),
-        distinct=NOT_A_NUMBER,
-        segment_errors=NOT_A_NUMBER,
-        pattern_errors=NOT_A_NUMBER,
-        times_real_time=NOT_A_NUMBER,
-    )
-
-
-def _holds(take: Take, target: str, leader: Motion, follower: Motion) -> tuple[Annotation, ...]:
-    noted = take.annotated(target, "handhold")
-    frames = min(len(leader), len(follower))
-    if noted or frames < max(len(leader), len(follower)):
-        return noted
-    return detect_handholds(follower, leader, track=target)
 
 
 def _percent(values: FloatArray, share: float) -> float:

@@ -1,4 +1,4 @@
-"""Error rates of moves (Hsu 2004, section 6.2): segments performed as another move, and the patterns these spoil.
+"""Error rates of moves (Hsu 2004, section 6.2): segments performed as another move, and the patterns with any of them.
 
 In the thesis an observer named the pattern that each dancer performed: eight beats, four two-beat segments. The
 synthetic follower differed from the real one in 5 of 91 patterns, by one segment each: 5 of 364 segments. Here moves
@@ -11,17 +11,26 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.take import Annotation, Take
 
 Interval = tuple[float, float]
-NOT_A_NUMBER = float("nan")
+"""First and last second."""
 PATTERN = 4
 """Segments in a pattern, where the recording does not say which belong together."""
 
 
 @dataclass(frozen=True)
 class LabelErrors:
-    """How many of the labelled segments, and of the patterns they make up, come out as another move."""
+    """How many of the labelled segments, and of the patterns they make up, come out as another move.
+
+    Parameters
+    ----------
+    segments, wrong : int
+        Labelled segments, and those of them that come out as another move.
+    patterns, wrong_patterns : int
+        Patterns, and those of them with any wrong segment.
+    """
 
     segments: int
     wrong: int
@@ -53,25 +62,52 @@ def label_errors(
     units: Sequence[Interval],
     patterns: Sequence[Interval] | None = None,
 ) -> LabelErrors:
-    """Compare the moves of a recording and of a result in segments ``units``, in seconds, in order.
+    """Compare the moves of a recording with those of a result.
 
     A unit counts if one recorded move fills half of it; it is wrong unless the same move fills most of it in the
-    result. A pattern is wrong if any of its units is. patterns: intervals that hold their units' middles; None for
-    every `PATTERN` counted units that follow one another without a gap.
+    result. A pattern is wrong if any of its units is.
+
+    Parameters
+    ----------
+    recorded, made : iterable of Annotation
+        The moves of the recording and of the result.
+    units : sequence of tuple of float
+        The segments that are compared: first and last second, in order.
+    patterns : sequence of tuple of float, optional
+        Intervals that hold their units' middles, seconds. Without it every four counted units that follow one another
+        without a gap are a pattern.
+
+    Returns
+    -------
+    LabelErrors
     """
-    truth, found = list(recorded), list(made)
+    truth, result = list(recorded), list(made)
     judged: list[tuple[Interval, bool]] = []
     for unit in units:
         wanted, share = main_move(truth, unit)
         if share >= 0.5:
-            judged.append((unit, main_move(found, unit)[0] != wanted))
+            judged.append((unit, main_move(result, unit)[0] != wanted))
     groups = _in_runs(judged) if patterns is None else [_within(judged, pattern) for pattern in patterns]
     groups = [group for group in groups if group]
     return LabelErrors(len(judged), sum(wrong for _, wrong in judged), len(groups), sum(any(g) for g in groups))
 
 
 def main_move(notes: Iterable[Annotation], unit: Interval) -> tuple[str, float]:
-    """The label that covers most of an interval and the share it covers; nothing and 0 where none does."""
+    """The label that covers most of an interval.
+
+    Parameters
+    ----------
+    notes : iterable of Annotation
+    unit : tuple of float
+        First and last second.
+
+    Returns
+    -------
+    label : str
+        Empty where no label covers any of it.
+    share : float
+        The share that it covers.
+    """
     covered: dict[str, float] = {}
     for note in notes:
         overlap = min(note.stop, unit[1]) - max(note.start, unit[0])
@@ -84,10 +120,25 @@ def main_move(notes: Iterable[Annotation], unit: Interval) -> tuple[str, float]:
 
 
 def take_errors(take: Take, track: str, made: Iterable[Annotation], span: int = 1) -> LabelErrors:
-    """The errors of a result that stands for ``track`` of a held-out take.
+    """The errors of a result that was made in place of a held-out track.
 
     Units run from every ``span``-th cut of the track to the next, from the first within a move; without cuts the moves
     themselves are the units. Annotations of kind ``"pattern"`` say which units belong together.
+
+    Parameters
+    ----------
+    take : Take
+        The held-out take.
+    track : str
+        Name of the track.
+    made : iterable of Annotation
+        The annotations of the result.
+    span : int
+        Cuts that a segment of the method goes on for.
+
+    Returns
+    -------
+    LabelErrors
     """
     moves = take.annotated(track, "move")
     cuts = sorted({note.start for note in take.annotated(track, "cut")})
@@ -100,7 +151,7 @@ def take_errors(take: Take, track: str, made: Iterable[Annotation], span: int = 
 
 
 def _in_runs(judged: list[tuple[Interval, bool]]) -> list[list[bool]]:
-    """Whole groups of `PATTERN` units, counted anew after every gap."""
+    """Whole groups of `PATTERN` units; after a gap a new group begins."""
     groups: list[list[bool]] = []
     run: list[bool] = []
     last = NOT_A_NUMBER

@@ -1,8 +1,6 @@
-"""Metrics of motions; every one is a plain number in SI units."""
+"""Metrics of motions in SI units: distances, speeds of feet, accelerations, jerk, hands held."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,7 +14,23 @@ from kinetograph.take import Annotation
 
 
 def joint_error(result: Motion, truth: Motion) -> float:
-    """Mean distance in metres between the same joints of two motions of one skeleton, over their common frames."""
+    """Mean distance between the same joints of two motions, over their common frames.
+
+    Parameters
+    ----------
+    result, truth : Motion
+        Of one skeleton and one rate.
+
+    Returns
+    -------
+    float
+        Metres.
+
+    Raises
+    ------
+    RequestError
+        For motions of two skeletons or rates.
+    """
     if result.skeleton.names != truth.skeleton.names or result.fps != truth.fps:
         raise RequestError("joint error compares motions of one skeleton and one rate; retarget or resample first")
     frames = min(len(result), len(truth))
@@ -25,7 +39,21 @@ def joint_error(result: Motion, truth: Motion) -> float:
 
 
 def control_error(result: Motion, control: FloatArray, fps: float) -> float:
-    """Mean ground distance in metres between the midpoint of the hips and that of control points ``(F, P, 3)``."""
+    """Mean ground distance between the midpoint of the hips and that of control points.
+
+    Parameters
+    ----------
+    result : Motion
+    control : ndarray, shape (F, P, 3)
+        Control points, metres.
+    fps : float
+        Rate of the control points, Hz.
+
+    Returns
+    -------
+    float
+        Metres.
+    """
     hips = role_positions(result, ("left_hip", "right_hip")).mean(axis=1)
     wanted = control.mean(axis=1)
     at = np.arange(len(hips)) / result.fps * fps
@@ -34,7 +62,19 @@ def control_error(result: Motion, control: FloatArray, fps: float) -> float:
 
 
 def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
-    """Mean ground speed in metres a second of feet and toes between frames at both of which they are in contact."""
+    """Mean ground speed of feet and toes between frames at both of which they are in contact.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        When a role touches the ground; the label is the role.
+
+    Returns
+    -------
+    float
+        Metres per second; 0 without contacts.
+    """
     speeds = []
     for role in sorted({note.label for note in contacts}):
         mask = contact_mask(contacts, role, len(motion), motion.fps)
@@ -46,12 +86,27 @@ def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
 
 
 def accelerations(motion: Motion) -> FloatArray:
-    """Joint accelerations in m/s^2, shape ``(F - 2, J)``, by second differences."""
+    """Accelerations of the joints in m/s^2, shape ``(F - 2, J)``, by second differences."""
     return np.asarray(np.linalg.norm(np.diff(joint_positions(motion), n=2, axis=0), axis=-1) * motion.fps**2)
 
 
 def near_seams(frames: int, fps: float, seams: FloatArray, within: float = 0.2) -> BoolArray:
-    """The frames 1 to F - 2, shape ``(F - 2,)``, that are within ``within`` seconds of a seam."""
+    """Which of the frames 1 to F - 2 are near a seam.
+
+    Parameters
+    ----------
+    frames : int
+        F.
+    fps : float
+    seams : ndarray
+        Times of the seams, seconds.
+    within : float
+        Seconds from a seam.
+
+    Returns
+    -------
+    ndarray of bool, shape (F - 2,)
+    """
     times = np.arange(1, frames - 1) / fps
     if len(seams) == 0:
         return np.zeros(len(times), dtype=np.bool_)
@@ -59,24 +114,51 @@ def near_seams(frames: int, fps: float, seams: FloatArray, within: float = 0.2) 
 
 
 def position_errors(joints: FloatArray, truth: FloatArray) -> tuple[float, float]:
-    """Mean distances in metres of joints ``(F, J, 3)``, and of joints relative to the first one, the root."""
+    """Mean distances of joints from where they should be.
+
+    Parameters
+    ----------
+    joints, truth : ndarray, shape (F, J, 3)
+        Positions in metres; the first joint is the root.
+
+    Returns
+    -------
+    absolute : float
+        Metres.
+    relative : float
+        Metres, of positions relative to the root.
+    """
     absolute = np.linalg.norm(joints - truth, axis=-1).mean()
     relative = np.linalg.norm((joints - joints[:, :1]) - (truth - truth[:, :1]), axis=-1).mean()
     return float(absolute), float(relative)
 
 
 def jerk(joints: FloatArray, fps: float) -> float:
-    """Mean jerk in m/s^3 of joints ``(F, J, 3)``, by third differences."""
+    """Mean jerk in m/s^3 of joints ``(F, J, 3)`` at ``fps``, by third differences."""
     return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean() * fps**3)
 
 
 def hold_errors(
     joints: FloatArray, truth: FloatArray, partner: Motion, own: Motion, holds: tuple[Annotation, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Over the frames and hands held in the recording: how far the hands' distance from the partner's differs from the
-    recorded one, and how far the hand is from where it was recorded; metres, each ``(N,)``.
+    """How far held hands are from where they should be, over the N frames and hands held in the recording.
 
-    joints, truth: ``(F, J, 3)`` of the skeleton of ``own``, the recorded motion; holds: as recorded, in its seconds.
+    Parameters
+    ----------
+    joints, truth : ndarray, shape (F, J, 3)
+        Positions of the joints of ``own``, as made and as recorded, metres.
+    partner : Motion
+    own : Motion
+        The recorded motion.
+    holds : tuple of Annotation
+        The handholds of the recording, labelled ``own hand:partner's hand``, in its seconds.
+
+    Returns
+    -------
+    gaps : ndarray, shape (N,)
+        By how much the distance of the two hands differs from the recorded one, metres.
+    places : ndarray, shape (N,)
+        How far the hand is from where it was recorded, metres.
     """
     gaps, places = [np.zeros(0)], [np.zeros(0)]
     for label in sorted({note.label for note in holds}):
@@ -91,22 +173,10 @@ def hold_errors(
 
 
 def distinct_share(result: Synthesis) -> float:
-    """Seconds of recordings that a result uses, each counted once, over the result's own seconds."""
+    """Seconds of recordings that a result uses, each counted once, as a share of the result's own seconds."""
     step = 1 / 30
     used = set()
     for piece in result.pieces:
         ticks = np.arange(round(piece.source_start / step), round(piece.source_stop / step))
         used |= {(piece.take, piece.track, piece.mirrored, int(t)) for t in ticks}
     return len(used) * step / max(result.motion.duration, step)
-
-
-def mean_known(values: Sequence[float]) -> float:
-    """The mean of the values that are numbers; not a number where none is."""
-    known = [value for value in values if not np.isnan(value)]
-    return float(np.mean(known)) if known else float("nan")
-
-
-def mean_figures(rows: Sequence[object]) -> dict[str, float]:
-    """The means over rows of one kind, by name, of what is a float in the first; see `mean_known`."""
-    names = [name for name, value in vars(rows[0]).items() if isinstance(value, float)]
-    return {name: mean_known([getattr(row, name) for row in rows]) for name in names}

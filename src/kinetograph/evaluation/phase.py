@@ -1,6 +1,6 @@
 """The phase of a gait, and whether a generated gait keeps that of the real one (Hsu 2004, section 6.1).
 
-Phase is an angle: 0 where the left foot is furthest ahead, which is where it is planted, and half a turn later the
+Phase is an angle: 0 where the left foot is furthest ahead, which is where it is planted, and half a cycle later the
 right one. It is the angle of the analytic signal (Hilbert) of how far the left ankle is ahead of the right one.
 """
 
@@ -24,12 +24,25 @@ BAND = (0.3, 2.5)
 STEP = 0.08
 """Metres by which the ankles swing apart where a person walks; less is standing, and has no phase."""
 LONGEST_STRIDE = 2.5
+"""Seconds."""
 SURROGATES = 999
+"""Gaits of the null: the same gait, started elsewhere in its phase."""
+SHIFT = 5.0
+"""Seconds by which a gait of the null is moved, or more."""
 
 
 @dataclass(frozen=True, eq=False)
 class Phase:
-    """Angle ``(F,)`` in radians, wrapped, and where the person walks ``(F,)``, at ``fps``."""
+    """The phase of a gait.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (F,)
+        Radians, wrapped.
+    walking : ndarray of bool, shape (F,)
+        Where the person walks.
+    fps : float
+    """
 
     angle: FloatArray
     walking: BoolArray
@@ -40,11 +53,25 @@ class Phase:
 class Locking:
     """How a gait keeps the phase of another.
 
-    seconds: of walking that were compared. resultant: length of the mean of the unit vectors of the difference, 1 for
-    a constant difference; mean: its direction, radians. agreement: mean cosine of the difference, 1 in phase, -1 on
-    the other foot. in_phase: share of the time within a quarter turn. slips: how often it changes between the right
-    foot and the other. null_p95: the 95th percentile of the agreement when the gait starts elsewhere in its phase, and
-    p: the share of such starts that agree as well; not numbers where the gait is too short for them.
+    Parameters
+    ----------
+    seconds : float
+        Seconds of walking that were compared.
+    resultant : float
+        Length of the mean of the unit vectors of the difference, 1 for a constant difference.
+    mean : float
+        Direction of that mean, radians.
+    agreement : float
+        Mean cosine of the difference: 1 in phase, -1 on the other foot.
+    in_phase : float
+        Share of the time within a quarter of a cycle.
+    slips : int
+        How often the gait changes between the right foot and the other.
+    null_p95 : float
+        The 95th percentile of the agreement when the gait starts elsewhere in its phase; not a number where the gait is
+        too short for that.
+    p : float
+        The share of such starts that agree as well; not a number where the gait is too short.
     """
 
     seconds: float
@@ -58,7 +85,7 @@ class Locking:
 
 
 def ankles_apart(motion: Motion) -> FloatArray:
-    """How far the left ankle is ahead of the right one in the direction of the hips, metres ``(F,)``."""
+    """How far the left ankle is ahead of the right one in the direction of the hips, metres, shape ``(F,)``."""
     points = role_positions(motion, ("left_foot", "right_foot", "left_hip", "right_hip"))[..., [0, 2]]
     across = points[:, 2] - points[:, 3]
     ahead = np.stack([-across[:, 1], across[:, 0]], axis=-1)
@@ -77,9 +104,17 @@ def gait_phase(motion: Motion) -> Phase:
 
 
 def plant_phase(motion: Motion) -> FloatArray:
-    """The phase by the times at which the left foot is planted, straight lines between them, ``(F,)`` radians.
+    """The phase by the times at which the left foot is planted: a measure that does not use the ankles' swing.
 
-    Not a number outside and in strides longer than `LONGEST_STRIDE`. An independent reading, to check the other by.
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Radians, linear in time from one footplant to the next; not a number outside of them and in strides longer than
+        2.5 s.
     """
     notes = [n for n in detect_contacts(motion) if n.label.startswith("left")]
     spans = sorted((n.start, n.stop) for n in notes)
@@ -97,18 +132,45 @@ def plant_phase(motion: Motion) -> FloatArray:
 
 
 def phase_difference(made: Phase, real: Phase) -> tuple[FloatArray, BoolArray]:
-    """The made phase less the real one ``(F,)``, wrapped, and where both walk ``(F,)``."""
+    """The difference of two phases over their common frames.
+
+    Parameters
+    ----------
+    made, real : Phase
+
+    Returns
+    -------
+    difference : ndarray, shape (F,)
+        Made less real, radians, wrapped.
+    both : ndarray of bool, shape (F,)
+        Where both walk.
+    """
     frames = min(len(made.angle), len(real.angle))
     difference = np.angle(np.exp(1j * (made.angle[:frames] - real.angle[:frames])))
     return difference, made.walking[:frames] & real.walking[:frames]
 
 
 def locking(made: Phase, real: Phase, rng: np.random.Generator) -> Locking:
-    """How the made gait keeps the real one's phase, against the same gait started elsewhere in its phase.
+    """How the made gait keeps the real one's phase, compared with the same gait started elsewhere in its phase.
 
     For the null the made phase is moved round in time by 5 s or more. A gait of constant cadence agrees with any such
-    move at some angle, so that what is in phase only by a lucky start is not significant. Raises RequestError where
-    nobody walks, or for different rates.
+    move at some angle, so that what is in phase only by a lucky start is not significant.
+
+    Parameters
+    ----------
+    made, real : Phase
+        At one rate.
+    rng : numpy.random.Generator
+        Draws how far the made phase is moved.
+
+    Returns
+    -------
+    Locking
+
+    Raises
+    ------
+    RequestError
+        Where nobody walks, or for different rates.
     """
     if made.fps != real.fps:
         raise RequestError(f"phases are compared at one rate, found {made.fps:g} and {real.fps:g} Hz; resample first")
@@ -139,14 +201,14 @@ def cadence_ratio(made: Phase, real: Phase) -> float:
 
 
 def slips(difference: FloatArray) -> int:
-    """How often a difference ``(F,)`` changes from within a third of half a turn to beyond two thirds, or back."""
+    """How often a difference of phase ``(F,)`` changes from below 60 degrees to above 120, or back."""
     side = np.where(np.abs(difference) < np.pi / 3, 1, np.where(np.abs(difference) > 2 * np.pi / 3, -1, 0))
     side = side[side != 0]
     return int((np.diff(side) != 0).sum())
 
 
 def foot_agreement(made: Motion, real: Motion) -> float:
-    """Correlation of how far the left ankles are ahead: 1 in step, -1 on the other foot; for motions of any length."""
+    """Correlation of how far the left ankles are ahead, for motions of any length: 1 in step, -1 on the other foot."""
     a, b = ankles_apart(made), ankles_apart(real)
     frames = min(len(a), len(b))
     a, b = a[:frames] - a[:frames].mean(), b[:frames] - b[:frames].mean()
@@ -155,14 +217,14 @@ def foot_agreement(made: Motion, real: Motion) -> float:
 
 def _moved_agreements(made: Phase, real: Phase, rng: np.random.Generator) -> FloatArray:
     frames = min(len(made.angle), len(real.angle))
-    least = round(5.0 * made.fps)
+    least = round(SHIFT * made.fps)
     if frames <= 3 * least:
         return np.zeros(0)
-    turns = np.exp(1j * (made.angle[:frames]))
+    vectors = np.exp(1j * (made.angle[:frames]))
     against = np.exp(-1j * real.angle[:frames])
-    found = []
+    agreements = []
     for shift in rng.integers(least, frames - least, SURROGATES):
         both = np.roll(made.walking[:frames], shift) & real.walking[:frames]
         if both.any():
-            found.append(float((np.roll(turns, shift) * against)[both].mean().real))
-    return np.array(found)
+            agreements.append(float((np.roll(vectors, shift) * against)[both].mean().real))
+    return np.array(agreements)

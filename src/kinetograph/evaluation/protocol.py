@@ -9,17 +9,17 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_path
-from kinetograph.evaluation.labels import NOT_A_NUMBER, take_errors
+from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.metrics import (
     accelerations,
     contact_speed,
     control_error,
     distinct_share,
     jerk,
-    mean_figures,
     near_seams,
     position_errors,
 )
+from kinetograph.evaluation.rows import NOT_A_NUMBER, mean_rows
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of
@@ -34,24 +34,46 @@ LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
 _OF_SEGMENTS = (
-    *("control_cm", "slide", "slide_recorded", "distinct"),
+    *("control_cm", "slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time"),
     *("seam", "seam_recorded", "seam_all", "seam_all_recorded"),
 )
+"""Figures that frame-by-frame methods do not have."""
 
 
 @dataclass(frozen=True)
 class WalkRow:
     """One held-out take, whose hips were the control, by one method.
 
-    control_cm: mean ground distance of the hips from the control. joint_cm, relative_cm: mean distance from the real
-    performance, in the room and relative to the root. slide, slide_recorded: mean speed in m/s of planted feet, in the
-    result and in the real performance. jerk: mean of the joints' jerk over the real performance's. seam,
-    seam_recorded: the largest joint acceleration within 0.2 s of a seam over the 99th percentile, inside the library's
-    segments, of each frame's largest joint acceleration, for the result and for the real performance at the same
-    instants. seam_all: the same over the 99th percentile of all joints' accelerations. distinct: seconds of recording
-    used over seconds made. segment_errors, pattern_errors: shares of the labelled segments, and of the patterns they
-    make up, that are another move (`label_errors`). What a method or a take has none of is not a number; frame-by-frame
-    baselines stand on the control by construction.
+    A figure that a method or a take does not have is not a number. Frame-by-frame baselines stand on the control by
+    construction.
+
+    Parameters
+    ----------
+    take, method : str
+    seconds : float
+        Duration of the take.
+    pieces : int
+        Pieces of the result.
+    control_cm : float
+        Mean ground distance of the hips from the control.
+    joint_cm, relative_cm : float
+        Mean distance of the joints from those of the real performance, in the room and relative to the root.
+    slide, slide_recorded : float
+        Mean speed of planted feet in m/s, in the result and in the real performance.
+    jerk : float
+        Mean jerk of the joints, as a multiple of the real performance's.
+    seam, seam_recorded : float
+        The largest joint acceleration within 0.2 s of a seam, of the result and of the real performance at the same
+        instants, as a multiple of a limit: the 99th percentile, inside the library's segments, of each frame's largest
+        joint acceleration.
+    seam_all, seam_all_recorded : float
+        The same as multiples of the 99th percentile of all joints' accelerations.
+    distinct : float
+        Seconds of recordings used, as a share of the seconds made.
+    segment_errors, pattern_errors : float
+        Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
+    times_real_time : float
+        Duration of the take over that of its synthesis.
     """
 
     take: str
@@ -82,9 +104,25 @@ def leave_one_take_out(
     baselines: bool = False,
     progress: Progress | None = None,
 ) -> list[WalkRow]:
-    """A row for each take by the configured method and, with baselines, by simpler ones.
+    """Perform the hips of each take with the other takes as the library (section 6.1).
 
-    A take that loops is played for `LOOPED` seconds or longer.
+    A take that loops is played for 8 s or longer.
+
+    Parameters
+    ----------
+    method : PerformanceControl
+    library : Library
+    track : str, optional
+        Name of the track to make, where takes have several motions.
+    baselines : bool
+        Whether simpler methods are compared: nearest segments without continuity, and frame-by-frame ones.
+    progress : Progress, optional
+        Called with the takes done and their number.
+
+    Returns
+    -------
+    list of WalkRow
+        One row per take and method.
     """
     rows = []
     names = library.names()
@@ -100,25 +138,36 @@ def leave_one_take_out(
 
 
 def held_out_motion(take: Take, track: str | None = None) -> Motion:
-    """The motion of a take that is performed: as recorded, or a looping clip played for `LOOPED` seconds or longer."""
+    """The motion of a take that is performed: as recorded, or a looping clip played for 8 s or longer."""
     motion = take.motion(track)
     loops = any(note.kind == "loop" and take.tracks[note.track] is motion for note in take.annotations)
     return repeat(motion, int(np.ceil(LOOPED / motion.duration))) if loops else motion
 
 
-def mean_rows(rows: list[WalkRow]) -> list[WalkRow]:
-    """The means over the takes, a row for each method; pieces and seconds are sums."""
-    means = []
-    for method in dict.fromkeys(row.method for row in rows):
-        mine = [row for row in rows if row.method == method]
-        values = mean_figures(mine)
-        values["seconds"] = float(sum(row.seconds for row in mine))
-        means.append(WalkRow(take="mean", method=method, pieces=sum(row.pieces for row in mine), **values))
-    return means
+def mean_walks(rows: list[WalkRow]) -> list[WalkRow]:
+    """The means over the takes, one row per method; pieces and seconds are sums."""
+    return mean_rows(rows, summed=("seconds", "pieces"))
 
 
 def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesis, seconds: float) -> WalkRow:
-    """The figures of one held-out take; ``seconds`` is how long its synthesis took."""
+    """The figures of one held-out take.
+
+    Parameters
+    ----------
+    name : str
+        Name of the take.
+    model : PerformanceModel
+        Fitted to the other takes.
+    truth : Motion
+        The real performance.
+    result : Synthesis
+    seconds : float
+        How long the synthesis took.
+
+    Returns
+    -------
+    WalkRow
+    """
     seams = np.array([piece.start for piece in result.pieces[1:]])
     inside = [accelerations(source.motion) for source in model.fitted.sources if not source.mirrored]
     frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
@@ -179,9 +228,6 @@ def _row(name: str, method: str, joints: FloatArray, truth: Motion) -> WalkRow:
         joint_cm=100 * absolute,
         relative_cm=100 * relative,
         jerk=jerk(joints, truth.fps) / jerk(real, truth.fps),
-        segment_errors=NOT_A_NUMBER,
-        pattern_errors=NOT_A_NUMBER,
-        times_real_time=NOT_A_NUMBER,
         **dict.fromkeys(_OF_SEGMENTS, NOT_A_NUMBER),
     )
 

@@ -1,1 +1,204 @@
-"""Functions of arrays that the three methods share; nothing here knows what a motion is."""
+"""Functions of arrays that the three methods share; nothing here knows what a motion is.
+
+The segmental programme of performance control and its alignments; Markov chains, hidden Markov models and the timed
+search of keyframe control; local models, mixtures and continuity of sensor control. A segmental search that goes on
+while its control still arrives is used through its modules, ``segmental``, ``commitment`` and ``unfinished``. Modules
+are imported on first use, so that ``import kinetograph.learn`` stays quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+_ROOMS = {
+    "Alignment": "alignment",
+    "Arrivals": "segmental",
+    "Classes": "posterior",
+    "Commitment": "commitment",
+    "Continued": "alignment",
+    "Fixed": "alignment",
+    "Gaussian": "posterior",
+    "Goal": "goals",
+    "Graph": "transitions",
+    "Ground": "alignment",
+    "Hypotheses": "commitment",
+    "Lle": "embedding",
+    "Mixture": "mixture",
+    "PathSearch": "continuity",
+    "PathState": "continuity",
+    "Pca": "reduction",
+    "Placement": "placement",
+    "PreparedExamples": "alignment",
+    "Quantiser": "quantisation",
+    "Rbf": "interpolation",
+    "Rigid": "alignment",
+    "Route": "routes",
+    "RouteSegment": "routes",
+    "SearchOptions": "goals",
+    "SearchState": "segmental",
+    "SegmentalPath": "segmental",
+    "SegmentalSearch": "segmental",
+    "Similarity": "alignment",
+    "Solution": "posterior",
+    "Span": "retiming",
+    "UnreachableError": "markov",
+    "best_paths": "continuity",
+    "classes_of": "posterior",
+    "complete_linkage": "linkage",
+    "count_transitions": "markov",
+    "discourage": "transitions",
+    "find_route": "timed_search",
+    "find_transitions": "transitions",
+    "fit_gaussian": "posterior",
+    "fit_lle": "embedding",
+    "fit_mixture": "mixture",
+    "fit_pca": "reduction",
+    "fit_rbf": "interpolation",
+    "init_paths": "continuity",
+    "join_small": "mixture",
+    "k_best_paths": "k_best",
+    "kmeans": "quantisation",
+    "last_frames": "transitions",
+    "learn_strengths": "trust",
+    "least_interval": "goals",
+    "least_steps": "goals",
+    "levenberg_marquardt": "posterior",
+    "likeliest_path": "markov",
+    "make_graph": "transitions",
+    "mixed": "posterior",
+    "outputs_by_bayes": "hmm",
+    "padded_width": "segmental",
+    "prove": "segmental",
+    "representatives": "linkage",
+    "retime": "retiming",
+    "shrinkage": "trust",
+    "smooth_path": "smoothing",
+    "solve": "segmental",
+    "squared_distances": "distances",
+    "squared_distances_to": "distances",
+    "step_paths": "continuity",
+    "viterbi": "hmm",
+}
+
+__all__ = [
+    "Alignment",
+    "Arrivals",
+    "Classes",
+    "Commitment",
+    "Continued",
+    "Fixed",
+    "Gaussian",
+    "Goal",
+    "Graph",
+    "Ground",
+    "Hypotheses",
+    "Lle",
+    "Mixture",
+    "PathSearch",
+    "PathState",
+    "Pca",
+    "Placement",
+    "PreparedExamples",
+    "Quantiser",
+    "Rbf",
+    "Rigid",
+    "Route",
+    "RouteSegment",
+    "SearchOptions",
+    "SearchState",
+    "SegmentalPath",
+    "SegmentalSearch",
+    "Similarity",
+    "Solution",
+    "Span",
+    "UnreachableError",
+    "best_paths",
+    "classes_of",
+    "complete_linkage",
+    "count_transitions",
+    "discourage",
+    "find_route",
+    "find_transitions",
+    "fit_gaussian",
+    "fit_lle",
+    "fit_mixture",
+    "fit_pca",
+    "fit_rbf",
+    "init_paths",
+    "join_small",
+    "k_best_paths",
+    "kmeans",
+    "last_frames",
+    "learn_strengths",
+    "least_interval",
+    "least_steps",
+    "levenberg_marquardt",
+    "likeliest_path",
+    "make_graph",
+    "mixed",
+    "outputs_by_bayes",
+    "padded_width",
+    "prove",
+    "representatives",
+    "retime",
+    "shrinkage",
+    "smooth_path",
+    "solve",
+    "squared_distances",
+    "squared_distances_to",
+    "step_paths",
+    "viterbi",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ROOMS:
+        raise AttributeError(f"module 'kinetograph.learn' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"kinetograph.learn.{_ROOMS[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+if TYPE_CHECKING:
+    from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, PreparedExamples, Rigid, Similarity
+    from kinetograph.learn.commitment import Commitment, Hypotheses
+    from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
+    from kinetograph.learn.distances import squared_distances, squared_distances_to
+    from kinetograph.learn.embedding import Lle, fit_lle
+    from kinetograph.learn.goals import Goal, SearchOptions, least_interval, least_steps
+    from kinetograph.learn.hmm import outputs_by_bayes, viterbi
+    from kinetograph.learn.interpolation import Rbf, fit_rbf
+    from kinetograph.learn.k_best import k_best_paths
+    from kinetograph.learn.linkage import complete_linkage, representatives
+    from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
+    from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
+    from kinetograph.learn.placement import Placement
+    from kinetograph.learn.posterior import (
+        Classes,
+        Gaussian,
+        Solution,
+        classes_of,
+        fit_gaussian,
+        levenberg_marquardt,
+        mixed,
+    )
+    from kinetograph.learn.quantisation import Quantiser, kmeans
+    from kinetograph.learn.reduction import Pca, fit_pca
+    from kinetograph.learn.retiming import Span, retime
+    from kinetograph.learn.routes import Route, RouteSegment
+    from kinetograph.learn.segmental import (
+        Arrivals,
+        SearchState,
+        SegmentalPath,
+        SegmentalSearch,
+        padded_width,
+        prove,
+        solve,
+    )
+    from kinetograph.learn.smoothing import smooth_path
+    from kinetograph.learn.timed_search import find_route
+    from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
+    from kinetograph.learn.trust import learn_strengths, shrinkage

@@ -49,7 +49,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Parameters of `kinetograph.learn.timed_search.search`.
+    """Parameters of `find_route`.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class TimedProblem:
 def prepare(
     graph: Graph, goals: list[Goal], ground: ComplexArray, facing: ComplexArray, options: SearchOptions
 ) -> TimedProblem:
-    """A problem and its bounds; for the arguments see `kinetograph.learn.timed_search.search`."""
+    """A problem and its bounds; for the arguments see `find_route`."""
     most = longest_intervals(goals, options)
     start, *later = goals
     to_go = np.stack(costs_to_go(graph, later, most, options.step_fee))

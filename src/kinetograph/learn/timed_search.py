@@ -20,7 +20,7 @@ from kinetograph.learn.timed_problem import TimedProblem, lower_bounds, meet_pla
 from kinetograph.learn.transitions import Graph
 
 
-def search(
+def find_route(
     graph: Graph, goals: list[Goal], ground: ComplexArray, facing: ComplexArray, options: SearchOptions | None = None
 ) -> Route | None:
     """The cheapest route from a frame of the first goal through all others.

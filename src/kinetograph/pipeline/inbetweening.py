@@ -1,4 +1,4 @@
-"""Keyframe control from a library and keys to results."""
+"""Keyframe control from a library and keys to results: keys, method, motions."""
 
 from __future__ import annotations
 
@@ -6,42 +6,38 @@ import numpy as np
 
 from kinetograph.keys import Key
 from kinetograph.library import Library
-from kinetograph.methods.keyframe import KeyframeControl
+from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.synthesis import Synthesis
 
 
 def inbetween(
-    keys: tuple[Key, ...],
-    library: Library,
-    method: KeyframeControl | None = None,
-    *,
-    count: int = 1,
-    exclude: tuple[str, ...] = (),
-    track: str | None = None,
-    seed: int = 0,
+    keys: tuple[Key, ...], library: Library, method: KeyframeControl | None = None, count: int = 1
 ) -> tuple[Synthesis, ...]:
     """Motions through keys, made of a library's recordings.
+
+    To leave takes out, or to use one model again, fit the method and see `inbetween_with`.
 
     Parameters
     ----------
     keys : tuple of Key
-        Two or more, in order of time.
     library : Library
     method : KeyframeControl, optional
     count : int
-        How many motions at most: the best, and others that differ from it.
-    exclude : tuple of str
-        Names of takes to leave out.
-    track : str, optional
-        Name of the motions' track; needed where takes have several motions.
-    seed : int
-        Of the cluster chain's clusters.
+        How many motions.
+
+    Returns
+    -------
+    tuple of Synthesis
+        The best, and up to ``count`` - 1 that differ from it.
 
     Raises
     ------
     RequestError
-        Where there is no motion, with the reason.
+        For keys that cannot be met.
     """
-    method = method or KeyframeControl()
-    model = method.fit(library, exclude=exclude, track=track, rng=np.random.default_rng(seed))
+    return inbetween_with((method or KeyframeControl()).fit(library, rng=np.random.default_rng(0)), keys, count)
+
+
+def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) -> tuple[Synthesis, ...]:
+    """Motions through keys by a fitted model; see `inbetween`."""
     return model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)

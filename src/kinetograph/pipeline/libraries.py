@@ -15,7 +15,13 @@ from kinetograph.take import Take
 
 
 def open_library(path: str | Path) -> Library:
-    """Open a library. Raises LibraryError, which tells apart a folder of recordings, an empty one and none."""
+    """Open a library.
+
+    Raises
+    ------
+    LibraryError
+        For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
+    """
     folder = Path(path)
     if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
         recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
@@ -28,9 +34,22 @@ def open_library(path: str | Path) -> Library:
 
 
 def has_partners(library: Library, target: str | None) -> bool:
-    """Whether the takes of a library have tracks beside ``target``, one of which may have been its control.
+    """Whether the takes of a library have other tracks than the target, one of which may have been its control.
 
-    Raises RequestError where no take has the target, or where takes have several motions and none is named.
+    Parameters
+    ----------
+    library : Library
+    target : str or None
+        Name of the track to make.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    RequestError
+        Where no take has the target, or where takes have several motions and none is named.
     """
     tracks = [(track.take, track.name) for track in contents(library)]
     if target is None:
@@ -41,26 +60,55 @@ def has_partners(library: Library, target: str | None) -> bool:
         return False
     with_target = {take for take, name in tracks if name == target}
     if tracks and not with_target:
-        found = ", ".join(sorted({name for _, name in tracks}))
-        raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {found}")
+        names = ", ".join(sorted({name for _, name in tracks}))
+        raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {names}")
     return any(name != target for take, name in tracks if take in with_target)
 
 
 def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
-    """The motion files named, and those directly inside the folders named, by name. Raises RequestError for none."""
-    found: list[Path] = []
+    """Motion files, by name.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files, and folders whose motion files are taken, but not those in folders within.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    RequestError
+        Where there is none.
+    """
+    files: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            found += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
+            files += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
         else:
-            found.append(path)
-    if not found:
+            files.append(path)
+    if not files:
         raise RequestError(f"no motion file found; expected one of {', '.join(sorted(READERS))}")
-    return found
+    return files
 
 
 def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = None) -> tuple[Take, tuple[str, ...]]:
-    """A file as a take named after it, with roles given by joint name put in place; and what was guessed."""
+    """Read a file as a take named after it.
+
+    Parameters
+    ----------
+    path : Path
+    options : ReadOptions
+    roles : dict of str to str, optional
+        Joint names by role, put in place of those that are found.
+
+    Returns
+    -------
+    take : Take
+    notes : tuple of str
+        What was guessed.
+    """
     loaded = read(path, options)
     tracks = {
         name: replace(track, skeleton=with_roles(track.skeleton, roles or {})) if isinstance(track, Motion) else track

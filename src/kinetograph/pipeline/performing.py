@@ -22,8 +22,10 @@ class Smoothing:
 
     Parameters
     ----------
-    time, space : float
-        Widths of the Gaussians in seconds and in metres; 0 for none.
+    time : float
+        Width of a Gaussian over time, seconds; 0 for none.
+    space : float
+        Width of a Gaussian over the shape, metres; 0 for none.
     """
 
     time: float = 0.0
@@ -36,13 +38,36 @@ def perform(
     method: PerformanceControl | None = None,
     *,
     smoothing: Smoothing | None = None,
-    exclude: tuple[str, ...] = (),
-    track: str | None = None,
     rules: Sequence[Rule] = (),
     progress: Progress | None = None,
 ) -> Synthesis:
-    """The main job: a walker, made of the library's recordings, performs a control."""
-    model = (method or PerformanceControl()).fit(library, exclude=exclude, track=track)
+    """The main job: a walker, made of the library's recordings, performs a control.
+
+    To leave takes out, to make one of several tracks, or to use one model again, fit the method and see `perform_with`.
+
+    Parameters
+    ----------
+    control : Take or Signal or Motion
+        A path, or a walker's or partner's motion; a take has one track.
+    library : Library
+    method : PerformanceControl, optional
+    smoothing : Smoothing, optional
+        Of a drawn path.
+    rules : sequence of Rule
+        What is pinned or forbidden.
+    progress : Progress, optional
+        Called with the steps done and their number.
+
+    Returns
+    -------
+    Synthesis
+
+    Raises
+    ------
+    RequestError
+        For a control that cannot be performed; see `PerformanceModel.synthesize`.
+    """
+    model = (method or PerformanceControl()).fit(library)
     return perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress)
 
 
@@ -54,7 +79,7 @@ def perform_with(
     rules: Sequence[Rule] = (),
     progress: Progress | None = None,
 ) -> Synthesis:
-    """The same by a model that is there, with its notes among the warnings."""
+    """Perform a control with a fitted model, whose notes are among the warnings; see `perform`."""
     result = model.synthesize(_smoothed(control, smoothing), progress, rules)
     return replace(result, warnings=(*model.notes, *result.warnings))
 
@@ -68,9 +93,31 @@ def perform_alternatives(
     smoothing: Smoothing | None = None,
     rules: Sequence[Rule] = (),
 ) -> tuple[Synthesis, ...]:
-    """The best performance of a control and up to ``count`` - 1 others: see `PerformanceModel.alternatives`."""
-    found = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
-    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in found)
+    """The best performance of a control and up to ``count`` - 1 others.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    count : int
+    alike : bool
+        Whether the others may share pieces with the best; see `PerformanceModel.alternatives`.
+    smoothing : Smoothing, optional
+        Of a drawn path.
+    rules : sequence of Rule
+        What is pinned or forbidden.
+
+    Returns
+    -------
+    tuple of Synthesis
+
+    Raises
+    ------
+    RequestError
+        For a control that cannot be performed.
+    """
+    results = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
+    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in results)
 
 
 def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Signal | Motion:
@@ -81,7 +128,18 @@ def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> S
 
 
 def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:
-    """A path that turns both ways, about 18 m long, walked at ``speed`` metres a second: what the demo follows."""
+    """The demo's path, which turns left and right and is about 18 m long.
+
+    Parameters
+    ----------
+    speed : float
+        Metres per second.
+    fps : float
+
+    Returns
+    -------
+    Signal
+    """
     from scipy.interpolate import CubicSpline
 
     corners = np.array([(0, 0), (2, 0.3), (3.5, 2), (2.5, 4), (0.5, 4.5), (-1, 6), (0, 8), (2.5, 8.5)], dtype=float)

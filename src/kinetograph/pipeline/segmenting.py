@@ -1,4 +1,4 @@
-"""Cutting the takes of a library, and storing what is found as annotations."""
+"""Cutting the takes of a library; cuts, contacts and handholds are stored as annotations."""
 
 from __future__ import annotations
 
@@ -20,32 +20,35 @@ from kinetograph.segmentation import (
 from kinetograph.take import Annotation, Take
 
 CUT_BY = ("footplants", "beats", "labels", "fixed")
-"""What `segment_take` cuts by; `grow_library` cuts by examples."""
+"""What `segment_take` cuts by. `grow_library` cuts by examples."""
 
 
 def segment_take(
     take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut", parts: int = 1
 ) -> tuple[Annotation, ...]:
-    """Cuts and contacts of one motion, and the handholds with the take's other motion, as annotations.
+    """Cuts and contacts of one motion, and the handholds with the take's other motion.
 
     Parameters
     ----------
     take : Take
     track : str
-        Name of the motion.
     by : str
-        One of `CUT_BY`.
+        What to cut by: ``"footplants"``, ``"beats"`` of all the take's motions together, ``"labels"`` or ``"fixed"``.
     length : float
         Seconds of a segment, for ``"fixed"``.
     label : str
-        Kind of the annotations, for ``"labels"``.
+        Kind of annotation whose starts and stops are cuts, for ``"labels"``.
     parts : int
-        Cuts per beat, for ``"beats"``, which are those of all the take's motions together.
+        Cuts per beat, for ``"beats"``.
+
+    Returns
+    -------
+    tuple of Annotation
 
     Raises
     ------
     RequestError
-        For another ``by``.
+        For another word, and where there is nothing to cut by.
     """
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
@@ -80,9 +83,9 @@ def segment_library(
     parts: int = 1,
     progress: Progress | None = None,
 ) -> dict[str, int]:
-    """Cut every motion of a library and store cuts, contacts and handholds as annotations.
+    """Cut every motion of a library and store cuts, contacts and handholds.
 
-    Takes that loop are left alone where they are cut by footplants: they are cut when they are used, over several
+    Takes that loop are left as they are where they are cut by footplants: they are cut when they are used, over several
     cycles.
 
     Parameters
@@ -92,7 +95,7 @@ def segment_library(
     length : float
     label : str
     parts : int
-        See `segment_take`.
+        See `segment_take` for these four.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -138,14 +141,13 @@ def cut_by_hand(library: Library, take: Take, tracks: Sequence[str], times: Iter
     library : Library
     take : Take
     tracks : sequence of str
-        Names of the motions.
     times : iterable of float
         Seconds.
 
     Returns
     -------
     tuple of float
-        The cuts' seconds, in order.
+        Seconds of the cuts, in order.
 
     Raises
     ------

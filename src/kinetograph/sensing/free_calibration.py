@@ -15,7 +15,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.continuity import PathSearch, best_paths, init_paths, step_paths
+from kinetograph.learn import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.motion import Motion
 from kinetograph.sensing.calibration import RATE, Calibration, calibrate_pairs, faultless, framed
 from kinetograph.sensing.layout import Layout, attach, keep_sensors

@@ -10,8 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.dance import distinct_share, leave_one_dance_out, mean_rows
-from kinetograph.evaluation.metrics import joint_error
+from kinetograph.evaluation import distinct_share, joint_error, leave_one_dance_out, mean_rows
 from kinetograph.kinematics import role_positions
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PointsByRole, partner_control, usual_grip
 from kinetograph.motion import Motion, place, resample
@@ -200,7 +199,7 @@ def test_leaving_dances_out_gives_a_row_a_take_and_method(tmp_path: Path) -> Non
     rows = leave_one_dance_out(_METHOD, library, "follower")
     assert len(rows) == 18
     means = {row.method: row for row in mean_rows(rows)}
-    others = {"holds told", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"}
+    others = {"holds given", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"}
     assert set(means) == {"segments", *others}
     assert means["segments"].joint_cm < means["constant pose"].joint_cm
     assert means["segments"].joint_cm == pytest.approx(np.mean([r.joint_cm for r in rows if r.method == "segments"]))

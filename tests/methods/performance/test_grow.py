@@ -12,7 +12,7 @@ import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.methods.performance import Grown, cuts_of, fit_examples, grow, grow_takes, growing_control
 from kinetograph.motion import Motion, cut, place
-from kinetograph.pipeline import grow_library
+from kinetograph.pipeline import GrowingSettings, grow_library
 from kinetograph.segmentation import compare_cuts, compare_labels
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -125,8 +125,8 @@ def test_a_library_is_cut_and_hand_made_cuts_stay(tmp_path: Path) -> None:
         assert set(np.arange(1, 8) / 2) <= {round(2 * t) / 2 for t in cuts_of(stored, track)}
         assert stored.annotated(track, "contact")
     # what was grown is neither an example nor, unless asked for, grown again
-    assert [g.take for g in grow_library(library, examples=["one"])] == ["two"]
-    assert [g.take for g in grow_library(library, examples=["one"], again=True)] == ["new", "two"]
+    assert [g.take for g in grow_library(library, GrowingSettings(examples=("one",)))] == ["two"]
+    assert [g.take for g in grow_library(library, GrowingSettings(examples=("one",), again=True))] == ["new", "two"]
 
 
 def test_a_take_is_finished_by_its_own_beginning(tmp_path: Path) -> None:
@@ -134,14 +134,14 @@ def test_a_take_is_finished_by_its_own_beginning(tmp_path: Path) -> None:
     whole = _walker("a", 0.2)
     begun = replace(whole, annotations=(*_cuts(np.arange(2, 5) / 2, "body"), Annotation("body", "move", "on", 1, 2)))
     library.add(begun)
-    (growth,) = grow_library(library, rest=True)
+    (growth,) = grow_library(library, GrowingSettings(rest=True))
     assert growth.rest
     assert compare_cuts(cuts_of(library.take("a"), "body"), cuts_of(whole, "body"), 0.05).f1 > 0.9
     kept = [note.start for note in library.take("a").annotated("body", "cut") if note.label != "grown"]
     assert kept == [1.0, 1.5, 2.0]
     assert library.take("a").annotated("body", "move") == (Annotation("body", "move", "on", 1, 2),)
-    assert grow_library(library, rest=True) == []
-    assert len(grow_library(library, rest=True, again=True)) == 1
+    assert grow_library(library, GrowingSettings(rest=True)) == []
+    assert len(grow_library(library, GrowingSettings(rest=True, again=True))) == 1
     assert [note.start for note in library.take("a").annotated("body", "cut") if note.label != "grown"] == kept
 
 

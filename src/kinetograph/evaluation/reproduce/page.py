@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Value = str | float | int | None
+"""A cell of a table."""
 DASH = "-"
+"""Is printed for what is not a number."""
 _STYLE = """body{font:16px/1.45 sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}
 table{border-collapse:collapse;margin:1em 0}.wide{overflow-x:auto}
 td,th{padding:.2em .6em;font-size:15px;text-align:right;border-bottom:1px solid #ddd}
@@ -28,7 +30,17 @@ h2{margin-top:2.2em;border-top:1px solid #bbb;padding-top:.6em}
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page: its heading, its pieces of HTML, and the numbers that are printed in it."""
+    """A part of the page.
+
+    Parameters
+    ----------
+    title : str
+        Its heading.
+    parts : tuple of str
+        Its pieces of HTML.
+    numbers : mapping
+        The numbers that are printed in it.
+    """
 
     title: str
     parts: tuple[str, ...] = ()
@@ -36,7 +48,7 @@ class Section:
 
 
 def page(title: str, sections: Sequence[Section]) -> str:
-    """The whole document."""
+    """The whole document, as HTML."""
     body = "\n".join(
         f'<h2 id="{_anchor(s.title)}">{html.escape(s.title)}</h2>\n' + "\n".join(s.parts) for s in sections
     )
@@ -48,7 +60,7 @@ def page(title: str, sections: Sequence[Section]) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """A paragraph of plain text; kind: ``"paper"`` for what the paper says, ``"missing"`` for what is not there."""
+    """A paragraph of plain text; ``kind`` is ``"paper"`` for what the paper says, ``"missing"`` for what is missing."""
     flowing = html.escape(" ".join(text.split()))
     return f'<p class="{kind}">{flowing}</p>' if kind else f"<p>{flowing}</p>"
 
@@ -59,7 +71,20 @@ def bullets(items: Sequence[str]) -> str:
 
 
 def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[Value]]) -> str:
-    """A table; numbers are shown by `shown`, what is not a number as a dash, columns of texts from the left."""
+    """A table.
+
+    Parameters
+    ----------
+    caption : str
+    columns : sequence of str
+    rows : sequence of sequence
+        Numbers are printed as `shown` does; columns that hold only texts are aligned to the left.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     kinds = [' class="text"' if all(isinstance(row[i], str) for row in rows) else "" for i in range(len(columns))]
     head = "".join(f"<th{kind}>{html.escape(column)}" for kind, column in zip(kinds, columns, strict=True))
     body = "\n".join(
@@ -68,6 +93,11 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[Value]])
     )
     inner = f"<caption>{html.escape(caption)}</caption>\n<tr>{head}\n{body}\n"
     return f'<div class="wide"><table>{inner}</table></div>'
+
+
+def records(columns: Sequence[str], rows: Sequence[Sequence[Value]]) -> list[dict[str, Value]]:
+    """The rows of a table as dictionaries by column."""
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def shown(value: Value) -> str:
@@ -79,6 +109,11 @@ def shown(value: Value) -> str:
     if abs(value) >= 100:
         return f"{value:.0f}"
     return f"{value:.3g}"
+
+
+def with_recorded(ours: float, recorded: float) -> str:
+    """A figure, and that of the recording in brackets."""
+    return DASH if ours != ours else f"{shown(ours)} ({shown(recorded)})"
 
 
 def picture(figure: Figure, caption: str) -> str:
@@ -104,8 +139,3 @@ def _image(data: bytes, caption: str) -> str:
 
 def _anchor(title: str) -> str:
     return "".join(c if c.isalnum() else "-" for c in title.lower())
-
-
-def records(columns: Sequence[str], rows: Sequence[Sequence[Value]]) -> list[dict[str, Value]]:
-    """The rows of a table by column."""
-    return [dict(zip(columns, row, strict=True)) for row in rows]

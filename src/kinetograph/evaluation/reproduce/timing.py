@@ -1,4 +1,4 @@
-"""Processor time of jobs, and lines through points."""
+"""Processor time of jobs, and straight lines through points."""
 
 from __future__ import annotations
 
@@ -8,12 +8,23 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 Jobs = dict[str, Callable[[], object]]
+"""Jobs by name."""
 
 
 def processor_seconds(jobs: Mapping[str, Callable[[], object]], repeats: int = 5) -> dict[str, float]:
-    """The median processor time of every job; they are run in turn, so that a busy machine slows all of them alike.
+    """The median processor time of every job.
 
-    Each is run once before it is timed.
+    The jobs are run in turn, so that a busy machine slows all of them alike; each is run once before it is timed.
+
+    Parameters
+    ----------
+    jobs : mapping of str to callable
+    repeats : int
+
+    Returns
+    -------
+    dict of str to float
+        Seconds by name.
     """
     for job in jobs.values():
         job()
@@ -27,8 +38,18 @@ def processor_seconds(jobs: Mapping[str, Callable[[], object]], repeats: int = 5
 
 
 def straight_line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float]:
-    """Slope, intercept and R^2 of the least-squares line.
+    """The least-squares line through points.
 
+    Parameters
+    ----------
+    x, y : sequence of float
+
+    Returns
+    -------
+    slope, intercept, r2 : float
+
+    Examples
+    --------
     >>> straight_line([0.0, 1.0, 2.0], [1.0, 3.0, 5.0])
     (2.0, 1.0, 1.0)
     """

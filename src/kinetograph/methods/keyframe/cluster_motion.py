@@ -16,7 +16,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
-from kinetograph.learn.distances import squared_distances
+from kinetograph.learn import squared_distances
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.motion_segments import Excerpt, choose_segments, excerpts_of
 from kinetograph.methods.keyframe.two_levels import StateSequence, TwoLevelModel

@@ -15,7 +15,7 @@ from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground, role_positions, velocities
-from kinetograph.learn.distances import squared_distances_to
+from kinetograph.learn import squared_distances_to
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.recordings import leg_length
 from kinetograph.motion import Motion

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import IntArray
-from kinetograph.learn.transitions import Graph, find_transitions, last_frames
+from kinetograph.learn import Graph, find_transitions, last_frames
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.features import PoseFeatures, fastest_step, pose_features
 from kinetograph.skeleton import Skeleton

@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn.goals import Goal, least_interval
+from kinetograph.learn import Goal, least_interval
 from kinetograph.methods.keyframe.features import key_distances
 from kinetograph.methods.keyframe.index import PoseIndex
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.distances import squared_distances
+from kinetograph.learn import squared_distances
 from kinetograph.methods.keyframe.two_levels import StateSequence, TwoLevelModel
 
 _JUMP = 1e3  # weighs a seam against a distance in the space of components: fewer seams come first

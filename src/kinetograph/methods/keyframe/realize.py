@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.keys import Key
-from kinetograph.learn.routes import Route, RouteSegment
+from kinetograph.learn import Route, RouteSegment
 from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.methods.keyframe.key_goals import pinned
 from kinetograph.post.assemble import Part, PostSettings, edits, join_parts

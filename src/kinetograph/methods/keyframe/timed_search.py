@@ -12,10 +12,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn.goals import Goal, SearchOptions, least_steps
-from kinetograph.learn.routes import Route
-from kinetograph.learn.timed_search import search
-from kinetograph.learn.transitions import discourage
+from kinetograph.learn import Goal, Route, SearchOptions, discourage, find_route, least_steps
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.index import PoseIndex, build_index
 from kinetograph.methods.keyframe.key_goals import goals_of, require_time
@@ -169,7 +166,7 @@ class FittedTimedSearch:
         options, features, fps = self._options(goals), self.index.features, self.index.fps
         graph, routes = self.index.graph, list[Route]()
         for _ in range(count):
-            route = search(graph, goals, features.ground, features.facing, options)
+            route = find_route(graph, goals, features.ground, features.facing, options)
             if route is None or route.segments in [other.segments for other in routes]:
                 break
             routes.append(route)

@@ -22,10 +22,17 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn.hmm import outputs_by_bayes, viterbi
-from kinetograph.learn.kmeans import Quantiser, kmeans
-from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
-from kinetograph.learn.reduction import Pca, fit_pca
+from kinetograph.learn import (
+    Pca,
+    Quantiser,
+    UnreachableError,
+    count_transitions,
+    fit_pca,
+    kmeans,
+    likeliest_path,
+    outputs_by_bayes,
+    viterbi,
+)
 from kinetograph.methods.keyframe.examples import Example, adopt_named, mean_heading
 from kinetograph.motion import Motion
 

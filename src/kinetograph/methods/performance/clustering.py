@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn.linkage import complete_linkage, representatives
+from kinetograph.learn import complete_linkage, representatives
 from kinetograph.methods.performance.segments import Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.sampling import interpolate

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn.segmental import SegmentalSearch
+from kinetograph.learn import SegmentalSearch
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges

@@ -16,7 +16,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import points_of
 from kinetograph.methods.performance.control_points import PointsByRole
 from kinetograph.methods.performance.fitted import Fitted

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn.k_best import k_best_paths
-from kinetograph.learn.segmental import SegmentalPath, prove
+from kinetograph.learn import SegmentalPath, k_best_paths, prove
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.rules import Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early

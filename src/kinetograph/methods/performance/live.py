@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control, points_of
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.live_search import Link, LiveSearch

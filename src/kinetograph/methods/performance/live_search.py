@@ -8,9 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import commitment, segmental, unfinished
-from kinetograph.learn.commitment import Commitment
-from kinetograph.learn.segmental import Arrivals, SegmentalPath
+from kinetograph.learn import Arrivals, Commitment, SegmentalPath, commitment, segmental, unfinished
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.window import LatestWindow
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.library import Library
 from kinetograph.methods.performance import interpretation
 from kinetograph.methods.performance.control import Control, read_control

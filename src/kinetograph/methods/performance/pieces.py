@@ -9,9 +9,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.kinematics import on_ground
-from kinetograph.learn.placement import Placement
-from kinetograph.learn.retiming import Span, retime
-from kinetograph.learn.segmental import SegmentalPath, padded_width
+from kinetograph.learn import Placement, SegmentalPath, Span, padded_width, retime
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.scoring import at_rate, weights
 from kinetograph.methods.performance.segments import Segment

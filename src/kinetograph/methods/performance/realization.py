@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import joint_positions
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import Arrivals
+from kinetograph.learn import Arrivals
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.segments import Source
 

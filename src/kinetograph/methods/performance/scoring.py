@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn.placement import Placement
-from kinetograph.learn.segmental import Arrivals, padded_width
+from kinetograph.learn import Arrivals, Placement, padded_width
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.progress import Progress

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.learn.alignment import Alignment, Ground
+from kinetograph.learn import Alignment, Ground
 from kinetograph.methods.performance.control_points import ControlPoints, GroundPath
 from kinetograph.post.assemble import PostSettings
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.segmental import SegmentalPath
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.interpretation import interpret
 from kinetograph.methods.performance.rules import Rule, moves_of

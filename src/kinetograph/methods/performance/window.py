@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
-from kinetograph.learn.alignment import PreparedExamples
-from kinetograph.learn.placement import Placement
-from kinetograph.learn.segmental import Arrivals, padded_width
+from kinetograph.learn import Arrivals, Placement, PreparedExamples, padded_width
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.scoring import weights
 

@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.learn.continuity import PathSearch, best_paths, init_paths, step_paths
-from kinetograph.learn.trust import shrinkage
+from kinetograph.learn import PathSearch, best_paths, init_paths, shrinkage, step_paths
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
 

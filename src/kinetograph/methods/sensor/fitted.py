@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
-from kinetograph.learn.posterior import Gaussian, fit_gaussian
+from kinetograph.learn import Gaussian, fit_gaussian
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
 

@@ -7,11 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.learn.embedding import Lle
-from kinetograph.learn.interpolation import Rbf, fit_rbf
-from kinetograph.learn.mixture import fit_mixture, join_small
-from kinetograph.learn.posterior import Classes, Gaussian, fit_gaussian
-from kinetograph.learn.reduction import Pca
+from kinetograph.learn import Classes, Gaussian, Lle, Pca, Rbf, fit_gaussian, fit_mixture, fit_rbf, join_small
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.settings import LocalModelSettings
 

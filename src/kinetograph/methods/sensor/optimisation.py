@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.learn.posterior import Gaussian, Solution, levenberg_marquardt, mixed
-from kinetograph.learn.smoothing import smooth_path
+from kinetograph.learn import Gaussian, Solution, levenberg_marquardt, mixed, smooth_path
 from kinetograph.methods.sensor.estimators import Estimate
 from kinetograph.methods.sensor.local_models import Cluster, LocalModels
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.embedding import Lle, fit_lle
-from kinetograph.learn.posterior import Classes, Gaussian, classes_of
-from kinetograph.learn.reduction import Pca, fit_pca
+from kinetograph.learn import Classes, Gaussian, Lle, Pca, classes_of, fit_lle, fit_pca
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.continuity import PathSearch
+from kinetograph.learn import PathSearch
 from kinetograph.methods.sensor.estimators import ContinuityEstimator, InterpolationEstimator
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.fitted import SensorFit, summarised

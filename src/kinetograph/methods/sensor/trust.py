@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.learn.trust import learn_strengths
+from kinetograph.learn import learn_strengths
 from kinetograph.methods.sensor.estimators import ContinuityEstimator
 from kinetograph.methods.sensor.examples import Examples
 

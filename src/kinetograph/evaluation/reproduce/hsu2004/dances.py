@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from kinetograph.evaluation.dance import DanceRow, leave_one_dance_out, mean_rows
+from kinetograph.evaluation.dance import DanceRow, leave_one_dance_out
 from kinetograph.evaluation.reproduce.hsu2004.data import lasting
-from kinetograph.evaluation.reproduce.hsu2004.search import TIMED, clustered, timed
-from kinetograph.evaluation.reproduce.hsu2004.walks import beside
-from kinetograph.evaluation.reproduce.page import Section, Value, drawn, paragraph, records, table
+from kinetograph.evaluation.reproduce.hsu2004.models import clustered, segments_in
+from kinetograph.evaluation.reproduce.hsu2004.timings import COLUMNS as TIMED
+from kinetograph.evaluation.reproduce.hsu2004.timings import timed
+from kinetograph.evaluation.reproduce.page import Section, Value, drawn, paragraph, records, table, with_recorded
+from kinetograph.evaluation.rows import mean_rows
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, partner_control
 from kinetograph.motion import Motion, concatenate, cut
+from kinetograph.progress import Report
 
-Tick = Callable[[str], None]
 SECONDS, SEGMENTS = 150.0, 168
 """The thesis' dance: 150 s of control, 168 segments after clustering."""
 BEAMS = (0.01, 0.1)
@@ -33,9 +34,9 @@ PAPER = """The thesis, 6.2: 12 short dances of Lindy Hop, 5 minutes, 364 two-bea
 3 minutes by the same dancers. Judged by eye: very near the real follower in closed stances, different in style in
 open ones, nearly always in rhythm. No distances are given."""
 OURS = """One dance is held out at a time and the follower compared joint by joint. A dance whose moves no other take
-has cannot come out well: nothing in the library says what its follower does. Hands held is by how much the distance
-of two hands differs from the recorded one where the recording holds hands; "holds told" knows which these are, and
-when. No moves are named, so the rates of segment and pattern errors cannot be given here."""
+has cannot come out well: the library does not have what its follower does. Hands held is by how much the distance of
+two hands differs from the recorded one where the recording holds hands; for "holds given" these and their times are
+given. No moves are named, so the rates of segment and pattern errors cannot be given here."""
 UNIT = """The thesis, chapter 3: units of two beats, the basic one of the dance. Shorter ones may lack coherence,
 longer ones may not generalise; other lengths are not compared."""
 CLUSTERING = "The thesis, 6.2: 364 segments clustered to 168 for all its evaluations; what that changes is not given."
@@ -44,7 +45,7 @@ postprocessing 26 s."""
 JOINED = "The leaders follow one another without a join, which no time depends on. Postprocessing is of feet and hands."
 
 
-def dance_section(library: Library, tick: Tick) -> Section:
+def dance_section(library: Library, tick: Report) -> Section:
     """Leave one dance out, with the baselines, and pictures of the nearest and of the furthest dance."""
     rows = leave_one_dance_out(partner_control(), library, "follower")
     tick("held-out dances")
@@ -65,7 +66,7 @@ def dance_section(library: Library, tick: Tick) -> Section:
 def _cells(row: DanceRow) -> tuple[Value, ...]:
     return (
         *(row.take, row.method, row.joint_cm, row.relative_cm, row.hold_median_cm, row.hold_p95_cm),
-        *(beside(row.slide, row.slide_recorded), row.jerk, row.distinct, row.times_real_time),
+        *(with_recorded(row.slide, row.slide_recorded), row.jerk, row.distinct, row.times_real_time),
     )
 
 
@@ -92,7 +93,7 @@ def _sheet(pair: list[Motion], title: str, path: Path) -> None:
     contact_sheet(pair, path, title=title, frames=10)
 
 
-def unit_section(library: Library, quick: bool, tick: Tick) -> Section:
+def unit_section(library: Library, quick: bool, tick: Report) -> Section:
     """Segments of one beat, two, three, four; and clustering of those of two."""
     units: list[tuple[Value, ...]] = []
     for span in (1, 2, 4) if quick else (1, 2, 3, 4):
@@ -119,10 +120,10 @@ def _summary(library: Library, method: PerformanceControl) -> tuple[float, ...]:
     mean = mean_rows(leave_one_dance_out(method, library, "follower", baselines=False))[0]
     model = method.fit(library, exclude=tuple(library.names()[:1]), track="follower")
     errors = (mean.joint_cm, mean.relative_cm, mean.hold_median_cm, mean.hold_p95_cm, mean.distinct)
-    return len(model.fitted.instances.segments), *errors
+    return segments_in(model), *errors
 
 
-def dance_timing_section(library: Library, quick: bool, tick: Tick) -> Section:
+def dance_timing_section(library: Library, quick: bool, tick: Report) -> Section:
     """150 s of control at 7.5 Hz against 168 segments."""
     held = tuple(library.names()[: max(len(library.names()) // 2, 1)])
     leaders = [library.take(name).motion("leader") for name in held]

@@ -1,9 +1,10 @@
-"""The recordings that the experiments of Hsu 2004 run on: those at hand, and what is missing."""
+"""The recordings that the experiments of Hsu 2004 use: those at hand, and what is missing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from kinetograph import samples
@@ -25,12 +26,26 @@ CLIPS = {
 }
 """Walks of the registry sample, and the move that the name of each says it is."""
 DANCE_RATE = 30.0
+"""Frames per second that dances are resampled to."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recordings:
-    """Libraries, None where there is nothing to make them of: walks, a second set of walks, the sample's clips with
-    their moves, dances; and one line for each thing that is missing."""
+    """Libraries, None where there are no recordings for them.
+
+    Parameters
+    ----------
+    walks : Library, optional
+    walks_from : str
+        What the walks are.
+    more_walks : Library, optional
+        A second set of walks.
+    clips : Library, optional
+        The registry sample's clips with their moves.
+    dances : Library, optional
+    missing : tuple of str
+        One line for each thing that is missing.
+    """
 
     walks: Library | None = None
     walks_from: str = ""
@@ -41,9 +56,21 @@ class Recordings:
 
 
 def find_folder(given: Path | None) -> Path | None:
-    """The folder named, else the first of those that ``KINETOGRAPH_DATA`` names with walks or dances in it.
+    """The folder of recordings.
 
-    Raises RequestError for a folder named that has neither.
+    Parameters
+    ----------
+    given : Path or None
+        None takes the first of the folders that ``KINETOGRAPH_DATA`` names with walks or dances in it.
+
+    Returns
+    -------
+    Path or None
+
+    Raises
+    ------
+    RequestError
+        For a given folder that has neither walks nor dances.
     """
     if given is not None:
         if not _has_recordings(given):
@@ -57,22 +84,25 @@ def _has_recordings(folder: Path) -> bool:
 
 
 def collect(folder: Path | None, scratch: Path, quick: bool = False) -> Recordings:
-    """Libraries in ``scratch`` of what a folder has in ``walks/`` and ``salsa/`` and of the registry sample.
+    """Make libraries of a folder's recordings and of the registry sample.
 
-    Recordings that cannot be read are missing, and the line says why.
+    Parameters
+    ----------
+    folder : Path or None
+        With recordings in ``walks/`` and ``salsa/``.
+    scratch : Path
+        Where the libraries are made.
+    quick : bool
+        Fewer dances.
+
+    Returns
+    -------
+    Recordings
+        Those that cannot be read are missing, and the line says why.
     """
     missing: list[str] = []
-    wanted = sorted((folder / "walks").glob("15_*.bvh")) if folder else []
-    long = sorted((folder / "walks").glob("humanoid3d_long_walk*.txt")) if folder else []
     clips = _or_missing(lambda: _clips(scratch / "clips"), "the registry sample", missing)
-    sets = []
-    for name, files, what in (
-        ("walks", wanted, "takes of CMU subject 15 (walks/15_*.bvh)"),
-        ("long", long, "long walks of DeepMimic (walks/humanoid3d_long_walk*.txt)"),
-    ):
-        made = _or_missing(lambda n=name, f=files: _walks(scratch / n, f), what, missing)  # type: ignore[misc]
-        if made is not None:
-            sets.append((made, f"{len(files)} {what}"))
+    sets = _sets_of_walks(folder, scratch, missing)
     if clips is not None and not sets:
         sets.append((clips, "looping clips of the registry sample, in the place of long walks"))
     walks, source = sets[0] if sets else (None, "")
@@ -82,8 +112,22 @@ def collect(folder: Path | None, scratch: Path, quick: bool = False) -> Recordin
     return Recordings(walks, source, more, clips, dances, tuple(missing))
 
 
+def _sets_of_walks(folder: Path | None, scratch: Path, missing: list[str]) -> list[tuple[Library, str]]:
+    """The libraries of walks that a folder allows, and what they are."""
+    sets = []
+    for name, pattern, what in (
+        ("walks", "15_*.bvh", "takes of CMU subject 15 (walks/15_*.bvh)"),
+        ("long", "humanoid3d_long_walk*.txt", "long walks of DeepMimic (walks/humanoid3d_long_walk*.txt)"),
+    ):
+        files = sorted((folder / "walks").glob(pattern)) if folder else []
+        made = _or_missing(partial(_walks, scratch / name, files), what, missing)
+        if made is not None:
+            sets.append((made, f"{len(files)} {what}"))
+    return sets
+
+
 def _or_missing(make: Callable[[], Library], what: str, missing: list[str]) -> Library | None:
-    """What ``make`` gives, or None and a line more of what is missing and why."""
+    """What ``make`` gives; where it fails, None, and one more line says what is missing and why."""
     try:
         return make()
     except KinetographError as error:
@@ -93,12 +137,12 @@ def _or_missing(make: Callable[[], Library], what: str, missing: list[str]) -> L
 
 def held_out(library: Library) -> list[tuple[str, Motion]]:
     """Every take that walks, longest first, as it is held out."""
-    found = [(name, held_out_motion(library.take(name))) for name in library.names()]
-    return sorted(found, key=lambda pair: -pair[1].duration)
+    takes = [(name, held_out_motion(library.take(name))) for name in library.names()]
+    return sorted(takes, key=lambda pair: -pair[1].duration)
 
 
 def lasting(motion: Motion, seconds: float) -> Motion:
-    """A motion of so many seconds: the given one over and over, the last time in part. For timings only."""
+    """A motion of so many seconds: the given one repeated, the last time in part. For timings only."""
     times = int(seconds // motion.duration) + 1
     return cut(concatenate([motion] * times), 0, int(seconds * motion.fps) + 1)
 

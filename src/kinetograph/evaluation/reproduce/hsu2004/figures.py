@@ -18,7 +18,17 @@ _COLOURS = (BLUE, RED, GREEN, "#cc79a7", "#e69f00")
 
 
 def draw_differences(tracks: Sequence[tuple[str, FloatArray, FloatArray]]) -> Figure:
-    """Wrapped differences of phase over time, one panel each."""
+    """Wrapped differences of phase over time, one panel per track.
+
+    Parameters
+    ----------
+    tracks : sequence of tuple
+        Names, times in seconds, and differences in radians.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     figure, axes = _panels(9, 2.3 * len(tracks), len(tracks))
     for axis, colour, (name, times, difference) in zip(axes, _COLOURS, tracks, strict=False):
         axis.axhspan(-90, 90, color="#e8f1e8", zorder=0)
@@ -29,7 +39,7 @@ def draw_differences(tracks: Sequence[tuple[str, FloatArray, FloatArray]]) -> Fi
 
 
 def draw_sway(centres: FloatArray, mean: FloatArray, spread: FloatArray) -> Figure:
-    """Sideways sway and turn of the hips by the phase of the gait."""
+    """Sideways sway and rotation of the hips by the phase of the gait; see `sway.sway_by_phase`."""
     figure, axes = _panels(9, 3.0, 2, across=True)
     for i, (axis, label) in enumerate(zip(axes, ("cm to the left", "degrees to the left"), strict=True)):
         axis.fill_between(
@@ -41,7 +51,7 @@ def draw_sway(centres: FloatArray, mean: FloatArray, spread: FloatArray) -> Figu
 
 
 def draw_excerpts(rows: Sequence[tuple[float, int, float, float]]) -> Figure:
-    """Shares of excerpts in step by their length."""
+    """Shares of excerpts in step by their length; see `gaits.in_step_by_length`."""
     figure, (axis,) = _panels(7, 3.4, 1)
     axis.axhline(50, color="#888888", ls=":", label="chance")
     lengths = np.array([row[0] for row in rows])
@@ -62,7 +72,21 @@ def draw_excerpts(rows: Sequence[tuple[float, int, float, float]]) -> Figure:
 def draw_growth(
     lengths: Sequence[float], times: Mapping[str, Sequence[float]], lines: Mapping[str, tuple[float, float]]
 ) -> Figure:
-    """Time against length of the control, with the lines fitted."""
+    """Time against length of the control, with the lines fitted.
+
+    Parameters
+    ----------
+    lengths : sequence of float
+        Seconds of control.
+    times : mapping of str to sequence of float
+        Processor seconds by search.
+    lines : mapping of str to tuple of float
+        Slope and intercept by search.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     figure, (axis,) = _panels(7, 3.4, 1)
     at = np.array(lengths)
     for colour, (name, taken) in zip(_COLOURS, times.items(), strict=False):
@@ -75,7 +99,20 @@ def draw_growth(
 
 
 def draw_curves(x: Sequence[float], curves: Mapping[str, Sequence[float]], xlabel: str) -> Figure:
-    """Several measures over one setting, a panel each; the setting's values are set evenly apart."""
+    """Several measures over one setting, one panel per measure.
+
+    Parameters
+    ----------
+    x : sequence of float
+        The setting's values, which are drawn evenly spaced.
+    curves : mapping of str to sequence of float
+        The measures by name.
+    xlabel : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     figure, axes = _panels(9.5, 2.8, len(curves), across=True)
     for colour, axis, (name, values) in zip(_COLOURS, axes, curves.items(), strict=False):
         axis.plot(range(len(x)), values, "o-", color=colour)

@@ -12,18 +12,20 @@ import numpy as np
 from kinetograph.errors import KinetographError
 from kinetograph.evaluation.labels import LabelErrors, take_errors
 from kinetograph.evaluation.protocol import held_out_motion
-from kinetograph.evaluation.reproduce.hsu2004.phase import turning
-from kinetograph.evaluation.reproduce.page import Section, paragraph, records, table
+from kinetograph.evaluation.reproduce.hsu2004.sway import turning
+from kinetograph.evaluation.reproduce.page import Section, Value, paragraph, records, table
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion
+from kinetograph.progress import Report
 from kinetograph.segmentation import detect_contacts, footplant_cuts
 from kinetograph.take import Annotation, Take
 
-Tick = Callable[[str], None]
+Namer = Callable[[Motion, Sequence[float]], list[str]]
+"""Names the steps of a motion between its cuts, in seconds."""
 TURN = np.deg2rad(15.0)
-"""Turn within a step from which it is called one."""
-_COLUMNS = (
+"""How far a person turns within a step that is called a turn."""
+COLUMNS = (
     *("recordings", "names", "method", "segments", "wrong %", "patterns", "wrong patterns %"),
     *("always the commonest: wrong %",),
 )
@@ -36,9 +38,9 @@ the sample by their own names. A segment is wrong where the pieces that fill mos
 is four segments in a row, wrong if any is."""
 
 
-def label_section(walks: Library | None, clips: Library | None, tick: Tick) -> Section:
+def label_section(walks: Library | None, clips: Library | None, tick: Report) -> Section:
     """Error rates on all walks that can be named."""
-    rows: list[tuple[str | float | int, ...]] = []
+    rows: list[tuple[Value, ...]] = []
     if walks is not None and walks is not clips:
         for names, namer in (("foot", steps_by_foot), ("turn", steps_by_turn)):
             name_steps(walks, namer)
@@ -47,27 +49,39 @@ def label_section(walks: Library | None, clips: Library | None, tick: Tick) -> S
         rows += _rows(clips, "sample", "clip")
     tick("moves")
     parts = [paragraph(PAPER, "paper"), paragraph(OURS)]
-    parts.append(table("Segments and patterns that come out as another move, held-out takes together", _COLUMNS, rows))
-    return Section("Segment and pattern errors", tuple(parts), {"rows": records(_COLUMNS, rows)})
+    parts.append(table("Segments and patterns that come out as another move, held-out takes together", COLUMNS, rows))
+    return Section("Segment and pattern errors", tuple(parts), {"rows": records(COLUMNS, rows)})
 
 
-def _rows(library: Library, recordings: str, names: str) -> list[tuple[str | float | int, ...]]:
-    rows: list[tuple[str | float | int, ...]] = []
+def _rows(library: Library, recordings: str, names: str) -> list[tuple[Value, ...]]:
+    rows: list[tuple[Value, ...]] = []
     for label, k in (("segments", None), ("nearest segment", 0.0)):
         method = PerformanceControl() if k is None else PerformanceControl(continuity=k)
-        found, truth = held_out_errors(library, method)
+        rates, truth = held_out_errors(library, method)
         commonest = max(Counter(truth).values()) / len(truth) if truth else float("nan")
         rows.append(
             (
-                *(recordings, names, label, found.segments, 100 * found.segment_rate),
-                *(found.patterns, 100 * found.pattern_rate, 100 * (1 - commonest)),
+                *(recordings, names, label, rates.segments, 100 * rates.segment_rate),
+                *(rates.patterns, 100 * rates.pattern_rate, 100 * (1 - commonest)),
             )
         )
     return rows
 
 
 def held_out_errors(library: Library, method: PerformanceControl) -> tuple[LabelErrors, list[str]]:
-    """The errors of all takes, each held out in turn, and the names of the segments that were judged."""
+    """The errors of all takes together, each held out in turn.
+
+    Parameters
+    ----------
+    library : Library
+    method : PerformanceControl
+
+    Returns
+    -------
+    errors : LabelErrors
+    names : list of str
+        The names of the segments that were judged.
+    """
     total, names = LabelErrors(0, 0, 0, 0), []
     for name in library.names():
         take = library.take(name)
@@ -90,8 +104,8 @@ def as_played(take: Take, motion: Motion) -> Take:
     return Take(take.name, {"motion": motion}, tuple(replace(n, track="motion") for n in (*cuts, *moves)))
 
 
-def name_steps(library: Library, namer: Callable[[Motion, Sequence[float]], list[str]]) -> None:
-    """Annotate every step between two cuts of a library's takes with the name that ``namer`` gives it."""
+def name_steps(library: Library, namer: Namer) -> None:
+    """Annotate every step between two cuts of a library's takes with the name that ``namer`` gives."""
     for name in library.names():
         take = library.take(name)
         track, _ = take.named_motion()

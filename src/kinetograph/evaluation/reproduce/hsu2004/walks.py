@@ -1,23 +1,22 @@
-"""Held-out walks beside simpler methods, and a walk along a drawn path (Hsu 2004, section 6.1)."""
+"""Held-out walks compared with simpler methods, and a walk along a drawn path (Hsu 2004, section 6.1)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from kinetograph.evaluation.metrics import control_error
-from kinetograph.evaluation.protocol import WalkRow, leave_one_take_out, mean_rows
+from kinetograph.evaluation.protocol import WalkRow, leave_one_take_out, mean_walks
 from kinetograph.evaluation.reproduce.hsu2004.data import held_out
-from kinetograph.evaluation.reproduce.page import DASH, Section, Value, drawn, paragraph, shown, table
+from kinetograph.evaluation.reproduce.page import Section, Value, drawn, paragraph, table, with_recorded
 from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, points_of
 from kinetograph.motion import cut, place
 from kinetograph.post.contacts import contacts_of
+from kinetograph.progress import Report
 
-Tick = Callable[[str], None]
 COLUMNS = (
     *("take", "method", "control cm", "joints cm", "root-relative cm", "planted feet m/s (recorded)"),
     *("jerk, times recorded", "distinct source", "largest acceleration near seams (recorded)", "times real time"),
@@ -25,15 +24,15 @@ COLUMNS = (
 PAPER = """The thesis, 6.1: new walks, their hips on the ground as the control; the motion was judged by eye, highly
 realistic for short walks. No distances are given."""
 BASELINES = """Frame-by-frame methods stand on the control by construction, and an average of frames is near every
-frame: their joint error is small where their jerk tells that no one could move so. Without continuity each segment
-is the one nearest the control, and seams jump."""
+frame: their joint error is small, but their jerk shows that no one could move like that. Without continuity each
+segment is the one nearest the control, and seams jump."""
 DRAWN = """The thesis, 6.1 and figure 6-1: mouse trajectories at 30 Hz, Frenet frames as the control."""
 
 
-def held_out_section(library: Library, tick: Tick) -> Section:
+def held_out_section(library: Library, tick: Report) -> Section:
     """Leave one take out, with the baselines."""
     rows = leave_one_take_out(PerformanceControl(), library, baselines=True)
-    rows += mean_rows(rows)
+    rows += mean_walks(rows)
     tick("held-out walks")
     parts = (
         paragraph(PAPER, "paper"),
@@ -46,14 +45,16 @@ def held_out_section(library: Library, tick: Tick) -> Section:
 
 def _cells(row: WalkRow) -> tuple[Value, ...]:
     return (
-        *(row.take, row.method, row.control_cm, row.joint_cm, row.relative_cm, beside(row.slide, row.slide_recorded)),
-        *(row.jerk, row.distinct, beside(row.seam, row.seam_recorded), row.times_real_time),
+        *(
+            row.take,
+            row.method,
+            row.control_cm,
+            row.joint_cm,
+            row.relative_cm,
+            with_recorded(row.slide, row.slide_recorded),
+        ),
+        *(row.jerk, row.distinct, with_recorded(row.seam, row.seam_recorded), row.times_real_time),
     )
-
-
-def beside(ours: float, recorded: float) -> str:
-    """A figure, and that of the recording in brackets."""
-    return DASH if np.isnan(ours) else f"{shown(ours)} ({shown(recorded)})"
 
 
 def _side_by_side(library: Library, path: Path) -> None:
@@ -74,7 +75,7 @@ def _side_by_side(library: Library, path: Path) -> None:
     )
 
 
-def path_section(library: Library, tick: Tick) -> Section:
+def path_section(library: Library, tick: Report) -> Section:
     """Figure 6-1: a walk along a drawn path."""
     from kinetograph.drawing import contact_sheet, strobe
     from kinetograph.pipeline import winding_path

@@ -11,8 +11,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.keyframe import recorded_jumps, seam_jump
 from kinetograph.keys import Key
-from kinetograph.learn.kmeans import kmeans
-from kinetograph.learn.reduction import fit_pca
+from kinetograph.learn import fit_pca, kmeans
 from kinetograph.methods.keyframe import (
     ClusterChain,
     Example,
