@@ -15,7 +15,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import kinetograph as kg
-from clips import save_figure
 from kinetograph.methods.performance import PointsByRole, Similarity
 from kinetograph.post import PostSettings
 from kinetograph.skeleton import Landmark
@@ -79,31 +78,39 @@ def drawing(curve):
     return kg.Motion(PEN, on_the_plane(curve), still, RATE)
 
 
-plain = line([(0, 0), (1.5, 0.6), (3, -0.4), (4.5, 0.8), (6.5, 0.5), (6.8, -1.2), (5, -1.6), (3, -1.4), (1, -1.8)])
-new = line([(0, 0), (1, 1.2), (2.5, 1), (2.2, -0.4), (3.4, -1.2), (5, 0), (6, 1.3), (7.4, 0.2)])
-styled = curly(plain)
-
 # %%
 # The analogy
 # -----------
 #
 # The plain line is the control track of the only take, the curly one its target track, cut at every curl.
 
-with tempfile.TemporaryDirectory() as folder:
-    library = kg.Library.create(Path(folder) / "curves")
-    cuts = np.arange(0, (len(plain) - 1) / RATE, CURL)
-    annotations = tuple(kg.Annotation("styled", "cut", "", t, t) for t in cuts)
-    library.add(kg.Take("example", {"plain": signal(plain), "styled": drawing(styled)}, annotations))
-    result = METHOD.fit(library, track="styled").synthesize(signal(new))
-answer = result.motion.translation[:, [0, 2]]
 
-figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="constrained")
-titles = ("a line", "the same with curls", "another line", "the same with curls")
-for place, curve, title in zip(axes.ravel(), (plain, styled, new, answer), titles, strict=True):
-    place.plot(*curve.T, color="#222222", linewidth=1.4)
-    place.set_title(title)
-    place.set_aspect("equal")
-    place.axis("off")
-save_figure(figure, "curve_analogies.png")
-for piece in result.pieces[:5]:
-    print(f"{piece.start:5.2f}: {piece.source_start:.2f} to {piece.source_stop:.2f}, scaled by {piece.scale:.2f}")
+def analogy(plain, styled, new):
+    """What is to ``new`` as ``styled`` is to ``plain``, shape (F, 2), and the pieces that it is made of."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = kg.Library.create(Path(folder) / "curves")
+        cuts = np.arange(0, (len(plain) - 1) / RATE, CURL)
+        annotations = tuple(kg.Annotation("styled", "cut", "", t, t) for t in cuts)
+        library.add(kg.Take("example", {"plain": signal(plain), "styled": drawing(styled)}, annotations))
+        result = METHOD.fit(library, track="styled").synthesize(signal(new))
+    return result.motion.translation[:, [0, 2]], result.pieces
+
+
+if __name__ == "__main__":
+    from clips import save_figure
+
+    plain = line([(0, 0), (1.5, 0.6), (3, -0.4), (4.5, 0.8), (6.5, 0.5), (6.8, -1.2), (5, -1.6), (3, -1.4), (1, -1.8)])
+    new = line([(0, 0), (1, 1.2), (2.5, 1), (2.2, -0.4), (3.4, -1.2), (5, 0), (6, 1.3), (7.4, 0.2)])
+    styled = curly(plain)
+    answer, pieces = analogy(plain, styled, new)
+
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="constrained")
+    titles = ("a line", "the same with curls", "another line", "the same with curls")
+    for place, curve, title in zip(axes.ravel(), (plain, styled, new, answer), titles, strict=True):
+        place.plot(*curve.T, color="#222222", linewidth=1.4)
+        place.set_title(title)
+        place.set_aspect("equal")
+        place.axis("off")
+    save_figure(figure, "curve_analogies.png")
+    for piece in pieces[:5]:
+        print(f"{piece.start:5.2f}: {piece.source_start:.2f} to {piece.source_stop:.2f}, scaled by {piece.scale:.2f}")

@@ -24,7 +24,7 @@ _PLAIN = PostSettings(blend="none", footskate=False, handholds=None)
 
 @pytest.fixture(scope="module")
 def curves() -> ModuleType:
-    path = Path(__file__).resolve().parents[3] / "examples" / "curve_analogies.py"
+    path = Path(__file__).resolve().parents[3] / "examples" / "plot_curve_analogies.py"
     spec = importlib.util.spec_from_file_location("curve_analogies", path)
     assert spec is not None
     assert spec.loader is not None
