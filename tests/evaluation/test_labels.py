@@ -17,7 +17,7 @@ from walkers import walk
 
 
 def _moves(names: str, length: float = 1.0, start: float = 0.0) -> tuple[Annotation, ...]:
-    """A move a letter, each ``length`` seconds; a space names nothing."""
+    """One move per letter, each ``length`` seconds; a space names nothing."""
     return tuple(
         Annotation("body", "move", name, start + i * length, start + (i + 1) * length)
         for i, name in enumerate(names)
@@ -30,10 +30,10 @@ def _units(count: int, length: float = 1.0) -> list[tuple[float, float]]:
 
 
 def test_one_wrong_segment_spoils_its_pattern_only() -> None:
-    found = label_errors(_moves("aabbccdd"), _moves("aabbcadd"), _units(8))
-    assert found == LabelErrors(segments=8, wrong=1, patterns=2, wrong_patterns=1)
-    assert found.segment_rate == 1 / 8
-    assert found.pattern_rate == 1 / 2
+    errors = label_errors(_moves("aabbccdd"), _moves("aabbcadd"), _units(8))
+    assert errors == LabelErrors(segments=8, wrong=1, patterns=2, wrong_patterns=1)
+    assert errors.segment_rate == 1 / 8
+    assert errors.pattern_rate == 1 / 2
 
 
 def test_two_wrong_segments_of_one_pattern_are_one_wrong_pattern() -> None:
@@ -46,16 +46,16 @@ def test_the_thesis_own_counts_come_out() -> None:
     made = list(names)
     for pattern in (3, 17, 40, 41, 90):
         made[4 * pattern + 2] = "x"
-    found = label_errors(_moves(names), _moves("".join(made)), _units(364))
-    assert found == LabelErrors(364, 5, 91, 5)
-    assert found.segment_rate < 0.02
-    assert found.pattern_rate == pytest.approx(0.055, abs=5e-4)
+    errors = label_errors(_moves(names), _moves("".join(made)), _units(364))
+    assert errors == LabelErrors(364, 5, 91, 5)
+    assert errors.segment_rate < 0.02
+    assert errors.pattern_rate == pytest.approx(0.055, abs=5e-4)
 
 
 def test_what_nobody_named_is_not_judged() -> None:
     # the third segment has no name: it does not count, and the run of four begins anew after it
-    found = label_errors(_moves("ab cdabcd"), _moves("xxxcdabxx"), _units(9))
-    assert found == LabelErrors(segments=8, wrong=4, patterns=1, wrong_patterns=0)
+    errors = label_errors(_moves("ab cdabcd"), _moves("xxxcdabxx"), _units(9))
+    assert errors == LabelErrors(segments=8, wrong=4, patterns=1, wrong_patterns=0)
 
 
 def test_nothing_made_is_wrong_and_nothing_named_has_no_rate() -> None:
@@ -67,8 +67,8 @@ def test_nothing_made_is_wrong_and_nothing_named_has_no_rate() -> None:
 
 
 def test_patterns_may_be_named_on_the_recording() -> None:
-    found = label_errors(_moves("aabbbb"), _moves("aabbbx"), _units(6), patterns=[(0.0, 2.0), (2.0, 6.0), (9.0, 11.0)])
-    assert found == LabelErrors(6, 1, 2, 1)
+    errors = label_errors(_moves("aabbbb"), _moves("aabbbx"), _units(6), patterns=[(0.0, 2.0), (2.0, 6.0), (9.0, 11.0)])
+    assert errors == LabelErrors(6, 1, 2, 1)
 
 
 def test_the_move_that_covers_most_counts() -> None:

@@ -41,7 +41,7 @@ def test_the_phase_goes_round_once_a_stride() -> None:
     assert turned.mean() * _FPS == pytest.approx(2 * np.pi / 1.25, rel=0.01)
 
 
-def test_the_left_foot_is_ahead_at_phase_nought() -> None:
+def test_the_left_foot_is_ahead_at_phase_0() -> None:
     motion = _walk()
     phase = gait_phase(motion)
     ahead = ankles_apart(motion)
@@ -58,7 +58,7 @@ def test_cadences_are_compared_by_strides() -> None:
     assert np.isnan(cadence_ratio(fast, still))
 
 
-def test_a_quarter_of_a_stride_is_a_quarter_turn() -> None:
+def test_a_quarter_of_a_stride_is_a_quarter_of_a_cycle() -> None:
     for share, angle in ((0.25, np.pi / 2), (0.5, np.pi), (0.0, 0.0)):
         # 1.2 s, so that a share of a stride is a whole number of frames
         made, real = gait_phase(_walk(1.2 * share, period=1.2)), gait_phase(_walk(period=1.2))
@@ -67,7 +67,7 @@ def test_a_quarter_of_a_stride_is_a_quarter_turn() -> None:
         assert _apart(float(np.angle(np.exp(1j * inside).mean())) - angle) < 0.05
 
 
-def test_footplants_tell_the_same_phase() -> None:
+def test_footplants_give_the_same_phase() -> None:
     motion = _walk()
     plants, other = plant_phase(motion), gait_phase(motion).angle
     known = ~np.isnan(plants)
@@ -112,9 +112,9 @@ def test_one_that_follows_is_beyond_chance_and_one_that_does_not_is_not() -> Non
 def test_a_lucky_start_at_constant_cadence_is_not_beyond_chance() -> None:
     angle = np.angle(np.exp(2j * np.pi * np.arange(1800) / _FPS))
     steady = Phase(angle, np.ones(1800, dtype=np.bool_), _FPS)
-    found = locking(steady, steady, np.random.default_rng(0))
-    assert found.agreement == pytest.approx(1.0)
-    assert found.null_p95 > 0.95
+    kept = locking(steady, steady, np.random.default_rng(0))
+    assert kept.agreement == pytest.approx(1.0)
+    assert kept.null_p95 > 0.95
     short = Phase(angle[:300], steady.walking[:300], _FPS)
     assert np.isnan(locking(short, short, np.random.default_rng(0)).p)
 

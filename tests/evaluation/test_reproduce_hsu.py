@@ -181,14 +181,14 @@ def test_what_is_missing_is_named_and_nothing_is_made(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(samples, "where", lambda name: None)
     monkeypatch.setattr(samples, "fetch", offline)
-    found = collect(None, tmp_path)
-    assert (found.walks, found.clips, found.dances) == (None, None, None)
-    assert [text.split(":")[0].split(" (")[0] for text in found.missing] == [
+    recordings = collect(None, tmp_path)
+    assert (recordings.walks, recordings.clips, recordings.dances) == (None, None, None)
+    assert [text.split(":")[0].split(" (")[0] for text in recordings.missing] == [
         *("the registry sample", "takes of CMU subject 15", "long walks of DeepMimic", "dances"),
     ]
-    assert found.missing[0] == "the registry sample: deepmimic-clips: no connection"
-    assert found.missing[1].endswith("expected 2 or more, one to hold out, found 0")
-    assert hsu_report.plan(found, False, lambda text: None) == []
+    assert recordings.missing[0] == "the registry sample: deepmimic-clips: no connection"
+    assert recordings.missing[1].endswith("expected 2 or more, one to hold out, found 0")
+    assert hsu_report.plan(recordings, False, lambda text: None) == []
 
 
 def test_the_folder_of_recordings_is_the_one_named_or_the_variables(
@@ -212,11 +212,11 @@ def test_recordings_that_cannot_be_read_are_missing(tmp_path: Path, monkeypatch:
     for name in ("a", "b"):
         for who in ("leader", "follower"):
             (tmp_path / "salsa" / f"{name}_{who}.bvh").write_text("not a motion")
-    found = collect(tmp_path, tmp_path / "scratch")
-    assert found.walks is not None
-    assert found.walks.names() == ("15_01", "15_03")
-    assert found.dances is None
-    assert "a_leader.bvh" in next(text for text in found.missing if text.startswith("dances"))
+    recordings = collect(tmp_path, tmp_path / "scratch")
+    assert recordings.walks is not None
+    assert recordings.walks.names() == ("15_01", "15_03")
+    assert recordings.dances is None
+    assert "a_leader.bvh" in next(text for text in recordings.missing if text.startswith("dances"))
 
 
 # ---- phase ----
@@ -321,10 +321,10 @@ def test_a_looping_clip_is_judged_step_by_step() -> None:
 
 
 def test_the_samples_clips_are_distinguished_by_their_paths(tmp_path: Path, clips_folder: Path) -> None:
-    found = collect(None, tmp_path)
-    assert found.clips is not None
-    assert found.walks is found.clips
-    errors, names = held_out_errors(found.clips, PerformanceControl())
+    recordings = collect(None, tmp_path)
+    assert recordings.clips is not None
+    assert recordings.walks is recordings.clips
+    errors, names = held_out_errors(recordings.clips, PerformanceControl())
     assert set(names) == {"walk", "turn left", "turn right"}
     assert errors.segments == len(names) > 60
     assert errors.segment_rate < 0.25  # a third of the names would be right by chance

@@ -27,7 +27,7 @@ def _searched(steps: int, seed: int = 0) -> SearchState:
 
 
 def _covering(state: SearchState, time: int, owner: int, due: int) -> tuple[int, int]:
-    """The piece that covers ``due``, found from the last one backwards."""
+    """The piece that covers ``due``, candidates from the last one backwards."""
     start = time - int(_DURATIONS[owner])
     while start > due:
         time, owner = start, int(state.back[time - 1][owner])
@@ -47,8 +47,8 @@ def test_the_piece_that_covers_a_step_is_the_traced_one(due: int) -> None:
 
 def test_what_is_not_decided_is_forgotten() -> None:
     rng, state = np.random.default_rng(1), _searched(12)
-    found = commitment.hypotheses(_SEARCH, state, 9, lambda used: _arrivals(rng), range(1, 4))
-    owner, start = commitment.choose(found, _SEGMENTS, state.time)
+    candidates = commitment.hypotheses(_SEARCH, state, 9, lambda used: _arrivals(rng), range(1, 4))
+    owner, start = commitment.choose(candidates, _SEGMENTS, state.time)
     decided = Commitment(int(_SEGMENTS[owner]), start, 9)
     commitment.commit(_SEARCH, state, _SEGMENTS, decided)
     assert state.ring is not None

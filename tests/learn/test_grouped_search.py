@@ -153,7 +153,7 @@ def test_groups_are_closer_together_than_the_whole() -> None:
     assert inside < 0.45 * points.var(axis=0).sum()
 
 
-def test_marked_links_are_told_apart() -> None:
+def test_marked_links_are_distinguished() -> None:
     links = np.array([-1, 0, 7, -2 - 0, -2 - 7], dtype=np.int32)
     np.testing.assert_array_equal(inexact(links), [False, False, False, True, True])
     np.testing.assert_array_equal(predecessors(links), [-1, 0, 7, 0, 7])

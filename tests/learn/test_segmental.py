@@ -55,8 +55,8 @@ def _sequence(path: SegmentalPath) -> list[naive.Placed]:
 
 def _count(problem: naive.Problem) -> int:
     """How many sequences there are, up to a few too many."""
-    found = naive.coverings(problem.durations.tolist(), len(problem.arrivals), list(problem.partial))
-    return sum(1 for _ in zip(range(_MANY + 1), found, strict=False))
+    coverings = naive.coverings(problem.durations.tolist(), len(problem.arrivals), list(problem.partial))
+    return sum(1 for _ in zip(range(_MANY + 1), coverings, strict=False))
 
 
 def _hand_made(costs: dict[int, list[float]], tails: list[float], heads: list[float], steps: int) -> list[Arrivals]:

@@ -20,6 +20,7 @@ _ROOMS = {
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
+    "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
     "SensorRow": "sensor_scores",
     "SweepRow": "sensor_sweep",
@@ -67,6 +68,7 @@ _ROOMS = {
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
     "slips": "phase",
+    "speed_jumps": "keyframe",
     "sweep": "sensor_sweep",
     "take_errors": "labels",
     "timed": "sensor",
@@ -74,6 +76,7 @@ _ROOMS = {
 }
 
 __all__ = [
+    "SWEEPS",
     "DanceRow",
     "Guide",
     "HeldOut",
@@ -129,6 +132,7 @@ __all__ = [
     "seam_jump",
     "skate_ratio",
     "slips",
+    "speed_jumps",
     "sweep",
     "take_errors",
     "timed",
@@ -165,6 +169,7 @@ if TYPE_CHECKING:
         recorded_jumps,
         seam_jump,
         skate_ratio,
+        speed_jumps,
     )
     from kinetograph.evaluation.labels import LabelErrors, label_errors, main_move, take_errors
     from kinetograph.evaluation.metrics import (
@@ -195,4 +200,4 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.rows import mean_known, mean_rows
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
-    from kinetograph.evaluation.sensor_sweep import SweepRow, sweep
+    from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep

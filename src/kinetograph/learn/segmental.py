@@ -292,7 +292,7 @@ def solve(
     arrivals : iterable of Arrivals
         Of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
-        See ``finish``.
+        By number of steps used, the arrivals of the longer states, which are left after these steps at step T.
 
     Returns
     -------
@@ -336,7 +336,7 @@ def prove(
     arrivals : callable
         Called for every attempt; gives the arrivals of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
-        See ``finish``.
+        By number of steps used, the arrivals of the longer states, which are left after these steps at step T.
 
     Returns
     -------
