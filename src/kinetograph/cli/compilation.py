@@ -17,7 +17,7 @@ def compilation_announced() -> Iterator[None]:
 
     Notes
     -----
-    numba keeps what it compiles beside the package's source, for one version of Python and of itself. So a file of our
+    numba keeps what it compiles next to the package's source, for one version of Python and of itself. So a file of our
     own in the user's cache, named after these, is left after the first search. Where it cannot be written, the
     announcement is repeated.
     """

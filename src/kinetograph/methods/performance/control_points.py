@@ -211,7 +211,7 @@ class Channels:
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
 
     def recorded(self, take: Take, target: str) -> Track:
-        """The track beside the target. Raises RequestError, naming the tracks there are."""
+        """The other track than the target. Raises RequestError, naming the tracks there are."""
         return _other_track(take, target, self.track)
 
     def points(self, control: Motion | Signal) -> FloatArray:
