@@ -85,12 +85,12 @@ def speed_jumps(motion: Motion) -> FloatArray:
 
 
 def recorded_jumps(examples: Sequence[Example]) -> dict[str, float]:
-    """The 99th percentile of `speed_jumps` of every take."""
+    """The 99th percentile of ``speed_jumps`` of every take."""
     return {e.take: float(np.quantile(speed_jumps(e.motion), 0.99)) for e in examples if len(e.motion) > 2}
 
 
 def seam_jump(result: Synthesis, recorded: Mapping[str, float]) -> float:
-    """The largest of `speed_jumps` within two frames of a seam, over what is recorded; 0 without seams.
+    """The largest of ``speed_jumps`` within two frames of a seam, over what is recorded; 0 without seams.
 
     Parameters
     ----------

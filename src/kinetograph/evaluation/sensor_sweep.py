@@ -52,7 +52,7 @@ def sweep(
     held: HeldOut | None = None,
     progress: Progress | None = None,
 ) -> list[SweepRow]:
-    """The configured synthesis under one of `SWEEPS`.
+    """The configured synthesis under one of ``SWEEPS``.
 
     Losses and offsets are not known to the model; clipping and the sensors worn are.
 
@@ -61,7 +61,7 @@ def sweep(
     library : Library
     method : SensorControl
     what : str
-        A key of `SWEEPS`.
+        A key of ``SWEEPS``.
     held : HeldOut, optional
     progress : Progress, optional
         Called with the runs done and their number.

@@ -141,7 +141,17 @@ def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
 def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
     """The fewest steps from one goal to the next, with those for which a recording is played on after a goal.
 
-    Infinite where no route leads there; routes of more than ``most`` steps may be left out.
+    Parameters
+    ----------
+    graph : Graph
+    start, stop : Goal
+    most : float
+        Routes of more steps may be left out.
+
+    Returns
+    -------
+    float
+        Infinite where no route leads there.
     """
     steps = committed(graph, least_steps(graph, stop, most))
     return float(steps[start.frames].min(initial=np.inf)) + graph.commit

@@ -55,7 +55,7 @@ def k_best_paths(
     arrivals : sequence of Arrivals
         Of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
-        See `kinetograph.learn.segmental.finish`.
+        See ``kinetograph.learn.segmental.finish``.
     count : int
         How many sequences.
 
@@ -67,7 +67,7 @@ def k_best_paths(
     Raises
     ------
     DataError
-        Where no sequence covers the control, or its steps and states take more than `MOST_BYTES`.
+        Where no sequence covers the control, or its steps and states take more than ``MOST_BYTES``.
     """
     if count < 1:
         raise DataError(f"expected to find 1 sequence or more, found {count}")

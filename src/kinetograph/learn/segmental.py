@@ -284,7 +284,7 @@ def left_early(
 def solve(
     search: SegmentalSearch, arrivals: Iterable[Arrivals], partial: dict[int, Arrivals] | None = None
 ) -> SegmentalPath:
-    """The best sequence for a whole control: `step` folded over it, then `finish`.
+    """The best sequence for a whole control: ``step`` folded over it, then ``finish``.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def solve(
     arrivals : iterable of Arrivals
         Of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
-        See `finish`.
+        See ``finish``.
 
     Returns
     -------
@@ -336,7 +336,7 @@ def prove(
     arrivals : callable
         Called for every attempt; gives the arrivals of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
-        See `finish`.
+        See ``finish``.
 
     Returns
     -------
