@@ -217,12 +217,10 @@ def _has_field(path: str, name: str) -> bool:
 
 
 def _is_ours(target: str) -> bool:
-    """Whether a dotted path, or a plain name, is of a class within the package."""
+    """Whether a name, by its last part, is one of the package's, such as a class of a room or a type variable."""
     last = target.rpartition(".")[2]
-    return any(
-        name.startswith(f"{doors.ROOT}.") and inspect.isclass(getattr(module, last, None))
-        for name, module in list(sys.modules.items())
-    )
+    ours = [module for name, module in list(sys.modules.items()) if name.startswith(f"{doors.ROOT}.")]
+    return any(hasattr(module, last) for module in ours)
 
 
 def resolve(app: Sphinx, env: BuildEnvironment, node: Any, content: Any) -> nodes.Node | None:

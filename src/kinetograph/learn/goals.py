@@ -139,19 +139,19 @@ def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
 
 
 def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
-    """The least number of steps from one goal to the next, by any frames of both.
+    """The fewest steps from one goal to the next, with those for which a recording is played on after a goal.
 
     Parameters
     ----------
     graph : Graph
     start, stop : Goal
     most : float
-        Steps after which the search gives up.
+        Routes of more steps may be left out.
 
     Returns
     -------
     float
-        Infinite where the one cannot be reached from the other, or not within ``most`` steps.
+        Infinite where no route leads there.
     """
     steps = committed(graph, least_steps(graph, stop, most))
     return float(steps[start.frames].min(initial=np.inf)) + graph.commit
