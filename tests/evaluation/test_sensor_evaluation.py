@@ -126,3 +126,8 @@ def test_real_sensors_of_a_walk_are_calibrated_and_beat_the_mean_pose(data_folde
     assert 0.0 <= row.clock_ms <= 40.0
     assert row.residual < 0.5 * row.uncalibrated
     assert row.accepted == 7
+
+
+def test_a_take_to_hold_out_that_is_not_there_is_refused(library: Library):
+    with pytest.raises(RequestError, match="no take 'bb' to hold out; there are a, b, c"):
+        folds(library, SensorControl(), HeldOut(only=("bb",)))

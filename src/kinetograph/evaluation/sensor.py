@@ -98,8 +98,24 @@ def folds(library: Library, method: SensorControl, held: HeldOut) -> list[Callab
 
 
 def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = None) -> list[Callable[[], Fold]]:
-    """One fold per motion, of one skeleton all, each built when called."""
+    """One fold per motion, of one skeleton all, each built when called.
+
+    Parameters
+    ----------
+    motions : mapping of (str, str) to Motion
+        By take and track.
+    method : SensorControl
+    held : HeldOut, optional
+
+    Raises
+    ------
+    RequestError
+        For a take to hold out that is not there.
+    """
     held = held or HeldOut()
+    names = [take for take, _ in motions]
+    if unknown := sorted(set(held.only) - set(names)):
+        raise RequestError(f"no take {unknown[0]!r} to hold out; there are {', '.join(dict.fromkeys(names))}")
     return [
         partial(_fold, motions, key, method, held.groups.get(key[0], "all"))
         for key in motions
