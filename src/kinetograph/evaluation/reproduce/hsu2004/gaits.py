@@ -151,7 +151,7 @@ def in_phase_by_smoothing(
     Returns
     -------
     list of tuple
-        The Gaussian's seconds, the sway that is left of a stride a second in per cent, and means over the takes: in
+        The Gaussian's seconds, the sway that is left of one stride per second in per cent, and means over the takes: in
         phase in per cent, joint error in cm.
     """
     rows = []

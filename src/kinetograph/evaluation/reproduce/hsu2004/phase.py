@@ -122,7 +122,7 @@ def _verdict(walked: Sequence[Walked]) -> str:
         share = 100 * sum(k.in_phase * k.seconds for k in mine) / seconds
         significant = sum(k.p < 0.05 for k in mine)
         tested = sum(not np.isnan(k.p) for k in mine)
-        beyond = f"beyond chance (p < 0.05) in {significant} of {tested} takes that are long enough to tell"
+        beyond = f"beyond chance (p < 0.05) in {significant} of {tested} takes that are long enough for the test"
         verdicts.append(f"{control}: {share:.0f} % of {seconds:.0f} s in phase, {beyond}")
     return f"{NULL} {'; '.join(verdicts)}."
 

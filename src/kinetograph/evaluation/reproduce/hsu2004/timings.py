@@ -144,7 +144,7 @@ def _growth(lengths: Sequence[float], times: dict[str, list[float]], caption: st
         for i, s in enumerate(lengths)
     ]
     lines = (
-        f"{kind}: {1000 * a:.2f} ms a second of control and {1000 * b:.1f} ms, R² = {r2:.4f}"
+        f"{kind}: {1000 * a:.2f} ms per second of control and {1000 * b:.1f} ms, R² = {r2:.4f}"
         for kind, (a, b, r2) in fits.items()
     )
     drawing = figures.draw_growth(lengths, times, {k: (a, b) for k, (a, b, _) in fits.items()})
