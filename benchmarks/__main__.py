@@ -10,7 +10,19 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # figures are for one thread
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-TABLES = ("search", "walks", "dance", "growing", "keyframe", "sensor", "bvh", "markers", "retarget", "startup")
+TABLES = (
+    "search",
+    "walks",
+    "dance",
+    "growing",
+    "keyframe",
+    "sensor",
+    "bvh",
+    "markers",
+    "retarget",
+    "startup",
+    "quality",
+)
 ON_REQUEST = ("stream", "large", "live")  # 800 MB on disk; some minutes each
 
 

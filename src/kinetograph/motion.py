@@ -13,7 +13,7 @@ import numpy.typing as npt
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.sampling import bracket, interpolate, sample_times
+from kinetograph.sampling import REACH, sample_times, spline
 from kinetograph.skeleton import Skeleton
 
 
@@ -116,7 +116,8 @@ def cut(motion: Motion, start: int, stop: int) -> Motion:
 def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
     """A motion at given times.
 
-    Translations are interpolated linearly and rotations by slerp; times beyond the ends hold the end pose.
+    Positions and quaternions lie on cubic splines through the frames, so that a motion is as smooth at a higher rate,
+    or stretched, as at its own; times beyond the ends hold the end pose.
 
     Parameters
     ----------
@@ -132,10 +133,17 @@ def sample(motion: Motion, times: npt.ArrayLike, fps: float) -> Motion:
         ``T`` frames, one per time.
     """
     position = np.asarray(times, dtype=np.float64) * motion.fps
-    lower, upper, u = bracket(position, len(motion))
-    rotations = rot.slerp(motion.rotations[lower], motion.rotations[upper], u[:, None])
-    bones = None if motion.bones is None else interpolate(motion.bones, position)
-    return Motion(motion.skeleton, interpolate(motion.translation, position), rotations, fps, bones)
+    near = cut(motion, *_around(position, len(motion)))
+    position = np.clip(position, 0, len(motion) - 1) - _around(position, len(motion))[0]
+    rotations = rot.normalize(spline(rot.unroll(near.rotations), position))
+    bones = None if near.bones is None else spline(near.bones, position)
+    return Motion(motion.skeleton, spline(near.translation, position), rotations, fps, bones)
+
+
+def _around(position: FloatArray, frames: int) -> tuple[int, int]:
+    """The frames ``start`` to ``stop - 1`` that samples at fractional frames depend on."""
+    low, high = np.clip([position.min(initial=frames), position.max(initial=0)], 0, frames - 1)
+    return max(int(low) - REACH, 0), min(int(np.ceil(high)) + REACH + 1, frames)
 
 
 def resample(motion: Motion, fps: float) -> Motion:

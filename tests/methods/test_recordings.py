@@ -91,3 +91,24 @@ def test_nearly_the_same_build_is_lifted_to_its_floor() -> None:
 def test_labels_change_sides() -> None:
     notes = [Annotation("body", kind, label, 0.0, 1.0) for kind, label in (("contact", "left_toe"), ("move", "waltz"))]
     assert [note.label for note in mirrored_annotations(notes)] == ["right_toe", "waltz"]
+
+
+@pytest.mark.parametrize(
+    ("name", "mirrored"),
+    [
+        ("turn left", "turn right"),
+        ("Right_turn", "Left_turn"),
+        ("inside turn", "outside turn"),
+        ("leftover", "leftover"),
+        ("hop-left-left", "hop-right-right"),
+    ],
+)
+def test_names_of_moves_change_sides_word_by_word(name: str, mirrored: str) -> None:
+    (note,) = mirrored_annotations([Annotation("body", "move", name, 0.0, 1.0)])
+    assert note.label == mirrored
+    assert next(iter(mirrored_annotations([note]))).label == name
+
+
+def test_a_library_may_have_pairs_of_its_own() -> None:
+    (note,) = mirrored_annotations([Annotation("body", "style", "port tack", 0.0, 1.0)], [("port", "starboard")])
+    assert note.label == "starboard tack"

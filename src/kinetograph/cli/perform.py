@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline import Smoothing
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
+    from kinetograph.take import Take
 
 
 def register(app: typer.Typer) -> None:
@@ -64,7 +66,7 @@ class Answers(Written):
         bool, typer.Option("--pieces", help="List every piece: where it comes from and what it costs.")
     ] = False
     transcript: Annotated[
-        Path | None, typer.Option(help="CSV to write: the moves seen in the control, with their margins.")
+        Path | None, typer.Option(help="CSV to write: the moves of the motion, with their margins.")
     ] = None
 
     def refuse(self) -> None:
@@ -87,6 +89,9 @@ class Following(Partner):
         str | None,
         typer.Option(help="How segments are placed: ground, similarity, rigid or none; default ground, channels none."),
     ] = None
+    keep_time: Annotated[
+        bool, typer.Option("--keep-time", help="Keep a path's times where it is faster than the recordings.")
+    ] = False
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0
 
@@ -133,7 +138,7 @@ def perform(
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.methods.performance import only_track, require_moves
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import open_library, smoothed
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
@@ -145,10 +150,11 @@ def perform(
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, wanted, answers, following.smoothing, rules)
-    moves = transcribed(model, wanted) if answers.transcript else ""
+    performed = smoothed(wanted, following.smoothing)
+    moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = summarize(made[0])
     if search.gap and search.beam is not None:
-        summary["beam_gap"] = model.beam_gap(wanted)
+        summary["beam_gap"] = model.beam_gap(performed, rules)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):
         write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
@@ -165,7 +171,8 @@ def _configuration(
 
     partners = has_partners(library, inputs.target)
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
-    return performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
+    method = performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
+    return replace(method, keep_time=following.keep_time)
 
 
 def _synthesised(
@@ -207,9 +214,9 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
     ]
 
 
-def transcribed(model: PerformanceModel, control: Signal | Motion) -> str:
-    """The moves of a control as CSV: move, start and stop in seconds, margin."""
-    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control)]
+def transcribed(model: PerformanceModel, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> str:
+    """The moves of the motion that is made of a control as CSV: move, start and stop in seconds, margin."""
+    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control, rules)]
     return "\n".join(["move,start,stop,margin", *rows]) + "\n"
 
 

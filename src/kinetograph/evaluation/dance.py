@@ -15,6 +15,7 @@ from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.metrics import (
     contact_speed,
     distinct_share,
+    fastest_of,
     hold_errors,
     jerk,
     position_errors,
@@ -25,11 +26,16 @@ from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
+from kinetograph.post.elbows import elbow_speed
+from kinetograph.post.turning import turning_speed
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
-_OF_SEGMENTS = ("slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time")
+_OF_SEGMENTS = (
+    *("slide", "slide_recorded", "turning", "elbows", "distinct"),
+    *("segment_errors", "pattern_errors", "times_real_time"),
+)
 """Figures that frame-by-frame methods do not have."""
 
 
@@ -53,6 +59,8 @@ class DanceRow:
         Mean speed of planted feet in m/s, in the result and in the recording.
     jerk : float
         Mean jerk of the joints, as a multiple of the recorded follower's.
+    turning, elbows : float
+        The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
     segment_errors, pattern_errors : float
@@ -71,6 +79,8 @@ class DanceRow:
     slide: float
     slide_recorded: float
     jerk: float
+    turning: float
+    elbows: float
     distinct: float
     segment_errors: float
     pattern_errors: float
@@ -176,11 +186,14 @@ def _synthesized(
     began = time.perf_counter()
     result = model.synthesize(Take(held.take.name, {"control": held.leader}, holds))
     taken = time.perf_counter() - began
+    sources = [source.motion for source in model.fitted.sources]
     errors = take_errors(held.take, held.target, result.annotations, method.span)
     return replace(
         held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
+        turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
+        elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
         distinct=distinct_share(result),
         segment_errors=errors.segment_rate,
         pattern_errors=errors.pattern_rate,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
@@ -170,6 +172,11 @@ def hold_errors(
         gaps.append(np.abs(np.linalg.norm(made - other, axis=1) - np.linalg.norm(real - other, axis=1)))
         places.append(np.linalg.norm(made - real, axis=1))
     return np.concatenate(gaps), np.concatenate(places)
+
+
+def fastest_of(speed: Callable[[Motion], float], motions: Iterable[Motion]) -> float:
+    """The largest of the speeds of some motions, as ``speed`` measures them; not a number where it is 0."""
+    return max((speed(motion) for motion in motions), default=0.0) or float("nan")
 
 
 def distinct_share(result: Synthesis) -> float:

@@ -15,6 +15,7 @@ from kinetograph.evaluation.metrics import (
     contact_speed,
     control_error,
     distinct_share,
+    fastest_of,
     jerk,
     near_seams,
     position_errors,
@@ -25,6 +26,8 @@ from kinetograph.library import Library
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
+from kinetograph.post.elbows import elbow_speed
+from kinetograph.post.turning import turning_speed
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.synthesis import Synthesis
@@ -35,7 +38,7 @@ LOOPED = 8.0
 
 _OF_SEGMENTS = (
     *("control_cm", "slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time"),
-    *("seam", "seam_recorded", "seam_all", "seam_all_recorded"),
+    *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows"),
 )
 """Figures that frame-by-frame methods do not have."""
 
@@ -68,6 +71,8 @@ class WalkRow:
         joint acceleration.
     seam_all, seam_all_recorded : float
         The same as multiples of the 99th percentile of all joints' accelerations.
+    turning, elbows : float
+        The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
     segment_errors, pattern_errors : float
@@ -90,6 +95,8 @@ class WalkRow:
     seam_recorded: float
     seam_all: float
     seam_all_recorded: float
+    turning: float
+    elbows: float
     distinct: float
     segment_errors: float
     pattern_errors: float
@@ -169,7 +176,8 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
     WalkRow
     """
     seams = np.array([piece.start for piece in result.pieces[1:]])
-    inside = [accelerations(source.motion) for source in model.fitted.sources if not source.mirrored]
+    sources = [source.motion for source in model.fitted.sources if not source.mirrored]
+    inside = [accelerations(motion) for motion in sources]
     frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
     joint_limit = float(np.quantile(np.concatenate([a.ravel() for a in inside]), 0.99))
     ours, real = _largest_near(result.motion, seams), _largest_near(truth, seams)
@@ -183,6 +191,8 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         seam_recorded=real / frame_limit,
         seam_all=ours / joint_limit,
         seam_all_recorded=real / joint_limit,
+        turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
+        elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
         distinct=distinct_share(result),
         times_real_time=truth.duration / seconds,
     )

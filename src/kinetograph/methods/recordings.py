@@ -6,7 +6,8 @@ recording is put on the skeleton of the first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,12 @@ from kinetograph.take import Annotation, Take
 
 ALIKE = 0.05
 """Metres by which the bones of two recordings may differ and still count as one build."""
+
+SIDES = (("left", "right"), ("inside", "outside"))
+"""Words in the names of moves that are each other's mirror image."""
+
+LABELS = ("move", "style")
+"""Kinds of annotations by which people name what is done, and how."""
 
 CYCLES = 4
 """How often a looping clip is played: what is cut from its second cycle has real motion on both sides."""
@@ -159,11 +166,41 @@ def _floor(motion: Motion) -> float:
     return float(np.quantile(lowest, 0.05))
 
 
-def mirrored_annotations(annotations: Iterable[Annotation]) -> Iterator[Annotation]:
-    """Annotations of the mirrored motion: every role in a label, as in ``left_hand:right_hand``, changes sides.
+def mirrored_annotations(
+    annotations: Iterable[Annotation], sides: Sequence[tuple[str, str]] = SIDES
+) -> Iterator[Annotation]:
+    """Annotations of the mirrored motion.
 
-    >>> [note.label for note in mirrored_annotations([Annotation("motion", "handhold", "left_hand:right_hand", 0, 1)])]
-    ['right_hand:left_hand']
+    Every role in a label, as in ``left_hand:right_hand``, changes sides, and so does every word of a move's or a
+    style's name that is one of a pair.
+
+    Parameters
+    ----------
+    annotations : iterable of Annotation
+    sides : sequence of (str, str)
+        Words that are each other's mirror image.
+
+    Examples
+    --------
+    >>> notes = [Annotation("motion", "handhold", "left_hand:right_hand", 0, 1)]
+    >>> notes.append(Annotation("motion", "move", "Turn left", 0, 1))
+    >>> [note.label for note in mirrored_annotations(notes)]
+    ['right_hand:left_hand', 'Turn right']
     """
+    swapped = {**dict(sides), **{b: a for a, b in sides}}
     for note in annotations:
-        yield replace(note, label=":".join(opposite(role) for role in note.label.split(":")))
+        if note.kind in LABELS:
+            yield replace(note, label=_words_swapped(note.label, swapped))
+        else:
+            yield replace(note, label=":".join(opposite(role) for role in note.label.split(":")))
+
+
+def _words_swapped(name: str, swapped: Mapping[str, str]) -> str:
+    """A name with its words replaced, whatever joins them; a capital letter stays one."""
+
+    def swap(match: re.Match[str]) -> str:
+        word = match.group()
+        other = swapped.get(word.lower(), word)
+        return other.capitalize() if word[0].isupper() and other != word else other
+
+    return re.sub(r"[^\W_]+", swap, name)

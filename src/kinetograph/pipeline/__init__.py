@@ -7,7 +7,14 @@ read what a person names on the command line.
 from kinetograph.pipeline.growing import GrowingSettings, grow_library
 from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
 from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
-from kinetograph.pipeline.performing import Smoothing, perform, perform_alternatives, perform_with, winding_path
+from kinetograph.pipeline.performing import (
+    Smoothing,
+    perform,
+    perform_alternatives,
+    perform_with,
+    smoothed,
+    winding_path,
+)
 from kinetograph.pipeline.segmenting import CUT_BY, cut_by_hand, refuse_cuts, segment_library, segment_take
 
 __all__ = [
@@ -28,5 +35,6 @@ __all__ = [
     "refuse_cuts",
     "segment_library",
     "segment_take",
+    "smoothed",
     "winding_path",
 ]

@@ -80,7 +80,7 @@ def perform_with(
     progress: Progress | None = None,
 ) -> Synthesis:
     """Perform a control with a fitted model, whose notes are among the warnings; see `perform`."""
-    result = model.synthesize(_smoothed(control, smoothing), progress, rules)
+    result = model.synthesize(smoothed(control, smoothing), progress, rules)
     return replace(result, warnings=(*model.notes, *result.warnings))
 
 
@@ -116,15 +116,16 @@ def perform_alternatives(
     RequestError
         For a control that cannot be performed.
     """
-    results = model.alternatives(_smoothed(control, smoothing), count, rules, alike=alike)
+    results = model.alternatives(smoothed(control, smoothing), count, rules, alike=alike)
     return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in results)
 
 
-def _smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Signal | Motion:
+def smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Take | Signal | Motion:
+    """The control that is performed: a drawn path is smoothed, anything else stays as it is."""
     wanted = only_track(control) if isinstance(control, Take) else control
     if isinstance(wanted, Signal) and smoothing:
         return smooth_path(wanted, smoothing.time, smoothing.space)
-    return wanted
+    return control
 
 
 def winding_path(speed: float = 0.95, fps: float = 30.0) -> Signal:

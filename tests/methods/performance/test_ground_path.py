@@ -160,3 +160,33 @@ def test_a_path_that_stands_or_is_one_sample_can_be_smoothed() -> None:
 
 def test_no_smoothing_changes_nothing() -> None:
     np.testing.assert_array_equal(smooth_path(_path(_circle())).values[:, 0], _circle())
+
+
+# ---- paths as hands draw them ----
+
+
+def _facing(points: FloatArray) -> FloatArray:
+    across = points[:, 0] - points[:, 1]
+    return np.unwrap(np.arctan2(-across[:, 2], across[:, 0]))
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=10)
+def test_a_trembling_pause_does_not_spin(seed: int) -> None:
+    line = np.concatenate([_line(121), np.repeat(_line(121)[-1:], 180, axis=0), _line(121)[-1] + _line(121)])
+    jitter = 0.004 * np.random.default_rng(seed).normal(size=line.shape) * [1, 0, 1]
+    facing = _facing(path_on_ground(_path(line + jitter), 0.3))
+    assert np.abs(facing).max() < np.deg2rad(25)
+
+
+@pytest.mark.parametrize("corner", [90.0, 135.0, 180.0])
+def test_corners_and_reversals_are_turned_as_people_turn(corner: float) -> None:
+    to = np.deg2rad(corner) - 1e-3
+    after = _line(181)[:, [2]] * np.array([[np.sin(to), 0.0, np.cos(to)]])
+    facing = _facing(path_on_ground(_path(np.concatenate([_line(181), _line(181)[-1] + after])), 0.3))
+    assert np.abs(np.diff(facing)).max() * _FPS <= np.deg2rad(151)
+    assert facing[-1] - facing[0] == pytest.approx(to, abs=0.02)
+
+
+def test_a_slow_path_has_a_direction_too() -> None:
+    np.testing.assert_allclose(_facing(path_on_ground(_path(_line(301, speed=0.1)), 0.3)), 0.0, atol=1e-9)

@@ -121,3 +121,15 @@ def test_the_best_sequences_come_in_order_and_keep_the_rules(tmp_path: Path) -> 
     for segment, (start, stop) in zip(segments, starts, strict=True):
         inside = start < 4.0 * model.method.rate and stop > 2.0 * model.method.rate
         assert not (inside and model.fitted.sources[segment.source].take == "left")
+
+
+def test_a_transcript_keeps_the_rules_that_the_motion_was_made_by(tmp_path: Path) -> None:
+    model = _model(tmp_path)
+    free = [row.move for row in model.transcribe(_control())]
+    bound = model.transcribe(_control(), (Rule(2.0, 4.0, take="left", forbid=True),))
+    made = model.synthesize(_control(), rules=(Rule(2.0, 4.0, take="left", forbid=True),))
+    assert [row.move for row in bound] != free
+    for row in bound:
+        middle = 0.5 * (row.start + row.stop)
+        moves = {n.label for n in made.annotations if n.kind == "move" and n.start - 0.2 <= middle <= n.stop + 0.2}
+        assert row.move in moves

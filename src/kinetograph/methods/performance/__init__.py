@@ -47,8 +47,8 @@ from kinetograph.methods.performance.segments import (
     legal_steps,
 )
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.sources import LABELS
 from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
+from kinetograph.methods.recordings import LABELS
 
 __all__ = [
     "GROWN",

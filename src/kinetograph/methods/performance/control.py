@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.methods.performance.ground_path import path_speeds
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.motion import Motion
+from kinetograph.sampling import interpolate, sample_times
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
+
+PACE = 0.5
+"""Seconds over which the speed of a path is compared with that of the recordings."""
+HURRY = 1.25
+"""How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +35,15 @@ class Control:
         The control where it is a character, whose hands are held.
     handholds : tuple of Annotation
         The handholds with it, where the control says so itself; otherwise they are those of the recordings.
+    late : float
+        Seconds by which its end is later than it was asked for.
     """
 
     points: FloatArray
     fps: float
     partner: Motion | None = None
     handholds: tuple[Annotation, ...] = ()
+    late: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -51,6 +62,28 @@ def read_control(settings: PerformanceSettings, control: Take | Signal | Motion)
     given = tuple(note for note in annotations if note.kind == "handhold")
     partner = track if isinstance(track, Motion) else None
     return Control(points_of(settings, track), track.fps, partner, given)
+
+
+def walkable(control: Control, fastest: float) -> Control:
+    """A path that is nowhere faster than people walk: it is followed in space, and reached later.
+
+    Parameters
+    ----------
+    control : Control
+        With control points ``(F, 2, 3)`` on the ground.
+    fastest : float
+        Metres per second of the fastest recording, over `PACE` seconds.
+    """
+    speed = uniform_filter1d(
+        path_speeds(control.points, control.fps), max(round(PACE * control.fps), 1), mode="nearest"
+    )
+    slower = np.maximum(speed / (HURRY * fastest), 1.0)
+    if len(speed) < 2 or slower.max() <= 1.0:
+        return control
+    clock = np.concatenate([[0.0], np.cumsum(0.5 * (slower[1:] + slower[:-1]))]) / control.fps
+    times = sample_times(float(clock[-1]), control.fps)
+    points = interpolate(control.points, np.interp(times, clock, np.arange(len(clock))))
+    return replace(control, points=points, late=float(clock[-1]) - control.duration)
 
 
 def points_of(settings: PerformanceSettings, control: Signal | Motion) -> FloatArray:

@@ -10,9 +10,12 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import SegmentalSearch
+from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
+from kinetograph.post.turning import turning_speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +89,28 @@ class Fitted:
             speeds.append(length * self.settings.rate / steps)
         together = np.concatenate(speeds)
         return float(together.min()), float(together.max())
+
+    @cached_property
+    def fastest(self) -> float:
+        """Fastest mean ground speed of the segments as they were recorded, metres per second."""
+        speeds = []
+        for segment in self.instances.segments:
+            source = self.sources[segment.source]
+            fps = source.motion.fps
+            middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)
+            length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
+            speeds.append(length / segment.duration)
+        return max(speeds)
+
+    @cached_property
+    def turning(self) -> float:
+        """How fast a result may turn, radians per second: as the recordings do, or as a drawn path may."""
+        return max(TURNING, *(turning_speed(source.motion) for source in self.sources))
+
+    @cached_property
+    def elbow_speed(self) -> float:
+        """How fast the elbows of a result may bend, radians per second: as those of the recordings do."""
+        return max(elbow_speed(source.motion) for source in self.sources)
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""

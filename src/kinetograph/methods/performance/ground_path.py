@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import savgol_filter
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
@@ -11,8 +12,14 @@ from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 
-STANDING = 0.05
-"""Metres a second below which a path's direction is not taken from its velocity."""
+STANDING = 0.25
+"""Metres per second below which a path's direction is not taken from its velocity; less for a path that is slow."""
+STILL = 0.05
+"""Metres per second: a path that nowhere moves faster has no direction."""
+WINDOW = 0.3
+"""Seconds before and after that a path's velocity is taken over."""
+TURNING = float(np.deg2rad(150.0))
+"""Radians per second that the direction of a path changes at most: people who turn while they walk do little more."""
 
 
 def hips_on_ground(motion: Motion, distance: float) -> FloatArray:
@@ -25,7 +32,9 @@ def hips_on_ground(motion: Motion, distance: float) -> FloatArray:
 def path_on_ground(path: Signal, distance: float) -> FloatArray:
     """The Frenet frame of a path as two points: left and right of it, square to its velocity.
 
-    Where the path stands still the direction is interpolated between those before and after.
+    The direction is that of a person who walks along it: the velocity is taken over a short while, so that a trembling
+    hand does not show; where the path pauses, the direction is interpolated between those before and after; and it
+    changes no faster than people turn.
 
     Parameters
     ----------
@@ -52,16 +61,48 @@ def path_on_ground(path: Signal, distance: float) -> FloatArray:
     if path.values.shape[1] == 2:
         across = path.values[:, 0] - path.values[:, 1]
         return _pair(path.values.mean(axis=1), np.arctan2(across[:, 2], across[:, 0]), distance)
-    middle = path.values[:, 0]
-    velocity = np.gradient(middle, 1 / path.fps, axis=0) if len(middle) > 1 else np.zeros_like(middle)
-    moving = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 2]) > STANDING)
-    if len(moving) == 0:
-        raise RequestError(
-            f"the path moves at less than {STANDING} m/s throughout; a direction cannot be taken from it"
-        )
+    heading = _headings(path.values[:, 0], path.fps)
     # forward (x, z) has its left at (z, -x), with Y up
-    left = np.unwrap(np.arctan2(-velocity[moving, 0], velocity[moving, 2]))
-    return _pair(middle, np.interp(np.arange(len(middle)), moving, left), distance)
+    return _pair(path.values[:, 0], np.arctan2(-np.sin(heading), np.cos(heading)), distance)
+
+
+def _headings(middle: FloatArray, fps: float) -> FloatArray:
+    """The direction of a path ``(F, 3)`` as an angle from z to x, ``(F,)`` radians, as a person could face along it."""
+    reach = min(max(round(WINDOW * fps), 1), (len(middle) - 1) // 2)
+    velocity = _velocities(middle, fps, reach)
+    speed = np.hypot(velocity[:, 0], velocity[:, 2])
+    if speed.max() < STILL:
+        raise RequestError(f"the path moves at less than {STILL} m/s throughout; a direction cannot be taken from it")
+    moving = np.flatnonzero(speed > min(STANDING, 0.5 * float(speed.max())))
+    direction = np.unwrap(np.arctan2(velocity[moving, 0], velocity[moving, 2]))
+    return _turned_slowly(_ended(np.interp(np.arange(len(middle)), moving, direction), reach), fps)
+
+
+def _velocities(middle: FloatArray, fps: float, reach: int) -> FloatArray:
+    """Velocities ``(F, 3)``, metres per second: slopes of lines through the samples ``reach`` before to after."""
+    if reach < 1:
+        return np.gradient(middle, 1 / fps, axis=0) if len(middle) > 1 else np.zeros_like(middle)
+    return np.asarray(savgol_filter(middle, 2 * reach + 1, 1, deriv=1, delta=1 / fps, axis=0))
+
+
+def _ended(heading: FloatArray, reach: int) -> FloatArray:
+    """Headings whose first and last ``reach`` samples, seen from one side only, go on as their neighbours do."""
+    if reach < 1 or len(heading) < 4 * reach + 2:
+        return heading
+    ended = heading.copy()
+    steps = np.arange(1, reach + 1)
+    ended[reach - 1 :: -1] = heading[reach] - steps * (heading[2 * reach] - heading[reach]) / reach
+    ended[-reach:] = heading[-reach - 1] + steps * (heading[-reach - 1] - heading[-2 * reach - 1]) / reach
+    return ended
+
+
+def _turned_slowly(heading: FloatArray, fps: float) -> FloatArray:
+    """Headings that change by `TURNING` at most: smoothed as little as it takes."""
+    for seconds in np.arange(0.0, 2.0, 0.05):
+        smooth = heading if seconds == 0 else gaussian_filter1d(heading, seconds * fps, mode="nearest")
+        if len(smooth) < 2 or np.abs(np.diff(smooth)).max() * fps <= TURNING:
+            break
+    return np.asarray(smooth)
 
 
 def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:

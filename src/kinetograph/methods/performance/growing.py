@@ -25,7 +25,7 @@ from kinetograph.methods.performance.pieces import fine_borders
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment, Source, build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.sources import LABELS
+from kinetograph.methods.recordings import LABELS
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.sampling import interpolate

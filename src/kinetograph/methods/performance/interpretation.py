@@ -53,10 +53,10 @@ def _check_length(fitted: Fitted, steps: int) -> None:
         )
 
 
-def beam_gap(fitted: Fitted, x: FloatArray) -> float:
+def beam_gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
     """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
-    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None)), x).score
-    return interpret(fitted, x).score / exact - 1.0 if exact > 0 else 0.0
+    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None)), x, rules=rules).score
+    return interpret(fitted, x, rules=rules).score / exact - 1.0 if exact > 0 else 0.0
 
 
 def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:

@@ -21,8 +21,8 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.library import Library
 from kinetograph.methods.performance import interpretation
-from kinetograph.methods.performance.control import Control, read_control
-from kinetograph.methods.performance.control_points import PointsByRole
+from kinetograph.methods.performance.control import Control, read_control, walkable
+from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
 from kinetograph.methods.performance.fit import fit
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.live import Live
@@ -129,7 +129,7 @@ class PerformanceModel:
         RequestError
             For a control without direction, or too short for the search's rate.
         """
-        read = read_control(self.method, control)
+        read = self._read(control)
         path = self.interpret(read, progress, rules)
         return realize(self.fitted, read, path)
 
@@ -154,7 +154,7 @@ class PerformanceModel:
         RequestError
             As `synthesize` does.
         """
-        read = read_control(self.method, control)
+        read = self._read(control)
         search = interpretation.best_sequences if alike else interpretation.alternatives
         paths = search(self.fitted, self._samples(read), count, rules)
         return tuple(realize(self.fitted, replace(read, handholds=()), path) for path in paths)
@@ -163,16 +163,16 @@ class PerformanceModel:
         self, control: Control | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
     ) -> SegmentalPath:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
-        read = control if isinstance(control, Control) else read_control(self.method, control)
+        read = control if isinstance(control, Control) else self._read(control)
         return interpretation.interpret(self.fitted, self._samples(read), progress, rules)
 
-    def transcribe(self, control: Take | Signal | Motion) -> list[Transcript]:
+    def transcribe(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> list[Transcript]:
         """The moves of a control in order (chapter 7). Raises RequestError where the recordings name no moves."""
-        return transcribe(self.fitted, self._samples(read_control(self.method, control)))
+        return transcribe(self.fitted, self._samples(self._read(control)), rules)
 
-    def beam_gap(self, control: Take | Signal | Motion) -> float:
+    def beam_gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
-        return interpretation.beam_gap(self.fitted, self._samples(read_control(self.method, control)))
+        return interpretation.beam_gap(self.fitted, self._samples(self._read(control)), rules)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame.
@@ -198,6 +198,12 @@ class PerformanceModel:
         if not (np.isfinite(fps) and fps > 0) or (lag is not None and not lag >= 0):
             raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
         return Live(self.fitted, fps, lag)
+
+    def _read(self, control: Take | Signal | Motion) -> Control:
+        """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept."""
+        read = read_control(self.method, control)
+        drawn = read.partner is None and isinstance(self.method.control_points, GroundPath)
+        return walkable(read, self.fitted.fastest) if drawn and not self.method.keep_time else read
 
     def _samples(self, control: Control) -> FloatArray:
         """The control's points at the search's rate, ``(T + 1, P, 3)``."""

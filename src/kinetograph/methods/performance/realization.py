@@ -17,6 +17,8 @@ from kinetograph.motion import Motion
 from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
+from kinetograph.post.elbows import limit_elbows
+from kinetograph.post.turning import limit_turning
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
@@ -36,18 +38,25 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
-    joined = join_parts(recorded.parts, fps, frames, fitted.settings.post)
+    joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.turning)
     motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.joint_ranges)
+    motion = limit_elbows(motion, fitted.elbow_speed)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
+    late = {"late": control.late} if control.late else {}
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
         annotations=recorded.annotations,
-        statistics={**statistics, **_moved(joined, motion), **_hold_statistics(hold_residuals(motion, recorded.holds))},
-        warnings=fitted.settings.control_points.warnings(control.points, control.fps, fitted.speeds),
+        statistics={
+            **statistics,
+            **late,
+            **_moved(joined, motion),
+            **_hold_statistics(hold_residuals(motion, recorded.holds)),
+        },
+        warnings=_warnings(fitted, control),
         edited=edits(motion, recorded.parts),
     )
 
@@ -71,6 +80,17 @@ def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: Segme
     taken = list(zip(pieces, sources, strict=True))
     holds = carried_holds(taken, annotations, partner, frames, fps, fitted.sources if given else ())
     return _Recorded(parts, annotations, holds)
+
+
+def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
+    warnings = fitted.settings.control_points.warnings(control.points, control.fps, fitted.speeds)
+    if not control.late:
+        return warnings
+    return (
+        f"the path is faster than anybody in the library, who reaches {fitted.fastest:.2f} m/s: it is followed in "
+        f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
+        *warnings,
+    )
 
 
 def _until(end: float, annotations: tuple[Annotation, ...]) -> tuple[Annotation, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.learn import Alignment, Ground
 from kinetograph.methods.performance.control_points import ControlPoints, GroundPath
+from kinetograph.methods.recordings import SIDES
 from kinetograph.post.assemble import PostSettings
 
 END_EFFECTORS: Mapping[str, float] = MappingProxyType(
@@ -53,8 +54,13 @@ class PerformanceSettings:
         Segments closer than this to one another are represented by one of them, metres (section 4.4.2).
     mirror : bool
         Use every recording mirrored as well.
+    sides : tuple of (str, str)
+        Words in the names of moves that are each other's mirror image.
     longest : float
         Longest segment used, seconds.
+    keep_time : bool
+        Follow a drawn path at its own times, even where it is faster than anybody in the recordings walks; otherwise
+        it is followed in space there, and its end is reached later.
     post : PostSettings
         What happens to the chosen segments afterwards.
 
@@ -75,7 +81,9 @@ class PerformanceSettings:
     beam: float | None = None
     cluster: float | None = None
     mirror: bool = False
+    sides: tuple[tuple[str, str], ...] = SIDES
     longest: float = 2.5
+    keep_time: bool = False
     post: PostSettings = field(default_factory=PostSettings)
 
     def __post_init__(self) -> None:

@@ -13,7 +13,7 @@ from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.methods.performance.handholds import grips
 from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.recordings import CYCLES, Recording, adopt, looped, mirrored_annotations
+from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, resample
 from kinetograph.sampling import interpolate
@@ -21,9 +21,6 @@ from kinetograph.segmentation import detect_beats, detect_handholds, footplant_c
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Track
-
-LABELS = ("move", "style")
-"""Kinds of annotations by which people name what is done, and how."""
 
 
 def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
@@ -61,7 +58,7 @@ def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Sk
             raise RequestError(f"take {recording.name!r}: a signal cannot be mirrored; leave mirroring off")
         image = replace(recording, motion=mirror(recording.motion))
         other = None if partner is None else mirror(partner)
-        swapped = tuple(mirrored_annotations(annotations))
+        swapped = tuple(mirrored_annotations(annotations, settings.sides))
         sources.append(_source(settings, image, other, swapped, cuts, mirrored=True))
     return [replace(source, motion=adopt(source.motion, skeleton, scaled=False)) for source in sources], cut_at
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import RequestError
+from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.interpretation import interpret
@@ -38,7 +39,7 @@ def require_moves(fitted: Fitted) -> None:
         raise RequestError("the library names no moves; annotate some of kind 'move' (library annotate --from CSV)")
 
 
-def transcribe(fitted: Fitted, x: FloatArray) -> list[Transcript]:
+def transcribe(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> list[Transcript]:
     """The moves of a control in order, each with its margin to the best interpretation that has another one there.
 
     Parameters
@@ -46,6 +47,8 @@ def transcribe(fitted: Fitted, x: FloatArray) -> list[Transcript]:
     fitted : Fitted
     x : ndarray, shape (T + 1, P, 3)
         Control points at the search's rate.
+    rules : sequence of Rule
+        What is pinned or forbidden, as where the motion was made.
 
     Raises
     ------
@@ -53,13 +56,23 @@ def transcribe(fitted: Fitted, x: FloatArray) -> list[Transcript]:
         Where the library has no moves annotated.
     """
     require_moves(fitted)
-    best = interpret(fitted, x)
+    best = interpret(fitted, x, rules=rules)
     rows = []
     for move, start, stop in _runs(fitted, best):
-        rules = (Rule(start, stop, move=move, forbid=True),)
-        other = interpret(fitted, x, rules=rules).score if move else best.score
-        rows.append(Transcript(move, start, stop, other / max(best.score, 1e-12) - 1.0))
+        rows.append(Transcript(move, start, stop, _margin(fitted, x, (move, start, stop), best.score, rules)))
     return rows
+
+
+def _margin(fitted: Fitted, x: FloatArray, run: tuple[str, float, float], best: float, rules: Sequence[Rule]) -> float:
+    """What the best interpretation costs more, as a share, that has another move in a run; infinite without one."""
+    move, start, stop = run
+    if not move:
+        return 0.0
+    try:
+        other = interpret(fitted, x, rules=(*rules, Rule(start, stop, move=move, forbid=True))).score
+    except DataError:  # nothing else covers it under the rules
+        return float("inf")
+    return other / max(best, 1e-12) - 1.0
 
 
 def _runs(fitted: Fitted, path: SegmentalPath) -> list[tuple[str, float, float]]:
