@@ -18,6 +18,25 @@ from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
 
 
+@dataclass(frozen=True)
+class BodyLimits:
+    """What a body may do at most.
+
+    Parameters
+    ----------
+    joints : tuple of JointRange
+        How far the joints of arms and legs bend.
+    turning : float
+        How fast it turns, radians per second.
+    elbows : float
+        How fast elbows bend and straighten, radians per second.
+    """
+
+    joints: tuple[JointRange, ...]
+    turning: float
+    elbows: float
+
+
 @dataclass(frozen=True, eq=False)
 class Fitted:
     """The recordings of a library, the segments they are cut into, and what is derived from both.
@@ -74,10 +93,14 @@ class Fitted:
         return heads[segments], tails[segments]
 
     @cached_property
-    def joint_ranges(self) -> tuple[JointRange, ...]:
-        """How far the recordings bend the joints of arms and legs."""
+    def limits(self) -> BodyLimits:
+        """What bodies do at most in the recordings; turns may be as fast as those of a drawn path."""
         motions = [source.motion for source in self.sources]
-        return seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton)))
+        return BodyLimits(
+            seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
+            max(TURNING, *map(turning_speed, motions)),
+            max(map(elbow_speed, motions)),
+        )
 
     @cached_property
     def speeds(self) -> tuple[float, float]:
@@ -101,16 +124,6 @@ class Fitted:
             length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
             speeds.append(length / segment.duration)
         return max(speeds)
-
-    @cached_property
-    def turning(self) -> float:
-        """How fast a result may turn, radians per second: as the recordings do, or as a drawn path may."""
-        return max(TURNING, *(turning_speed(source.motion) for source in self.sources))
-
-    @cached_property
-    def elbow_speed(self) -> float:
-        """How fast the elbows of a result may bend, radians per second: as those of the recordings do."""
-        return max(elbow_speed(source.motion) for source in self.sources)
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""

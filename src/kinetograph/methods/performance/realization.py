@@ -38,9 +38,9 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
-    joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.turning)
-    motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.joint_ranges)
-    motion = limit_elbows(motion, fitted.elbow_speed)
+    joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
+    motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
+    motion = limit_elbows(motion, fitted.limits.elbows)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
     late = {"late": control.late} if control.late else {}
