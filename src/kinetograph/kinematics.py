@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -34,16 +34,31 @@ def forward(motion: Motion) -> tuple[FloatArray, FloatArray]:
     >>> forward(raised)[0].round(6).tolist()
     [[[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]
     """
-    frames, joints = len(motion), len(motion.skeleton)
-    positions = np.empty((frames, joints, 3))
-    rotations = np.empty((frames, joints, 4))
+    return _forward(motion, range(1, len(motion.skeleton)))
+
+
+def _forward(motion: Motion, joints: Iterable[int]) -> tuple[FloatArray, FloatArray]:
+    """Positions and rotations of the root and some joints, parents before children; the others' are not set."""
+    positions = np.empty((len(motion), len(motion.skeleton), 3))
+    rotations = np.empty((len(motion), len(motion.skeleton), 4))
     positions[:, 0] = motion.translation
     rotations[:, 0] = motion.rotations[:, 0]
-    for joint, parent in enumerate(motion.skeleton.parents[1:], start=1):
+    for joint in joints:
+        parent = motion.skeleton.parents[joint]
         bone = motion.skeleton.offsets[joint] if motion.bones is None else motion.bones[:, joint]
         positions[:, joint] = positions[:, parent] + rot.rotate(rotations[:, parent], bone)
         rotations[:, joint] = rot.multiply(rotations[:, parent], motion.rotations[:, joint])
     return positions, rotations
+
+
+def _above(motion: Motion, joints: Iterable[int]) -> list[int]:
+    """Some joints and all between them and the root, which is left out; parents come before children."""
+    chain: set[int] = set()
+    for joint in joints:
+        while joint > 0 and joint not in chain:
+            chain.add(joint)
+            joint = int(motion.skeleton.parents[joint])
+    return sorted(chain)
 
 
 def joint_positions(motion: Motion) -> FloatArray:
@@ -71,8 +86,8 @@ def landmark_positions(motion: Motion, landmarks: Sequence[Landmark]) -> FloatAr
     ndarray, shape (F, L, 3)
         Metres.
     """
-    positions, rotations = forward(motion)
     joints = np.array([landmark.joint for landmark in landmarks], dtype=np.int64)
+    positions, rotations = _forward(motion, _above(motion, joints.tolist()))  # mostly few joints of many
     offsets = np.array([landmark.offset for landmark in landmarks]).reshape(-1, 3)
     return positions[:, joints] + rot.rotate(rotations[:, joints], offsets)
 

@@ -78,7 +78,7 @@ class WalkRow:
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     times_real_time : float
-        Duration of the take over that of its synthesis.
+        Duration of the take over the processor time of its synthesis.
     """
 
     take: str
@@ -201,9 +201,9 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
 def _synthesized(label: str, method: PerformanceControl, library: Library, take: Take, track: str | None) -> WalkRow:
     model = method.fit(library, exclude=(take.name,), track=track)
     truth = held_out_motion(take, track)
-    began = time.perf_counter()
+    began = time.process_time()
     result = model.synthesize(truth)
-    row = walk_row(take.name, model, truth, result, time.perf_counter() - began)
+    row = walk_row(take.name, model, truth, result, time.process_time() - began)
     name, _ = take.named_motion(track)
     errors = take_errors(take, name, result.annotations, method.span)
     return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)

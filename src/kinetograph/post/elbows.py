@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import landmark_positions
 from kinetograph.motion import Motion
 from kinetograph.post.limbs import ARM, has_limb, move_limb, usual_hinge
 from kinetograph.post.slowing import fastest_change, slowed
+from kinetograph.skeleton import Landmark
 
 
 def elbow_speed(motion: Motion) -> float:
     """How fast either elbow bends or straightens at most, radians per second; 0 without arms."""
-    bends = [_bend(joint_positions(motion)[:, arm]) for arm in _arms(motion)]
-    return max((fastest_change(bend, motion.fps) for bend in bends), default=0.0)
+    return max((fastest_change(_bend(_positions(motion, arm)), motion.fps) for arm in _arms(motion)), default=0.0)
 
 
 def limit_elbows(motion: Motion, fastest: float) -> Motion:
@@ -33,7 +33,7 @@ def limit_elbows(motion: Motion, fastest: float) -> Motion:
         The same where no elbow is too fast.
     """
     for arm in _arms(motion):
-        shoulder, elbow, hand = np.moveaxis(joint_positions(motion)[:, arm], 1, 0)
+        shoulder, elbow, hand = np.moveaxis(_positions(motion, arm), 1, 0)
         bend = _bend(np.stack([shoulder, elbow, hand], axis=1))
         slow = slowed(bend, fastest, motion.fps)
         if slow is bend:
@@ -50,6 +50,11 @@ def limit_elbows(motion: Motion, fastest: float) -> Motion:
 def _arms(motion: Motion) -> list[list[int]]:
     sides = [side for side in ("left", "right") if has_limb(motion, side, ARM)]
     return [[motion.skeleton.landmark(f"{side}_{part}").joint for part in ARM] for side in sides]
+
+
+def _positions(motion: Motion, arm: list[int]) -> FloatArray:
+    """World positions ``(F, 3, 3)`` in metres of an arm's joints."""
+    return landmark_positions(motion, [Landmark(joint) for joint in arm])
 
 
 def _bend(arm: FloatArray) -> FloatArray:
