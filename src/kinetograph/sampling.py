@@ -101,6 +101,31 @@ def spline(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
     return np.asarray(mixed / 6.0).reshape(len(at), *values.shape[1:])
 
 
+def uneven_spline(values: FloatArray, clock: FloatArray, times: npt.ArrayLike) -> FloatArray:
+    """Samples of uneven times on the cubic spline through them; held beyond the ends.
+
+    Parameters
+    ----------
+    values : ndarray, shape (F, ...)
+        Two samples or more.
+    clock : ndarray, shape (F,)
+        Their times, increasing.
+    times : array_like, shape (N,)
+
+    Returns
+    -------
+    ndarray, shape (N, ...)
+
+    Examples
+    --------
+    >>> uneven_spline(np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 4.0]), [2.5, 9.0]).round(9).tolist()
+    [2.5, 4.0]
+    """
+    from scipy.interpolate import CubicSpline  # on first use: the package itself loads without scipy
+
+    return np.asarray(CubicSpline(clock, values, axis=0, bc_type="natural")(np.clip(times, clock[0], clock[-1])))
+
+
 def sample_times(duration: float, fps: float) -> FloatArray:
     """Times of the samples of a rate, from 0 to the last that lies within a duration.
 

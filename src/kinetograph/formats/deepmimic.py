@@ -20,7 +20,8 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats.options import Loaded, ReadOptions
-from kinetograph.motion import Motion, sample
+from kinetograph.motion import Motion
+from kinetograph.sampling import uneven_spline
 from kinetograph.skeleton import Landmark, Skeleton
 from kinetograph.take import Annotation, Take
 
@@ -186,8 +187,8 @@ def _motion(path: Path, rows: FloatArray, given_fps: float | None, notes: list[s
     notes.append(f"frames last {steps.min():.4g} to {steps.max():.4g} s: resampled to {fps:g} frames per second")
     clock = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.arange(round(clock[-1] * fps) + 1) / fps  # rounded, since a clip that loops must keep its last pose
-    by_index = Motion(skeleton(), translation, rotations, 1.0)
-    return sample(by_index, np.interp(wanted, clock, np.arange(len(rows))), fps)
+    turned = rot.normalize(uneven_spline(rot.unroll(rotations), clock, wanted))
+    return Motion(skeleton(), uneven_spline(translation, clock, wanted), turned, fps)
 
 
 def _rate(path: Path, steps: FloatArray) -> float:

@@ -278,7 +278,8 @@ def test_contacts_come_with_the_pieces(tmp_path: Path) -> None:
 
 
 def test_a_path_that_is_too_fast_is_performed_with_a_warning(tmp_path: Path) -> None:
-    model = PerformanceControl(stretch=0.0).fit(_library(tmp_path, _cut_every(walk(4.0, speed=1.0))))
+    method = PerformanceControl(stretch=0.0, keep_time=True)
+    model = method.fit(_library(tmp_path, _cut_every(walk(4.0, speed=1.0))))
     result = model.synthesize(_straight(4.0, 2.0))
     (warning,) = result.warnings
     assert warning.startswith("the path asks for 2.00 m/s where the library's fastest segment gives 1.00 m/s")

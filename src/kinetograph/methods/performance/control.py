@@ -18,8 +18,6 @@ from kinetograph.take import Annotation, Take
 
 PACE = 0.5
 """Seconds over which the speed of a path is compared with that of the recordings."""
-HURRY = 1.25
-"""How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +70,12 @@ def walkable(control: Control, fastest: float) -> Control:
     control : Control
         With control points ``(F, 2, 3)`` on the ground.
     fastest : float
-        Metres per second of the fastest recording, over `PACE` seconds.
+        Metres per second, over `PACE` seconds.
     """
     speed = uniform_filter1d(
         path_speeds(control.points, control.fps), max(round(PACE * control.fps), 1), mode="nearest"
     )
-    slower = np.maximum(speed / (HURRY * fastest), 1.0)
+    slower = np.maximum(speed / fastest, 1.0)
     if len(speed) < 2 or slower.max() <= 1.0:
         return control
     clock = np.concatenate([[0.0], np.cumsum(0.5 * (slower[1:] + slower[:-1]))]) / control.fps

@@ -17,6 +17,11 @@ from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
 
+HURRY = 1.25
+"""How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
+BENDING = float(np.deg2rad(300.0))
+"""Radians per second that elbows may bend at least, where those of the recordings hang still."""
+
 
 @dataclass(frozen=True)
 class BodyLimits:
@@ -94,12 +99,12 @@ class Fitted:
 
     @cached_property
     def limits(self) -> BodyLimits:
-        """What bodies do at most in the recordings; turns may be as fast as those of a drawn path."""
+        """What bodies do at most in the recordings; turns and elbows may always be as fast as people are."""
         motions = [source.motion for source in self.sources]
         return BodyLimits(
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
             max(TURNING, *map(turning_speed, motions)),
-            max(map(elbow_speed, motions)),
+            max(BENDING, *map(elbow_speed, motions)),
         )
 
     @cached_property
@@ -115,7 +120,10 @@ class Fitted:
 
     @cached_property
     def fastest(self) -> float:
-        """Fastest mean ground speed of the segments as they were recorded, metres per second."""
+        """Ground speed in metres per second up to which a path is followed at its own times.
+
+        It is `HURRY` times the fastest mean speed of a segment as it was recorded, or what the stretch allows.
+        """
         speeds = []
         for segment in self.instances.segments:
             source = self.sources[segment.source]
@@ -123,7 +131,7 @@ class Fitted:
             middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)
             length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
             speeds.append(length / segment.duration)
-        return max(speeds)
+        return min(HURRY * max(speeds), self.speeds[1])
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""

@@ -87,7 +87,7 @@ def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
     if not control.late:
         return warnings
     return (
-        f"the path is faster than anybody in the library, who reaches {fitted.fastest:.2f} m/s: it is followed in "
+        f"the path is faster than the library's people can hurry, {fitted.fastest:.2f} m/s: it is followed in "
         f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
         *warnings,
     )
