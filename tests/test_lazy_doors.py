@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-DOORS = ("kinetograph.learn", "kinetograph.evaluation")
+DOORS = ("kinetograph.learn", "kinetograph.evaluation", "kinetograph.pipeline")
 
 
 @pytest.mark.parametrize("name", DOORS)

@@ -1,21 +1,35 @@
 """Whole jobs, as the command line calls them: from files and libraries to results.
 
 `perform` and `inbetween` make a motion; `segment_library` and `grow_library` cut the takes of a library; the others
-read what a person names on the command line.
+read what a person names on the command line. Rooms are imported on first use, so that a command loads what it needs.
 """
 
-from kinetograph.pipeline.growing import GrowingSettings, grow_library
-from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
-from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
-from kinetograph.pipeline.performing import (
-    Smoothing,
-    perform,
-    perform_alternatives,
-    perform_with,
-    smoothed,
-    winding_path,
-)
-from kinetograph.pipeline.segmenting import CUT_BY, cut_by_hand, refuse_cuts, segment_library, segment_take
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+_ROOMS = {
+    "CUT_BY": "segmenting",
+    "GrowingSettings": "growing",
+    "Smoothing": "performing",
+    "cut_by_hand": "segmenting",
+    "grow_library": "growing",
+    "has_partners": "libraries",
+    "inbetween": "inbetweening",
+    "inbetween_with": "inbetweening",
+    "open_library": "libraries",
+    "perform": "performing",
+    "perform_alternatives": "performing",
+    "perform_with": "performing",
+    "read_take": "libraries",
+    "recordings_in": "libraries",
+    "refuse_cuts": "segmenting",
+    "segment_library": "segmenting",
+    "segment_take": "segmenting",
+    "smoothed": "performing",
+    "winding_path": "performing",
+}
 
 __all__ = [
     "CUT_BY",
@@ -38,3 +52,28 @@ __all__ = [
     "smoothed",
     "winding_path",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ROOMS:
+        raise AttributeError(f"module 'kinetograph.pipeline' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"kinetograph.pipeline.{_ROOMS[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+if TYPE_CHECKING:
+    from kinetograph.pipeline.growing import GrowingSettings, grow_library
+    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
+    from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
+    from kinetograph.pipeline.performing import (
+        Smoothing,
+        perform,
+        perform_alternatives,
+        perform_with,
+        smoothed,
+        winding_path,
+    )
+    from kinetograph.pipeline.segmenting import CUT_BY, cut_by_hand, refuse_cuts, segment_library, segment_take

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.signal import savgol_filter
+from scipy.ndimage import correlate1d, gaussian_filter1d
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
@@ -82,7 +81,10 @@ def _velocities(middle: FloatArray, fps: float, reach: int) -> FloatArray:
     """Velocities ``(F, 3)``, metres per second: slopes of lines through the samples ``reach`` before to after."""
     if reach < 1:
         return np.gradient(middle, 1 / fps, axis=0) if len(middle) > 1 else np.zeros_like(middle)
-    return np.asarray(savgol_filter(middle, 2 * reach + 1, 1, deriv=1, delta=1 / fps, axis=0))
+    steps = np.arange(-reach, reach + 1, dtype=np.float64)
+    padded = np.pad(middle, [(reach, reach), (0, 0)], mode="reflect", reflect_type="odd")
+    slopes = correlate1d(padded, steps / np.sum(steps**2), axis=0)[reach : reach + len(middle)]
+    return np.asarray(slopes * fps)
 
 
 def _ended(heading: FloatArray, reach: int) -> FloatArray:
