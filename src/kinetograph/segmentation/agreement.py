@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
@@ -87,6 +86,8 @@ def compare_cuts(detected: Sequence[float], expected: Sequence[float], tolerance
     apart = np.abs(times[:, None] - truth)
     near = apart <= tolerance + 1e-9
     too_far = 2 * tolerance * (len(times) + len(truth))  # dearer than all pairs together: the number counts first
+    from scipy.optimize import linear_sum_assignment  # on first use: only comparisons need it
+
     rows, columns = linear_sum_assignment(np.where(near, apart, too_far))
     pairs = apart[rows, columns][near[rows, columns]]
     offset = float(pairs.mean()) if len(pairs) else float("nan")
