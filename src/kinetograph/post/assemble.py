@@ -10,7 +10,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import joint_positions
-from kinetograph.motion import Motion, sample
+from kinetograph.motion import Motion, concatenate, sample
 from kinetograph.post.blend import Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
 from kinetograph.post.contacts import contacts_of
@@ -150,15 +150,16 @@ def edits(motion: Motion, parts: list[Part]) -> FloatArray:
     times = np.arange(len(motion)) / motion.fps
     starts = np.array([part.piece.start for part in parts])
     owner = np.clip(np.searchsorted(starts, times + 1e-9, side="right") - 1, 0, len(parts) - 1)
-    out = np.zeros(len(motion))
-    for i, part in enumerate(parts):
-        own = np.flatnonzero(owner == i)
-        if len(own):
-            source = sample(part.motion, part.piece.source_time(times[own]), motion.fps)
-            result = Motion(motion.skeleton, motion.translation[own], motion.rotations[own], motion.fps)
-            gap = joint_positions(_centred(result)) - joint_positions(_centred(source))
-            out[own] = np.linalg.norm(gap, axis=-1).mean(axis=1)
-    return out
+    recorded = concatenate(
+        [
+            sample(part.motion, part.piece.source_time(times[owner == i]), motion.fps)
+            for i, part in enumerate(parts)
+            if (owner == i).any()
+        ]
+    )
+    result = replace(motion, bones=None)
+    gap = joint_positions(_centred(result)) - joint_positions(_centred(recorded))
+    return np.asarray(np.linalg.norm(gap, axis=-1).mean(axis=1))
 
 
 def _centred(motion: Motion) -> Motion:

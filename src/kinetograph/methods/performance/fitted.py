@@ -122,7 +122,7 @@ class Fitted:
     def fastest(self) -> float:
         """Ground speed in metres per second up to which a path is followed at its own times.
 
-        It is `HURRY` times the fastest mean speed of a segment as it was recorded, or what the stretch allows.
+        It is ``HURRY`` times the fastest mean speed of a segment as it was recorded, or what the stretch allows.
         """
         speeds = []
         for segment in self.instances.segments:
