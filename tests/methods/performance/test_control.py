@@ -40,6 +40,13 @@ def test_a_path_that_is_too_fast_goes_the_same_way_and_takes_longer() -> None:
     assert nearest.max() < 0.04  # half of what a sample of the fast path covers
 
 
+@pytest.mark.parametrize("fastest", [0.0, 1e-3])
+def test_a_library_where_nobody_walks_does_not_make_a_path_last_for_ever(fastest: float) -> None:
+    slow = walkable(Control(path_on_ground(_path(1.0, 4.0), 0.3), _FPS), fastest)
+    assert slow.duration == pytest.approx(5 * 4.0, rel=0.01)
+    assert np.isfinite(slow.points).all()
+
+
 def test_only_the_part_that_is_too_fast_is_slowed() -> None:
     fast, walked = _path(4.0, 1.0).values, _path(1.0, 4.0).values
     values = np.concatenate([walked, walked[-1] + fast[1:]])

@@ -18,6 +18,8 @@ from kinetograph.take import Annotation, Take
 
 PACE = 0.5
 """Seconds over which the speed of a path is compared with that of the recordings."""
+SLOWER = 5.0
+"""How much slower than asked a path is followed at most: a library of people who stand has nobody to walk it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ def walkable(control: Control, fastest: float) -> Control:
     speed = uniform_filter1d(
         path_speeds(control.points, control.fps), max(round(PACE * control.fps), 1), mode="nearest"
     )
-    slower = np.maximum(speed / fastest, 1.0)
+    slower = np.clip(speed / max(fastest, 1e-9), 1.0, SLOWER)
     if len(speed) < 2 or slower.max() <= 1.0:
         return control
     clock = np.concatenate([[0.0], np.cumsum(0.5 * (slower[1:] + slower[:-1]))]) / control.fps
