@@ -130,3 +130,11 @@ def test_an_output_of_no_known_format_is_refused_before_anything_is_written(
     assert done.returncode == 1
     assert "cannot write files of kind '.xyz'; expected one of" in done.stderr
     assert not (tmp_path / "walk.bvh").exists()
+
+
+def test_why_a_clip_that_loops_has_no_cuts_is_said(tmp_path: Path, clips_folder: Path):
+    library = tmp_path / "walks"
+    assert run("library", "create", library, clips_folder / "0walk_forward.txt").returncode == 0
+    done = run("library", "segment", library, "--by", "footplants")
+    assert done.returncode == 0
+    assert "0walk_forward: clips that loop are cut when they are used" in done.stderr

@@ -9,7 +9,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.options import AsJson, LibraryArgument, options
-from kinetograph.cli.output import progress_bar, table
+from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -71,6 +71,13 @@ def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json
             progress=progress,
         )
     table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
+    looping = [name for name, count in counts.items() if count == 0 and _loops(library, name)]
+    if looping and cutting.by == "footplants":
+        note(f"{', '.join(looping)}: clips that loop are cut when they are used, over several cycles")
+
+
+def _loops(library: Library, take: str) -> bool:
+    return any(annotation.kind == "loop" for annotation in library.take(take).annotations)
 
 
 def _grown(library: Library, growing: Growing, as_json: bool) -> list[dict[str, Any]]:
