@@ -1,8 +1,4 @@
-"""What an animator sees: turns along drawn paths, toes on the floor, centre lines, and motion at higher rates.
-
-On data/walks/15_01, 15_03, 15_09 and golf swings, or the sample's walks. Elbows are in `kinetograph evaluate
-performance` of dances.
-"""
+"""Drawn paths, centre lines, and motion at higher rates: on data/walks/15_* and golf swings, or the sample's walks."""
 
 from __future__ import annotations
 

@@ -1,0 +1,8 @@
+"""What an animator sees, one module per kind of fault. Elbows are in `kinetograph evaluate performance` of dances."""
+
+from benchmarks.quality import paths
+
+
+def main() -> None:
+    for part in (paths,):
+        part.main()
