@@ -17,7 +17,8 @@ _MODULES = sorted(path for path in _PACKAGE.rglob("*.py") if path != _PACKAGE / 
 
 _LAYERS = (
     {"__main__"},
-    {"cli", "studio", "stream"},
+    {"cli", "studio"},
+    {"live"},
     {"evaluation", "drawing"},
     {"pipeline"},
     {"methods", "post"},

@@ -15,6 +15,7 @@ from kinetograph.cli import (
     files,
     inbetween,
     library,
+    live,
     perform,
     reproduce,
     sense,
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (demo, files, view, data, library, perform, inbetween, sense, calibrate, evaluate, reproduce):
+for group in (demo, files, view, data, library, perform, inbetween, sense, live, calibrate, evaluate, reproduce):
     group.register(app)
 
 

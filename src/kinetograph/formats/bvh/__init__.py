@@ -7,8 +7,9 @@ units nor its upward axis: without options they are guessed.
 
 from __future__ import annotations
 
+from kinetograph.formats.bvh.growing import GrowingBvh
 from kinetograph.formats.bvh.reader import read
 from kinetograph.formats.bvh.stream import MotionStream, open_stream
 from kinetograph.formats.bvh.writer import write
 
-__all__ = ["MotionStream", "open_stream", "read", "write"]
+__all__ = ["GrowingBvh", "MotionStream", "open_stream", "read", "write"]

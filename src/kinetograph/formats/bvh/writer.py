@@ -18,7 +18,7 @@ from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
-_ANGLE_DECIMALS = 7  # 1e-9 rad: far below a micrometre at the end of an arm
+ANGLE_DECIMALS = 7  # 1e-9 rad: far below a micrometre at the end of an arm
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
@@ -53,12 +53,12 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:
         file.write("HIERARCHY\n")
         for motion in motions:
-            file.writelines(f"{line}\n" for line in _hierarchy(motion, options.order, decimals))
+            file.writelines(f"{line}\n" for line in hierarchy(motion, options.order, decimals))
         file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {1.0 / motions[0].fps:.10g}\n")
         columns = [_columns(motion, options.order) for motion in motions]
-        formats = [f"%.{decimals}f" if placed else f"%.{_ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
+        formats = [f"%.{decimals}f" if placed else f"%.{ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
         values = np.concatenate([values for values, _ in columns], axis=1)
-        np.savetxt(file, np.where(np.abs(values) < 0.5 * 10.0**-_ANGLE_DECIMALS, 0.0, values), fmt=" ".join(formats))
+        np.savetxt(file, np.where(np.abs(values) < 0.5 * 10.0**-ANGLE_DECIMALS, 0.0, values), fmt=" ".join(formats))
 
 
 def _motions(what: Take | Motion | Signal) -> list[Motion]:
@@ -74,7 +74,7 @@ def _motions(what: Take | Motion | Signal) -> list[Motion]:
     return motions
 
 
-def _hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
+def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
     """The lines of one ROOT; the joints that are open are kept on a list, as depth may exceed Python's stack."""
     skeleton = motion.skeleton
     ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
@@ -111,7 +111,7 @@ def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
     # unwrapped, as importers that interpolate angles would spin between two frames
     angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
     blocks, kinds = [], []
-    for joint in _depth_first(motion.skeleton):
+    for joint in depth_first(motion.skeleton):
         if joint == 0 or motion.bones is not None:
             blocks.append(motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint])
             kinds += [True] * 3
@@ -120,7 +120,8 @@ def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
     return np.concatenate(blocks, axis=1), kinds
 
 
-def _depth_first(skeleton: Skeleton) -> Iterator[int]:
+def depth_first(skeleton: Skeleton) -> Iterator[int]:
+    """Joints in the order in which a file has their channels."""
     todo = [0]
     while todo:
         joint = todo.pop()

@@ -144,6 +144,8 @@ class LiveSensor:
         Seconds between a reading and the pose that it completes, for the statistics.
     clean : bool
         Whether the whole result's planted feet are held still.
+    keep : bool
+        Whether poses are kept for `finish`; without it memory stays as it is for as long as the run lasts.
     """
 
     def __init__(
@@ -154,14 +156,16 @@ class LiveSensor:
         resampling: Resampling,
         latency: float,
         clean: bool = True,
+        keep: bool = True,
     ) -> None:
         examples = fit.examples
-        self._fit, self._smoother, self._latency, self._clean = fit, smoother, latency, clean
+        self._fit, self._smoother, self._latency, self._clean, self._keep = fit, smoother, latency, clean, keep
         self._uniform = LiveUniform(len(examples.names), examples.fps, resampling, examples.kinds)
         self._estimates = FrameEstimates(fit, estimator)
         self._root = RootIntegrator(examples.root, examples.fps)
         self._joint = examples.space.joint_of_component
         self._poses: list[LivePose] = []
+        self._settled = 0
         self._examples: list[int] = []
         self._costs: list[float] = []
         self._heard: set[str] = set()
@@ -203,35 +207,58 @@ class LiveSensor:
         self._uniform.add(rows)
         return self._advance(*self._uniform.ready(now), progress)
 
+    def wait(self, now: float) -> tuple[LivePose, ...]:
+        """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
+        self._until = max(self._until, now)
+        return self._advance(*self._uniform.ready(now), None)
+
     def finish(self) -> SensorSynthesis:
-        """The poses that are left, and the whole as a synthesis. Raises RequestError where no rows ever came."""
+        """The poses that are left, and the whole as a synthesis.
+
+        Raises
+        ------
+        RequestError
+            Where no rows ever came, or poses are not kept.
+        """
         if not self._heard:
             raise RequestError("no readings came; nothing can be synthesised")
-        self._advance(*self._uniform.rest(self._until), None)
-        for estimate in self._estimates.rest():
-            self._settle(self._smoother.add(estimate))
-        self._settle(self._smoother.rest())
+        if not self._keep:
+            raise RequestError("poses were not kept, so that there is no whole; use rest for those that are left")
+        self.rest()
         return self._whole()
 
+    def rest(self) -> tuple[LivePose, ...]:
+        """The poses that are left when no more rows will come."""
+        poses = list(self._advance(*self._uniform.rest(self._until), None))
+        for estimate in self._estimates.rest():
+            poses += self._settle(self._smoother.add(estimate))
+        return (*poses, *self._settle(self._smoother.rest()))
+
     def _advance(self, values: FloatArray, valid: BoolArray, progress: Progress | None) -> tuple[LivePose, ...]:
-        before = len(self._poses)
+        poses: list[LivePose] = []
         for i in range(len(values)):
             for estimate in self._estimates.add(values[i], valid[i]):
-                self._settle(self._smoother.add(estimate))
+                poses += self._settle(self._smoother.add(estimate))
             if progress is not None and i % _EVERY == _EVERY - 1:
                 progress(i + 1, len(values))
-        return tuple(self._poses[before:])
+        return tuple(poses)
 
-    def _settle(self, estimates: Iterable[Estimate]) -> None:
+    def _settle(self, estimates: Iterable[Estimate]) -> list[LivePose]:
         """Poses of smoothed estimates."""
         examples = self._fit.examples
+        poses: list[LivePose] = []
         for estimate in estimates:
             rotations = examples.space.decode(estimate.pose[None])[0]
             translation, world = self._root.step(rotations, estimate.root)
             spread = 2.0 * np.sqrt(np.bincount(self._joint, estimate.variance, len(rotations)))
-            self._poses.append(LivePose(len(self._poses) / examples.fps, translation, world, spread))
-            self._examples.append(estimate.example)
-            self._costs.append(estimate.cost)
+            poses.append(LivePose(self._settled / examples.fps, translation, world, spread))
+            self._settled += 1
+            if self._keep:
+                self._examples.append(estimate.example)
+                self._costs.append(estimate.cost)
+        if self._keep:
+            self._poses += poses
+        return poses
 
     def _whole(self) -> SensorSynthesis:
         examples = self._fit.examples

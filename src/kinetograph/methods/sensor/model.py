@@ -205,11 +205,23 @@ class SensorModel:
         """A fresh estimator of the configured synthesis."""
         return self.method.synthesis.estimator(self.fitted)
 
-    def start(self) -> LiveSensor:
-        """Begin a live run: ``step(readings)`` gives the poses that are settled, ``finish()`` the whole."""
+    def start(self, keep: bool = True) -> LiveSensor:
+        """Begin a live run: ``step(readings)`` gives the poses that are settled, ``finish()`` the whole.
+
+        Parameters
+        ----------
+        keep : bool
+            Whether poses are kept for the whole; without it a run may last for days.
+
+        Returns
+        -------
+        LiveSensor
+        """
         method = self.method
         smoother = method.smoothing_used.smoother(method.rate)
-        return LiveSensor(self.fitted, self.estimator(), smoother, method.resampling, method.latency, method.clean_feet)
+        return LiveSensor(
+            self.fitted, self.estimator(), smoother, method.resampling, method.latency, method.clean_feet, keep
+        )
 
     def synthesize(self, readings: Readings, progress: Progress | None = None) -> SensorSynthesis:
         """A motion that would have given these readings: the live run over all of them.

@@ -1,0 +1,75 @@
+"""Files as streams: their rows, points or frames, in order of time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats import read
+from kinetograph.formats.readings import read_readings
+from kinetograph.live.items import Frame, Item, Point
+from kinetograph.live.rows import Row
+from kinetograph.motion import Motion, cut
+from kinetograph.signal import Signal
+
+if TYPE_CHECKING:
+    from kinetograph.sensing import Readings
+
+
+def items_of(path: Path) -> list[Item]:
+    """The rows of readings, the points of a path, or the frames of a motion.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    list of Row, Point or Frame
+
+    Raises
+    ------
+    FormatError
+        For a file that cannot be read.
+    RequestError
+        For a signal that is no path.
+    """
+    if path.suffix.lower() == ".csv" and is_readings(path):
+        return list(rows_of(read_readings(path)[0]))
+    take = read(path).take
+    track = next(iter(take.tracks.values()))
+    if isinstance(track, Motion):
+        return [Frame(i / track.fps, cut(track, i, i + 1)) for i in range(len(track))]
+    return _points(path, track)
+
+
+def is_readings(path: Path) -> bool:
+    """Whether a CSV has the header of readings."""
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            header = next((line for line in file if line.strip() and not line.startswith("#")), "")
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    return header.replace(" ", "").lower().startswith("t,sensor,")
+
+
+def rows_of(readings: Readings) -> list[Row]:
+    """Readings as rows."""
+    angular = [None] * len(readings) if readings.angular is None else map(tuple, readings.angular.tolist())
+    turned = [None] * len(readings) if readings.orientation is None else map(tuple, readings.orientation.tolist())
+    return [
+        Row(readings.names[sensor], time, tuple(force), rate, orientation)
+        for sensor, time, force, rate, orientation in zip(
+            readings.sensors.tolist(), readings.times.tolist(), readings.force.tolist(), angular, turned, strict=True
+        )
+    ]
+
+
+def _points(path: Path, track: Signal) -> list[Item]:
+    if track.values.ndim != 3 or track.values.shape[2] != 3:
+        raise RequestError(f"{path}: expected readings, a path (t,x,z) or a motion, found other columns")
+    places = track.values.mean(axis=1)
+    return [Point(i / track.fps, np.asarray(place)) for i, place in enumerate(places)]
