@@ -92,7 +92,12 @@ async def serve(
         return connection.respond(HTTPStatus.NOT_FOUND, "there is one page here, /\n")
 
     context = None if is_loopback(host) else _context(host)
-    options: dict[str, Any] = {"process_request": respond, "max_size": _LARGEST, "max_queue": 64, "compression": None}
+    options: dict[str, Any] = {
+        "process_request": respond,
+        "max_size": _LARGEST,
+        "compression": None,
+        "close_timeout": 1,
+    }
     try:
         server = await serve_sockets(answer, host, port, ssl=context, **options)
     except OSError as error:
