@@ -10,7 +10,7 @@ import typer
 from kinetograph.cli.configurations import LayoutName
 from kinetograph.cli.options import AsJson, Force, LibraryOption, Track, add, options
 from kinetograph.cli.output import note, notes, refuse_existing, result, table
-from kinetograph.cli.reading import Reading, read_file, read_rows
+from kinetograph.cli.reading import Reading, RowReading, read_file, read_rows
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def calibrate(
     worn: Worn,
     movement: Movement,
     reading: Reading,
+    columns: RowReading,
 ) -> None:
     """Calibrate worn sensors: find the rotation of each on its bone, from its readings during a movement.
 
@@ -81,7 +82,7 @@ def calibrate(
     if worn.output.suffix.lower() != ".toml":
         raise RequestError(f"{worn.output}: a layout is written as .toml")
     refuse_existing([worn.output], worn.force)
-    rows, layout = read_rows(readings), read_layout(worn.layout)
+    rows, layout = read_rows(readings, columns), read_layout(worn.layout)
     calibration, clock = _calibration(rows, layout, worn, movement, reading)
     if not calibration.accepted.any():
         raise RequestError(_useless(readings, layout.name, movement))

@@ -67,13 +67,64 @@ def read_file(path: Path, reading: Reading) -> Take:
     return loaded.take
 
 
-def read_rows(path: Path) -> Readings:
-    """The readings in a CSV; what was assumed is said."""
-    from kinetograph.formats.readings import read_readings
+@options("Reading files")
+class RowReading:
+    """What the columns of readings mean, where the file does not say."""
 
-    rows, assumed = read_readings(path)
+    columns: Annotated[
+        str | None,
+        typer.Option(help="Columns of another program's table: 't=Time [ms],ax=Acc X [g],ay=...'."),
+    ] = None
+    sensor_up: Annotated[
+        str | None, typer.Option(help="The upward axis of orientations' world: y or z; found by gravity unless given.")
+    ] = None
+
+
+def read_rows(path: Path, reading: RowReading, use: Sequence[str] | None = None) -> Readings:
+    """The readings in a file, orientations in a world with Y up; what was assumed is said.
+
+    Parameters
+    ----------
+    path : Path
+    reading : RowReading
+    use : sequence of str, optional
+        The kinds of columns that are used; orientations that are not are left as they are.
+    """
+    from kinetograph.formats.readings import read_readings
+    from kinetograph.sensing import World, find_world, in_our_world
+
+    rows, assumed = read_readings(path, parse_columns(reading.columns))
     notes(assumed, path)
-    return rows
+    if rows.orientation is None or (use and "tilt" not in use):
+        return rows
+    world = find_world(rows, reading.sensor_up)
+    if world != World():
+        notes([f"orientations taken as {world}, as gravity shows"], path)
+    return in_our_world(rows, world)
+
+
+def parse_columns(text: str | None) -> dict[str, str] | None:
+    """``target=column`` pairs between commas as a table, None for no text.
+
+    Raises
+    ------
+    RequestError
+        For an item without a target or a column.
+
+    Examples
+    --------
+    >>> parse_columns("t=Time [ms],ax=Acc X [g]")
+    {'t': 'Time [ms]', 'ax': 'Acc X [g]'}
+    """
+    if text is None:
+        return None
+    columns = {}
+    for item in text.split(","):
+        target, separator, column = item.partition("=")
+        if not separator or not column.strip():
+            raise RequestError(f"--columns takes target=column pairs, as in 'ax=Acc X [g],ay=...'; found {item!r}")
+        columns[target.strip()] = column.strip()
+    return columns
 
 
 def parse_roles(items: Sequence[str] | None) -> dict[str, str]:

@@ -18,7 +18,7 @@ from kinetograph.cli.output import (
     summarize,
     write_synthesis,
 )
-from kinetograph.cli.reading import Reading, read_file, read_rows
+from kinetograph.cli.reading import Reading, RowReading, read_file, read_rows
 
 if TYPE_CHECKING:
     from kinetograph.methods.sensor import SensorSynthesis
@@ -53,6 +53,7 @@ def sense(
     written: Written,
     sensors: Sensors,
     estimation: PoseEstimation,
+    reading: RowReading,
 ) -> None:
     """Sense a motion: the readings of body-worn accelerometers become a motion like those in a library.
 
@@ -65,7 +66,7 @@ def sense(
 
     refuse_unknown_formats(written.output)
     refuse_existing(written.files, written.force)
-    rows = read_rows(readings)
+    rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
     model = method.fit(
         open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track

@@ -20,6 +20,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats.sensor_tables import read_sensor_table
 from kinetograph.sensing import GRAVITY, Device, Layout, Readings, Sensor, preset
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
@@ -29,12 +30,14 @@ _SENSOR = ("towards", "along", "offset", "rotation", "bias", "width")
 _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
 
 
-def read_readings(path: str | Path) -> tuple[Readings, tuple[str, ...]]:
-    """Read readings from CSV.
+def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) -> tuple[Readings, tuple[str, ...]]:
+    """Read readings from CSV, or from the table of one sensor as its maker's program writes it.
 
     Parameters
     ----------
     path : str or Path
+    columns : mapping of str to str, optional
+        Names of columns in another program's table, see `kinetograph.formats.sensor_tables.read_sensor_table`.
 
     Returns
     -------
@@ -49,7 +52,9 @@ def read_readings(path: str | Path) -> tuple[Readings, tuple[str, ...]]:
         whose time runs backwards.
     """
     path = Path(path)
-    rows = _rows(path)
+    rows = [] if columns else _rows(path)
+    if columns or (rows and not _is_ours(rows[0][1])):
+        return read_sensor_table(path, columns=columns)
     if not rows:
         raise FormatError(path, f"{_EXPECTED}, found an empty file")
     header = _header(path, *rows[0])
@@ -82,6 +87,12 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
         for number, row in enumerate(csv.reader(text.splitlines()), start=1)
         if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
     ]
+
+
+def _is_ours(row: list[str]) -> bool:
+    """Whether a header is meant to be that of readings."""
+    cells = [cell.strip().lower() for cell in row[:3]]
+    return cells[:2] == ["t", "sensor"] or (cells[:1] == ["t"] and len(row) < 4)
 
 
 def _header(path: Path, number: int, row: list[str]) -> list[str]:

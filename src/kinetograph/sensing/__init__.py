@@ -25,6 +25,7 @@ from kinetograph.sensing.readings import (
 )
 from kinetograph.sensing.resampling import LiveUniform, Resampling, uniform
 from kinetograph.sensing.virtual import simulate, simulate_kinds, specific_force
+from kinetograph.sensing.world import World, find_world, in_our_world
 
 __all__ = [
     "GRAVITY",
@@ -40,6 +41,7 @@ __all__ = [
     "Resampling",
     "Sensor",
     "Standing",
+    "World",
     "attach",
     "calibrate",
     "calibrate_freely",
@@ -50,6 +52,8 @@ __all__ = [
     "check_units",
     "clock_offset",
     "faultless",
+    "find_world",
+    "in_our_world",
     "keep_sensors",
     "kinds_of",
     "mounted",

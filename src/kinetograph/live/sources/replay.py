@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,7 +38,7 @@ def items_of(path: Path) -> list[Item]:
     RequestError
         For a signal that is no path.
     """
-    if path.suffix.lower() == ".csv" and is_readings(path):
+    if path.suffix.lower() in (".csv", ".txt") and is_readings(path):
         return list(rows_of(read_readings(path)[0]))
     take = read(path).take
     track = next(iter(take.tracks.values()))
@@ -47,13 +48,13 @@ def items_of(path: Path) -> list[Item]:
 
 
 def is_readings(path: Path) -> bool:
-    """Whether a CSV has the header of readings."""
+    """Whether a file of text has readings, ours or of another program, rather than a path."""
     try:
         with path.open(encoding="utf-8-sig", errors="replace") as file:
-            header = next((line for line in file if line.strip() and not line.startswith("#")), "")
+            head = [line.lower() for line, _ in zip(file, range(40), strict=False)]
     except OSError as error:
         raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    return header.replace(" ", "").lower().startswith("t,sensor,")
+    return any(re.match(r"t\s*,\s*sensor\s*,", line) or re.search(r"acc|\bgfx|seconds_elapsed", line) for line in head)
 
 
 def rows_of(readings: Readings) -> list[Row]:
