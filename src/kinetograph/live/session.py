@@ -14,7 +14,7 @@ from kinetograph.live.sinks import Sink
 from kinetograph.live.sources import Source
 from kinetograph.motion import Motion
 
-_TICK = 0.005  # seconds between two looks at what has arrived
+_TICK = 0.002  # seconds between two looks at what has arrived
 _LEAP = 5.0  # seconds that time goes on by at most, however long this machine slept
 
 
@@ -105,6 +105,8 @@ class Session:
         RequestError
             Where no source can be listened to.
         """
+        for source in self.sources:
+            source.prepare()
         self.clock.start()
         tasks = [asyncio.create_task(self._listen(source)) for source in self.sources]
         try:

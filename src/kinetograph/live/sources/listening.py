@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol, cast
 from urllib.parse import urlsplit
@@ -32,6 +33,10 @@ class Source(Protocol):
     @property
     def name(self) -> str:
         """What it is called in messages."""
+        ...
+
+    def prepare(self) -> None:
+        """Do what takes long, before the session's time begins."""
         ...
 
     async def run(self, deliver: Deliver) -> None:
@@ -65,6 +70,9 @@ class Udp:
     def name(self) -> str:
         """The scheme, address and port."""
         return f"{self.scheme}://{self.host}:{self.port}"
+
+    def prepare(self) -> None:
+        """Nothing takes long."""
 
     async def run(self, deliver: Deliver) -> None:
         """Hand on rows, or frames of mocopi's."""
@@ -168,6 +176,9 @@ class SensorServer:
         """The address and the sensor."""
         return f"sensorserver://{self.host}:{self.port}/{self.sensor}"
 
+    def prepare(self) -> None:
+        """Nothing takes long."""
+
     async def run(self, deliver: Deliver) -> None:
         """Hand on rows, and connect again where the connection is lost."""
         client = _websockets_client()
@@ -207,6 +218,9 @@ class PhonePage:
         """The address."""
         return f"phone://{self.host}:{self.port}"
 
+    def prepare(self) -> None:
+        """Nothing takes long."""
+
     async def run(self, deliver: Deliver) -> None:
         """Serve the page, and hand on what phones send back."""
         from kinetograph.live.sources.phone_server import serve
@@ -234,12 +248,20 @@ class Replay:
         """The file's name."""
         return f"replay:{self.path.name}"
 
-    async def run(self, deliver: Deliver) -> None:
-        """Hand on each row, point or frame at its time."""
+    def prepare(self) -> None:
+        """Read the file."""
+        _ = self._items
+
+    @cached_property
+    def _items(self) -> list[Item]:
         from kinetograph.live.sources.replay import items_of
 
+        return items_of(self.path)
+
+    async def run(self, deliver: Deliver) -> None:
+        """Hand on each row, point or frame at its time."""
         loop = asyncio.get_running_loop()
-        items = items_of(self.path)
+        items = self._items
         began = loop.time()
         at = 0
         while at < len(items):

@@ -14,6 +14,7 @@ from kinetograph.formats.readings import read_readings
 from kinetograph.live.items import Frame, Item, Point
 from kinetograph.live.rows import Row
 from kinetograph.motion import Motion, cut
+from kinetograph.sensing import find_world, in_our_world
 from kinetograph.signal import Signal
 
 if TYPE_CHECKING:
@@ -39,7 +40,10 @@ def items_of(path: Path) -> list[Item]:
         For a signal that is no path.
     """
     if path.suffix.lower() in (".csv", ".txt") and is_readings(path):
-        return list(rows_of(read_readings(path)[0]))
+        readings, _ = read_readings(path)
+        if readings.orientation is not None:
+            readings = in_our_world(readings, find_world(readings))
+        return list(rows_of(readings))
     take = read(path).take
     track = next(iter(take.tracks.values()))
     if isinstance(track, Motion):
