@@ -84,6 +84,27 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
+class LivePose:
+    """A frame of a live run that is settled: it is never revised.
+
+    Parameters
+    ----------
+    time : float
+        Seconds since the run's first frame.
+    translation : ndarray, shape (3,)
+        The root's, in metres.
+    rotations : ndarray, shape (J, 4)
+    uncertainty : ndarray, shape (J,), optional
+        Standard deviation of each joint in radians, where the method has it.
+    """
+
+    time: float
+    translation: FloatArray
+    rotations: FloatArray
+    uncertainty: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Synthesis:
     """A synthesised motion with its provenance.
 

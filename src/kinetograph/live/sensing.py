@@ -10,9 +10,10 @@ import numpy as np
 from kinetograph.errors import KinetographError
 from kinetograph.live.items import Item
 from kinetograph.live.rows import Gathering, Row
-from kinetograph.methods.sensor import LivePose, SensorModel
+from kinetograph.methods.sensor import SensorModel
 from kinetograph.motion import Motion
 from kinetograph.sensing import GRAVITY, Readings
+from kinetograph.synthesis import LivePose
 
 _SILENT = 1.0  # seconds without rows after which a sensor is said to be silent
 

@@ -51,13 +51,13 @@ def solve_around(held: Synthesis, span: tuple[float, float], keys: tuple[Key, ..
     begin = low if before else 0  # the held span's first frame in the result
     parts = [clip_synthesis(held, low, high, begin / fps)]
     if before:
-        lead = _lead_up(before, _end(held.motion, low, low / fps), solve)
+        lead = _lead_up(before, frame_as_key(held.motion, low, low / fps), solve)
         parts.insert(0, clip_synthesis(lead, 0, low - 1, 0.0))
     if after:
         later = tuple(replace(key, time=_shifted(key, -high / fps)) for key in after)
-        rest = solve((_end(held.motion, high, 0.0), *later))
+        rest = solve((frame_as_key(held.motion, high, 0.0), *later))
         parts.append(clip_synthesis(rest, 1, len(rest.motion) - 1, (begin + high - low) / fps + 1 / fps))
-    return _joined(parts)
+    return joined(parts)
 
 
 def _divided(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Key, ...], tuple[Key, ...]]:
@@ -80,10 +80,20 @@ def _heading(motion: Motion, frame: int) -> float:
     return float(rot.heading(motion.rotations[frame, 0]))
 
 
-def _end(motion: Motion, frame: int, time: float) -> Key:
-    """A frame as a key that is pinned where it is."""
+def frame_as_key(motion: Motion, frame: int, time: float, label: str = "the held span") -> Key:
+    """A frame of a motion as a key that is pinned where it is.
+
+    Parameters
+    ----------
+    motion : Motion
+    frame : int
+    time : float
+        Seconds at which it is to be met.
+    label : str
+        What messages call it.
+    """
     x, _, z = motion.translation[frame]
-    return Key(motion, frame, (time, time), (float(x), float(z)), _heading(motion, frame), label="the held span")
+    return Key(motion, frame, (time, time), (float(x), float(z)), _heading(motion, frame), label=label)
 
 
 def _lead_up(before: tuple[Key, ...], end: Key, solve: Solve) -> Synthesis:
@@ -149,7 +159,7 @@ def _clipped(piece: Piece, low: float, high: float, by: float) -> Piece | None:
     return replace(piece, start=start + by, stop=stop + by, source_start=a, source_stop=b)
 
 
-def _joined(parts: list[Synthesis]) -> Synthesis:
+def joined(parts: list[Synthesis]) -> Synthesis:
     """Results one after another; every one begins where the one before ends."""
     edited = np.concatenate([part.edited for part in parts])
     pieces = _closed([piece for part in parts for piece in part.pieces])

@@ -12,6 +12,7 @@ from kinetograph.keys import Key, check_order
 from kinetograph.library import Library
 from kinetograph.methods.keyframe.around import solve_around
 from kinetograph.methods.keyframe.examples import Example, collect_examples
+from kinetograph.methods.keyframe.live import LiveKeys
 from kinetograph.methods.keyframe.solver import FittedSolver, Solver
 from kinetograph.methods.keyframe.timed_search import TimedSearch
 from kinetograph.post.assemble import PostSettings
@@ -120,6 +121,27 @@ class KeyframeModel:
             Where there is none, with the reason.
         """
         return self.alternatives(keys, 1)[0]
+
+    def start(self, now: bool = True) -> LiveKeys:
+        """Begin a live run: ``step(key)`` gives the frames up to it, ``finish()`` the whole.
+
+        Parameters
+        ----------
+        now : bool
+            Whether motion to each key is settled when the key is set; otherwise all keys are waited for.
+
+        Returns
+        -------
+        LiveKeys
+
+        Raises
+        ------
+        RequestError
+            For a cluster chain, which meets no times.
+        """
+        if now and not self.fitted.meets_times:
+            raise RequestError("the cluster chain needs all keys at once; use the timed search (--mode search)")
+        return LiveKeys(self.synthesize, now)
 
     def alternatives(self, keys: Sequence[Key], count: int = 3) -> tuple[Synthesis, ...]:
         """Different motions from key to key, the best first; each avoids transitions like those of the ones before.

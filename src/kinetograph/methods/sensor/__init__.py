@@ -9,7 +9,7 @@ share, and configurations by name.
 from kinetograph.methods.sensor.by_name import REDUCTIONS, SMOOTHINGS, SYNTHESES, smoothing_named, synthesis_named
 from kinetograph.methods.sensor.examples import Examples, Motions, SensorSetup, build_examples, example_motions
 from kinetograph.methods.sensor.fitted import SensorFit
-from kinetograph.methods.sensor.live import LivePose, LiveSensor
+from kinetograph.methods.sensor.live import LiveSensor
 from kinetograph.methods.sensor.local_models import LocalModels
 from kinetograph.methods.sensor.model import SensorControl, SensorModel, fit_examples
 from kinetograph.methods.sensor.pose_space import PoseSpace, without_heading
@@ -28,7 +28,6 @@ __all__ = [
     "Continuity",
     "Examples",
     "Interpolation",
-    "LivePose",
     "LiveSensor",
     "LleReduction",
     "LocalModelSettings",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,30 +20,10 @@ from kinetograph.post import clean_feet
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import LiveUniform, Readings, Resampling, renumbered
+from kinetograph.synthesis import LivePose
 
 _SILENCE = 600.0  # seconds without rows that are more likely a wrong clock than a pause
 _EVERY = 60  # frames between two calls of a progress callback
-
-
-@dataclass(frozen=True, eq=False)
-class LivePose:
-    """A pose that is settled.
-
-    Parameters
-    ----------
-    time : float
-        Seconds.
-    translation : ndarray, shape (3,)
-        The root's, in metres.
-    rotations : ndarray, shape (J, 4)
-    uncertainty : ndarray, shape (J,)
-        Standard deviation of each joint in radians.
-    """
-
-    time: float
-    translation: FloatArray
-    rotations: FloatArray
-    uncertainty: FloatArray
 
 
 class FrameEstimates:
@@ -168,6 +148,7 @@ class LiveSensor:
         self._settled = 0
         self._examples: list[int] = []
         self._costs: list[float] = []
+        self._uncertainty: list[FloatArray] = []
         self._heard: set[str] = set()
         self._until = 0.0
 
@@ -256,6 +237,7 @@ class LiveSensor:
             if self._keep:
                 self._examples.append(estimate.example)
                 self._costs.append(estimate.cost)
+                self._uncertainty.append(spread)
         if self._keep:
             self._poses += poses
         return poses
@@ -281,7 +263,7 @@ class LiveSensor:
             annotations=contacts,
             statistics=statistics,
             warnings=warnings_of(statistics, examples.names, self._heard),
-            uncertainty=np.array([pose.uncertainty for pose in self._poses]),
+            uncertainty=np.array(self._uncertainty),
         )
 
     def _statistics(self) -> dict[str, float]:
