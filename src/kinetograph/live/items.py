@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from kinetograph.arrays import FloatArray
@@ -44,3 +45,5 @@ class Point(NamedTuple):
 
 Item = Row | Frame | Point
 """What sources hand on."""
+Deliver = Callable[[str, Sequence[Item]], None]
+"""Takes the name of a device and its items."""

@@ -44,12 +44,12 @@ class RecordDriver:
     path: Path
     rename: Mapping[str, str] = field(default_factory=dict)
     force: bool = False
-    rows: int = 0
-    left_out: int = 0
-    _written: float = 0.0
-    _kinds: tuple[str, ...] | None = None
-    _file: IO[str] | None = None
-    _notes: list[str] = field(default_factory=list)
+    rows: int = field(default=0, init=False)
+    left_out: int = field(default=0, init=False)
+    _written: float = field(default=0.0, init=False)
+    _kinds: tuple[str, ...] | None = field(default=None, init=False)
+    _file: IO[str] | None = field(default=None, init=False)
+    _notes: list[str] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
         self.gathering = Gathering(None, self.rename)
@@ -119,10 +119,10 @@ def _common(rows: list[tuple[str, float, Row]]) -> tuple[str, ...]:
 class ListenDriver:
     """Listens to who is there."""
 
-    gathering: Gathering = field(default_factory=Gathering)
-    others: dict[str, int] = field(default_factory=dict)
-    _times: dict[str, list[float]] = field(default_factory=dict)
-    _last: dict[str, Row] = field(default_factory=dict)
+    gathering: Gathering = field(default_factory=Gathering, init=False)
+    others: dict[str, int] = field(default_factory=dict, init=False)
+    _times: dict[str, list[float]] = field(default_factory=dict, init=False)
+    _last: dict[str, Row] = field(default_factory=dict, init=False)
 
     def take(self, device: str, items: Sequence[Item], now: float) -> None:
         """Count rows, points and frames."""

@@ -131,10 +131,10 @@ class Gathering:
 
     names: tuple[str, ...] | None = None
     rename: Mapping[str, str] = field(default_factory=dict)
-    strangers: dict[str, int] = field(default_factory=dict)
-    heard: dict[str, Heard] = field(default_factory=dict)
-    _clocks: dict[str, ArrivalClock] = field(default_factory=dict)
-    _rows: list[tuple[str, float, Row]] = field(default_factory=list)
+    strangers: dict[str, int] = field(default_factory=dict, init=False)
+    heard: dict[str, Heard] = field(default_factory=dict, init=False)
+    _clocks: dict[str, ArrivalClock] = field(default_factory=dict, init=False)
+    _rows: list[tuple[str, float, Row]] = field(default_factory=list, init=False)
 
     def add(self, device: str, row: Row, arrived: float) -> bool:
         """Take a row.

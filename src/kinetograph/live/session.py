@@ -51,9 +51,9 @@ class Clock:
     """
 
     speed: float = 1.0
-    read: Callable[[], int] = time.monotonic_ns
+    read: Callable[[], int] = field(default_factory=lambda: time.monotonic_ns)
     _last: int = field(init=False)
-    _passed: int = 0
+    _passed: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         self._last = self.read()
@@ -88,9 +88,9 @@ class Session:
     driver: Driver
     sinks: Sequence[Sink]
     clock: Clock = field(default_factory=Clock)
-    say: Callable[[str], None] = print
-    frames: int = 0
-    _failed: set[str] = field(default_factory=set)
+    say: Callable[[str], None] = field(default_factory=lambda: print)
+    frames: int = field(default=0, init=False)
+    _failed: set[str] = field(default_factory=set, init=False)
 
     async def run(self, stop: asyncio.Event | None = None, seconds: float | None = None) -> None:
         """Run until stopped, until some seconds have passed, or until no source has more to give.

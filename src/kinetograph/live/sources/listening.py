@@ -15,16 +15,12 @@ from typing import Any, Protocol, cast
 from urllib.parse import urlsplit
 
 from kinetograph.errors import RequestError
-from kinetograph.live.items import LOOPBACK, Frame, Item, Point
+from kinetograph.live.items import LOOPBACK, Deliver, Frame, Item, Point
 from kinetograph.live.sources import mocopi, mvn, phone, sensorserver, slimevr
 
 _LARGEST = 8192  # bytes of a message
 _TRACKERS = 64  # addresses that are answered
 _BEAT = 1.0  # seconds between heartbeats
-
-
-Deliver = Callable[[str, Sequence[Item]], None]
-"""Takes the name of a device and its items."""
 
 
 class Source(Protocol):

@@ -20,10 +20,17 @@ from kinetograph.errors import RequestError
 from kinetograph.live.sources import phone
 
 if TYPE_CHECKING:
-    from kinetograph.live.sources.listening import Deliver
+    from kinetograph.live.items import Deliver
 
 _LARGEST = 4096  # bytes of a message
 _PHONES = 16  # at once
+_HEADERS = {
+    "Content-Type": "text/html; charset=utf-8",
+    "Content-Security-Policy": (
+        "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self' ws: wss:"
+    ),
+    "Referrer-Policy": "no-referrer",
+}
 
 
 async def serve(
@@ -50,63 +57,65 @@ async def serve(
     """
     try:
         from websockets.asyncio.server import serve as serve_sockets
-        from websockets.exceptions import ConnectionClosed
     except ImportError:
         raise RequestError("phones need the extra 'live': pip install 'kinetograph[live]'") from None
-
-    token = secrets.token_urlsafe(16)
-    connected: set[Any] = set()
-
-    async def answer(connection: Any) -> None:
-        if len(connected) >= _PHONES:
-            await connection.close(1013, "too many phones")
-            return
-        connected.add(connection)
-        name = f"phone-{secrets.token_hex(4)}"
-        try:
-            with contextlib.suppress(ConnectionClosed):
-                await connection.send(phone.welcome(sensors))
-                async for message in connection:
-                    rows = [row for row in phone.rows(message) if not sensors or row.sensor in sensors]
-                    if rows:
-                        deliver(name, rows)
-        finally:
-            connected.discard(connection)
-
-    def respond(connection: Any, request: Any) -> Any:
-        path = urlsplit(request.path)
-        given = parse_qs(path.query).get("token", [""])[0]
-        if not hmac.compare_digest(given.encode(), token.encode()):
-            return connection.respond(HTTPStatus.FORBIDDEN, "open the link with its token\n")
-        if path.path == "/rows":
-            return None
-        if path.path == "/":
-            response = connection.respond(HTTPStatus.OK, phone.page().decode())
-            del response.headers["Content-Type"]
-            response.headers["Content-Type"] = "text/html; charset=utf-8"
-            response.headers["Content-Security-Policy"] = (
-                "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self' ws: wss:"
-            )
-            response.headers["Referrer-Policy"] = "no-referrer"
-            return response
-        return connection.respond(HTTPStatus.NOT_FOUND, "there is one page here, /\n")
-
+    page = _Page(sensors, deliver)
     context = None if is_loopback(host) else _context(host)
-    options: dict[str, Any] = {
-        "process_request": respond,
-        "max_size": _LARGEST,
-        "compression": None,
-        "close_timeout": 1,
-    }
+    options: dict[str, Any] = {"process_request": page.respond, "max_size": _LARGEST, "compression": None}
+    options |= {"open_timeout": 5, "close_timeout": 1}  # seconds
     try:
-        server = await serve_sockets(answer, host, port, ssl=context, **options)
+        server = await serve_sockets(page.answer, host, port, ssl=context, **options)
     except OSError as error:
         raise RequestError(f"phone://{host}:{port}: cannot listen there: {error.strerror or error}") from None
     async with server:
         bound = next(iter(server.sockets)).getsockname()[1]
         scheme = "http" if context is None else "https"
-        announce(f"{scheme}://{_reachable(host)}:{bound}/?token={token}")
+        announce(f"{scheme}://{_reachable(host)}:{bound}/?token={page.token}")
         await asyncio.get_running_loop().create_future()
+
+
+class _Page:
+    """What is answered: the page to whoever has the token, and phones' messages handed on."""
+
+    def __init__(self, sensors: tuple[str, ...], deliver: Deliver) -> None:
+        self.token = secrets.token_urlsafe(16)
+        self._sensors, self._deliver = sensors, deliver
+        self._connected: set[Any] = set()
+
+    async def answer(self, connection: Any) -> None:
+        """One phone, until it leaves."""
+        from websockets.exceptions import ConnectionClosed
+
+        if len(self._connected) >= _PHONES:
+            await connection.close(1013, "too many phones")
+            return
+        self._connected.add(connection)
+        name = f"phone-{secrets.token_hex(4)}"
+        try:
+            with contextlib.suppress(ConnectionClosed):
+                await connection.send(phone.welcome(self._sensors))
+                async for message in connection:
+                    rows = [row for row in phone.rows(message) if not self._sensors or row.sensor in self._sensors]
+                    if rows:
+                        self._deliver(name, rows)
+        finally:
+            self._connected.discard(connection)
+
+    def respond(self, connection: Any, request: Any) -> Any:
+        """The page, or None to go on with a socket."""
+        path = urlsplit(request.path)
+        given = parse_qs(path.query).get("token", [""])[0]
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            return connection.respond(HTTPStatus.FORBIDDEN, "open the link with its token\n")
+        if path.path == "/rows":
+            return None
+        if path.path != "/":
+            return connection.respond(HTTPStatus.NOT_FOUND, "there is one page here, /\n")
+        response = connection.respond(HTTPStatus.OK, phone.page().decode())
+        del response.headers["Content-Type"]
+        for header, value in _HEADERS.items():
+            response.headers[header] = value
+        return response
 
 
 def is_loopback(host: str) -> bool:
