@@ -101,6 +101,35 @@ def spline(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
     return np.asarray(mixed / 6.0).reshape(len(at), *values.shape[1:])
 
 
+def spline_weights(values: FloatArray) -> FloatArray:
+    """Weights of the cubic spline through all samples, for those who evaluate it one position at a time.
+
+    Between samples ``i`` and ``i + 1`` the spline mixes rows ``i`` to ``i + 3`` by the cubic B-spline's four pieces.
+
+    Parameters
+    ----------
+    values : ndarray, shape (F, ...)
+
+    Returns
+    -------
+    ndarray, shape (F + 2, ...)
+
+    Examples
+    --------
+    >>> rows = spline_weights(np.sin(0.5 * np.arange(60.0)))
+    >>> bool(abs(rows[30:33] @ [1 / 6, 4 / 6, 1 / 6] - np.sin(15.0)) < 1e-9)
+    True
+    """
+    flat = values.reshape(len(values), -1)
+    if len(values) < 2:
+        return np.repeat(values, 3, axis=0)
+    from scipy.ndimage import spline_filter1d  # on first use: the package itself loads without scipy
+
+    padded = np.pad(flat, [(REACH, REACH), (0, 0)], mode="reflect", reflect_type="odd")
+    weights = spline_filter1d(padded, order=3, axis=0, mode="mirror")[REACH - 1 : REACH + len(values) + 1]
+    return np.asarray(weights).reshape(len(values) + 2, *values.shape[1:])
+
+
 def uneven_spline(values: FloatArray, clock: FloatArray, times: npt.ArrayLike) -> FloatArray:
     """Samples of uneven times on the cubic spline through them; held beyond the ends.
 

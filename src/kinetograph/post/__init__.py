@@ -1,8 +1,12 @@
 """What happens to chosen pieces afterwards: blending, contacts, constraints, footskate cleanup, retargeting.
 
 It follows Hsu 2004, chapter 5, and goes beyond it; keyframe control crossfades as Molina-Tanco and Hilton 2000 do. It
-knows placed clips, contacts and waypoints, but no method.
+knows placed clips, contacts and waypoints, but no method. What live motion needs, pose by pose, is imported on first
+use, as it loads compiled kernels.
 """
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.blend import BLENDS, Clip, join
@@ -19,13 +23,20 @@ from kinetograph.post.retargeting import Retargeted, retarget
 __all__ = [
     "BLENDS",
     "Clip",
+    "FootLock",
     "Hold",
     "HoldSettings",
+    "Inertialisation",
     "JointLimits",
     "JointRange",
     "JointTable",
+    "LockSettings",
+    "Moving",
     "Part",
+    "Player",
+    "Pose",
     "PostSettings",
+    "Repertoire",
     "Retargeted",
     "Waypoint",
     "bend",
@@ -46,9 +57,37 @@ __all__ = [
     "limit_limbs",
     "meet_poses",
     "merge",
+    "moving",
     "parse_table",
+    "planted_roles",
+    "pose_of",
     "retarget",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",
 ]
+
+_LIVE = {
+    "FootLock": "foot_lock",
+    "Inertialisation": "inertialisation",
+    "LockSettings": "foot_lock",
+    "Moving": "inertialisation",
+    "Player": "playing",
+    "Pose": "inertialisation",
+    "Repertoire": "playing",
+    "moving": "inertialisation",
+    "planted_roles": "foot_lock",
+    "pose_of": "inertialisation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LIVE:
+        raise AttributeError(f"module 'kinetograph.post' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"kinetograph.post.{_LIVE[name]}"), name)
+
+
+if TYPE_CHECKING:
+    from kinetograph.post.foot_lock import FootLock, LockSettings, planted_roles
+    from kinetograph.post.inertialisation import Inertialisation, Moving, Pose, moving, pose_of
+    from kinetograph.post.playing import Player, Repertoire
