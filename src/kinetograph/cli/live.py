@@ -11,8 +11,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetograph.cli.configurations import LayoutName, Sensors, sensor_control
-from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Track, add, options
+from kinetograph.cli.compilation import compilation_announced
+from kinetograph.cli.configurations import LayoutName, Partner, Search, Sensors, performance_control, sensor_control
+from kinetograph.cli.options import (
+    AsJson,
+    Exclude,
+    Force,
+    LibraryOption,
+    Mirror,
+    TargetTrack,
+    Track,
+    add,
+    options,
+)
 from kinetograph.cli.output import note, result, table
 from kinetograph.cli.sense import PoseEstimation
 from kinetograph.errors import RequestError
@@ -35,6 +46,7 @@ def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Motion while it is driven: by sensors, by a path, by a body.", no_args_is_help=True)
     add(group, sense)
+    add(group, perform)
     app.add_typer(group, name="live", rich_help_panel="Make motion")
     add(app, record, panel="Recordings")
     add(app, devices, panel="Recordings")
@@ -97,6 +109,43 @@ def sense(
     session = _run(stream.source, driver, sinks, stream.seconds, model.fitted.examples.names)
     heard = {name: heard.rows for name, heard in driver.gathering.heard.items()}
     result({"frames": session.frames, "rows": sum(heard.values()), "sensors": list(heard)}, stream.as_json)
+
+
+@options()
+class Performers:
+    """What the motion is made of."""
+
+    library: LibraryOption
+    target: TargetTrack = None
+    mirror: Mirror = False
+    exclude: Exclude = None
+
+
+def perform(
+    recordings: Performers,
+    stream: Stream,
+    search: Search,
+    partner: Partner,
+    lag: Annotated[float, typer.Option(help="Seconds after which motion is decided.")] = 0.5,
+) -> None:
+    """Perform live: someone walks where a point or a walker goes now, or dances with a partner who dances now.
+
+    Example: kinetograph live perform -l out/walks.library --from replay:out/path.csv@2 --to out/followed.bvh
+
+    Example: kinetograph live perform -l dances --target follower --from mocopi:// --to vmc://
+    """
+    from kinetograph.live import PathDriver
+    from kinetograph.pipeline import has_partners, open_library
+
+    sinks = stream.sinks()
+    library = open_library(recordings.library)
+    partners = has_partners(library, recordings.target)
+    method = performance_control(search, partner, mirror=recordings.mirror, partners=partners)
+    with compilation_announced():
+        model = method.fit(library, exclude=tuple(recordings.exclude or ()), track=recordings.target)
+        driver = PathDriver(model, lag)
+    session = _run(stream.source, driver, sinks, stream.seconds, ())
+    result({"frames": session.frames, "seconds": session.frames / driver.output_rate}, stream.as_json)
 
 
 def record(

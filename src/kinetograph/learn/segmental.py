@@ -23,7 +23,7 @@ Sizes: S states, ends of K coordinates, T steps, a best sequence of L states.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -215,7 +215,18 @@ def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> Sea
     return SearchState(time, state.ring, state.back, state.pairs + pairs)
 
 
-def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arrivals] | None = None) -> SegmentalPath:
+def copied(state: SearchState) -> SearchState:
+    """A search that may go on apart from the one it is copied from."""
+    ring = state.ring
+    if ring is not None:
+        arrays = {f.name: v.copy() for f in fields(ring) if isinstance(v := getattr(ring, f.name), np.ndarray)}
+        ring = replace(ring, **arrays)
+    return SearchState(state.time, ring, list(state.back), state.pairs)
+
+
+def finish(
+    search: SegmentalSearch, state: SearchState, partial: dict[int, Arrivals] | None = None, since: int = 0
+) -> SegmentalPath:
     """Close the search: the best state at the last step, whole or left early.
 
     Parameters
@@ -225,6 +236,8 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
     partial : dict of int to Arrivals, optional
         By the number of steps used e, the arrivals of the states with d > e whose first e steps end here. Without it
         the last segment must end with the control.
+    since : int
+        The step from which the sequence is followed; what lies before may have been forgotten.
 
     Returns
     -------
@@ -249,7 +262,7 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
             best = Ending(candidate, used, int(links[candidate]), float(values[candidate]))
     if not np.isfinite(best.score):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
-    return replace(trace(search, state, best, state.time), pairs=pairs)
+    return replace(trace(search, state, best, state.time, since), pairs=pairs)
 
 
 def left_early(
@@ -361,12 +374,12 @@ def record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, t
     ring.record(time, scores, tails, limit, search.continuity)
 
 
-def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int) -> SegmentalPath:
-    """The sequence that ends at step ``time`` in a known way, followed back to its beginning."""
+def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int, since: int = 0) -> SegmentalPath:
+    """The sequence that ends at step ``time`` in a known way, followed back to step ``since``."""
     states, starts, stops, links = [end.state], [time - end.used], [time], [end.back]
     if end.used < search.durations[end.state]:
         stops[0] = starts[0] + int(search.durations[end.state])
-    while starts[-1] > 0:
+    while starts[-1] > since:
         stop = starts[-1]
         states.append(int(predecessors(np.array(links[-1]))))
         starts.append(stop - int(search.durations[states[-1]]))

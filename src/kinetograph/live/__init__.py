@@ -13,6 +13,7 @@ _ROOMS = {
     "Clock": "session",
     "Driver": "session",
     "ListenDriver": "recording",
+    "PathDriver": "performing",
     "RecordDriver": "recording",
     "SensorDriver": "sensing",
     "Session": "session",
@@ -28,6 +29,7 @@ __all__ = [
     "Clock",
     "Driver",
     "ListenDriver",
+    "PathDriver",
     "RecordDriver",
     "SensorDriver",
     "Session",
@@ -51,6 +53,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
+    from kinetograph.live.performing import PathDriver
     from kinetograph.live.recording import ListenDriver, RecordDriver
     from kinetograph.live.sensing import SensorDriver
     from kinetograph.live.session import Clock, Driver, Session

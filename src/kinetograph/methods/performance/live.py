@@ -8,7 +8,8 @@ How far the segment is stretched is open until it ends, since little of that has
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,12 +18,17 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control, points_of
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.forecast import Continuations
+from kinetograph.methods.performance.live_motion import LiveMotion, Partner
 from kinetograph.methods.performance.live_search import Link, LiveSearch
 from kinetograph.methods.performance.pieces import pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.motion import Motion, concatenate
 from kinetograph.sampling import interpolate
-from kinetograph.synthesis import Piece, Synthesis
+from kinetograph.synthesis import LivePose, Piece, Synthesis
+
+KNOWN = 1.5
+"""Seconds of what is known to come that a decision looks at."""
 
 
 @dataclass(eq=False)
@@ -36,50 +42,83 @@ class Live:
         Rate of the control's frames.
     lag : float, optional
         Seconds after which motion is decided, in whole steps of the search, rounded down, but one at least; None waits
-        for agreement.
+        for the end, and the whole is then that of a control which was known from the start.
+    keep : bool
+        Whether everything is kept for `finish`; without it a run may last for days, and `rest` gives its last frames.
+    forecast : bool
+        Whether decisions look ahead, at what controls like this one did next in the recordings.
     """
 
     fitted: Fitted
     fps: float
     lag: float | None = None
+    keep: bool = True
+    forecast: bool = True
     _frames: list[Motion] = field(default_factory=list)
     _points: list[FloatArray] = field(default_factory=list)
+    _taken: int = 0
     _search: LiveSearch = field(init=False)
+    _partner: Partner | None = None
 
     def __post_init__(self) -> None:
         steps = None if self.lag is None else max(int(self.lag * self.fitted.settings.rate + 1e-6), 1)
-        self._search = LiveSearch(self.fitted, steps)
+        forecast = Continuations.of(self.fitted) if steps is not None and self.forecast else None
+        self._search = LiveSearch(self.fitted, steps, keep=self.keep, forecast=forecast)
 
-    def step(self, frame: Motion | FloatArray) -> tuple[Piece, ...]:
-        """Take one frame of control and give the pieces newly committed.
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The pieces that are committed, the last of them with its likeliest end.
 
-        A piece is committed before its end is reached: it is placed by what has been seen of the control, and its end
-        is the likeliest.
+        A piece is placed by what has been seen of the control.
+        """
+        return self._pieces(self._search.committed)
+
+    def step(self, frame: Motion | FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
+        """Take one frame of control and give the frames of motion that it settles.
+
+        Without a lag nothing is settled before `finish`.
 
         Parameters
         ----------
         frame : Motion or ndarray, shape (P, 3)
             A motion of one frame, or control points.
+        ahead : ndarray, shape (H, P, 3), optional
+            The control points after this frame, as far as they are known: the rest of a drawn path.
 
         Returns
         -------
-        tuple of Piece
+        tuple of LivePose
 
         Raises
         ------
         RequestError
             For control points of another shape, or that are not finite.
         """
-        before = len(self._search.committed)
         if isinstance(frame, Motion):
-            self._frames.append(frame)
-            self._take_frame()
-        else:
-            self._take(np.asarray(frame, dtype=np.float64))
-        return self._pieces(self._search.committed[before:])
+            return self._take_frame(frame)
+        return self._take(np.asarray(frame, dtype=np.float64), ahead)
+
+    def rest(self) -> tuple[LivePose, ...]:
+        """The frames that are left when no more control will come; nothing without a lag."""
+        if self.lag is None or self._search.latest is None:
+            return ()
+        rate, end = self.fitted.settings.rate, (self._taken - 1) / self.fps
+        poses: list[LivePose] = []
+        for link in self._search.rest():
+            self._motion.decide(link, *self._latest_samples())
+            poses += self._motion.until(min(link[2] / rate - 0.5 / self._motion.fps, end))
+        return (*poses, *self._motion.until(end))
 
     def finish(self) -> Synthesis:
-        """Close the control: the whole motion, made as that of a control which was known from the start."""
+        """Close the control: the whole motion, made as that of a control which was known from the start.
+
+        Raises
+        ------
+        RequestError
+            For a control that is too short, and where nothing was kept.
+        """
+        if not self.keep:
+            raise RequestError("frames were not kept, so that there is no whole; use rest for those that are left")
         settings = self.fitted.settings
         if len(self._points) < len(self._frames):
             self._take(points_of(settings, concatenate(self._frames[-3:]))[-1])
@@ -90,37 +129,81 @@ class Live:
         """The best sequence for the control so far that goes on from what is committed."""
         return self._search.path()
 
-    def _take_frame(self) -> None:
+    @cached_property
+    def _motion(self) -> LiveMotion:
+        return LiveMotion(self.fitted, self._partner)
+
+    def _take_frame(self, frame: Motion) -> tuple[LivePose, ...]:
         """Control points of the latest frame or, where velocities are wanted, of the one before it."""
         settings = self.fitted.settings
+        if self._partner is None and self.fitted.settings.post.handholds:
+            self._partner = Partner(self.fps)
+        if self._partner is not None:
+            self._partner.add(frame)
+        self._frames.append(frame)
+        if not self.keep:
+            del self._frames[:-3]
         window = self._frames[-1:] if settings.control_points.frame_by_frame else self._frames[-3:]
         points = points_of(settings, concatenate(window))
         if settings.control_points.frame_by_frame:
-            self._take(points[0])
-        elif len(self._frames) > 1:
-            self._take(points[-2])
+            return self._take(points[0])
+        return self._take(points[-2]) if len(self._frames) > 1 else ()
 
-    def _take(self, points: FloatArray) -> None:
+    def _take(self, points: FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
         """One more frame of control points; as many steps of the search as it completes."""
         expected = self.fitted.sources[0].control_points.shape[1:]
         if points.shape != expected or not np.isfinite(points).all():
             raise RequestError(f"expected a frame of finite control points {expected}, found shape {points.shape}")
         self._points.append(points)
+        self._taken += 1
+        if not self.keep:
+            del self._points[: -round(self.fps)]
         rate, steps = self.fitted.settings.rate, self._search.samples
-        while len(steps) / rate * self.fps <= len(self._points) - 1 + 1e-6:
-            self._search.step(self._at(len(steps) / rate * self.fps))
+        poses: list[LivePose] = []
+        while len(steps) / rate * self.fps <= self._taken - 1 + 1e-6:
+            position = len(steps) / rate * self.fps
+            known = None if ahead is None else self._known(points, ahead, position)
+            self._search.step(self._at(position), known)
+            poses += self._settled()
+        return tuple(poses)
+
+    def _known(self, points: FloatArray, ahead: FloatArray, position: float) -> FloatArray:
+        """What is known to come after a fractional frame, at the search's rate and up to `KNOWN` seconds."""
+        line = np.concatenate([points[None], np.asarray(ahead, dtype=np.float64)])
+        per_step = self.fps / self.fitted.settings.rate
+        begin = position - (self._taken - 1) + per_step
+        count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * self.fitted.settings.rate))
+        return interpolate(line, begin + per_step * np.arange(max(count, 0)))
+
+    def _settled(self) -> list[LivePose]:
+        """The frames that the latest step of the search settles."""
+        search = self._search
+        if search.lag is None or search.latest is None:
+            return []
+        self._motion.decide(search.latest, *self._latest_samples())
+        return self._motion.until((len(search.samples) - 1 - search.lag) / self.fitted.settings.rate)
+
+    def _latest_samples(self) -> tuple[FloatArray, int]:
+        """Control points that placing a piece may need, and the step of the first."""
+        samples = self._search.samples
+        first = max(len(samples) - self.fitted.instances.longest - (self._search.lag or 0) - 1, 0)
+        first = max(first, self._search.kept_from)
+        return np.stack(samples[first:]), first
 
     def _at(self, position: float) -> FloatArray:
         """Control points ``(P, 3)`` at a fractional frame."""
+        position -= self._taken - len(self._points)
         low = min(int(position + 1e-9), len(self._points) - 1)
         near = np.stack(self._points[low : low + 2])
         return np.asarray(interpolate(near, [position - low])[0])
 
     def _pieces(self, links: list[Link]) -> tuple[Piece, ...]:
-        samples = self._search.samples
+        first = self._search.kept_from
+        samples = self._search.samples[first:]
         x = np.stack(samples) if samples else np.zeros((0, 0, 3))
-        pieces: list[Piece] = []
+        rate, pieces = self.fitted.settings.rate, list[Piece]()
         for state, start, stop in links:
-            borders = np.array([start, stop], dtype=float)
-            pieces += pieces_of(self.fitted, x, self.fitted.settings.rate, [self.fitted.segment_of(state)], borders)
+            borders = np.array([start - first, stop - first], dtype=float)
+            made = pieces_of(self.fitted, x, rate, [self.fitted.segment_of(state)], borders)
+            pieces += [replace(piece, start=start / rate, stop=stop / rate) for piece in made]
         return tuple(pieces)

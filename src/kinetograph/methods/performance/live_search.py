@@ -10,10 +10,13 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import Arrivals, Commitment, SegmentalPath, commitment, segmental, unfinished
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.forecast import Continuations
 from kinetograph.methods.performance.window import LatestWindow
 
 Link = tuple[int, int, int]
 """A piece in steps of the search: its state, its first step and its last, which may still be moved by its stretch."""
+_NONE = np.zeros(0, dtype=np.int32)
+_NOTHING = np.zeros(0)
 
 
 @dataclass(eq=False)
@@ -25,21 +28,42 @@ class LiveSearch:
     fitted : Fitted
     lag : int, optional
         Steps after which motion is decided, 1 or more; None waits for agreement.
+    samples : list of ndarray, shape (P, 3)
+        Control points, step by step.
+    committed : list of tuple of int
+        What is decided.
+    keep : bool
+        Whether everything is kept for `path`; without it, what no later step needs is forgotten.
+    forecast : Continuations, optional
+        What the control may do next, for decisions.
+    latest : tuple of int, optional
+        The piece that was decided last, with the end that is likeliest now.
     """
 
     fitted: Fitted
     lag: int | None = None
     samples: list[FloatArray] = field(default_factory=list)
     committed: list[Link] = field(default_factory=list)
+    keep: bool = True
+    forecast: Continuations | None = None
+    latest: Link | None = None
     _state: segmental.SearchState = field(default_factory=segmental.SearchState)
     _decided: Commitment | None = None
+    _forgotten: int = 0
     _window: LatestWindow = field(init=False)
 
     def __post_init__(self) -> None:
         self._window = LatestWindow.of(self.fitted)
 
-    def step(self, sample: FloatArray) -> None:
-        """Take one sample of control points ``(P, 3)`` at the search's rate."""
+    def step(self, sample: FloatArray, ahead: FloatArray | None = None) -> None:
+        """Take one sample of control points ``(P, 3)`` at the search's rate.
+
+        Parameters
+        ----------
+        sample : ndarray, shape (P, 3)
+        ahead : ndarray, shape (H, P, 3), optional
+            The samples after it as far as they are known; without it they are forecast.
+        """
         self.samples.append(sample)
         time = len(self.samples) - 1
         if time == 0:
@@ -49,31 +73,44 @@ class LiveSearch:
         self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations))
         if self.lag is None:
             self.committed += unfinished.shared(search, self._state)[len(self.committed) :]
-        else:
-            self._decide(time - self.lag)
+        elif time >= self.lag:
+            self._decide(time - self.lag, self._forecast() if ahead is None else ahead)
 
-    def path(self) -> SegmentalPath:
-        """The best sequence for the control so far that goes on from what is committed."""
-        longest = self._longest()
+    def _forecast(self) -> FloatArray | None:
+        if self.forecast is None:
+            return None
+        return self.forecast.after(np.stack(self.samples[-self.forecast.past :]))
+
+    def path(self, since: int = 0) -> SegmentalPath:
+        """The best sequence for the control so far that goes on from what is committed, from step ``since`` on."""
+        now = len(self.samples) - 1
+        longest = min(self.fitted.instances.longest, now)
         if longest < 1:
             rate = self.fitted.settings.rate
             raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
-        partial = {used: self._under_way(used) for used in range(1, longest) if self._may_begin(used)}
-        return segmental.finish(self.fitted.search, self._state, partial)
+        partial = {u: self._under_way(u, self.samples) for u in range(1, longest) if self._may_begin(u, now)}
+        return segmental.finish(self.fitted.search, self._state, partial, since)
 
-    def _longest(self) -> int:
-        """Steps of the longest segment, as far as there is control for it."""
-        return min(self.fitted.instances.longest, len(self.samples) - 1)
+    def rest(self) -> list[Link]:
+        """The pieces of the best sequence from the one that is decided on."""
+        path = self.path(0 if self.latest is None else self.latest[1])
+        starts, stops = path.starts.tolist(), path.stops.tolist()
+        return list(zip(path.states.tolist(), starts, stops, strict=True))
 
-    def _may_begin(self, used: int) -> bool:
-        """Whether a segment may have begun ``used`` steps ago, given what is decided."""
-        origin, decided = self._state.time - used, self._decided
+    @property
+    def kept_from(self) -> int:
+        """The first step whose control points are kept."""
+        return self._forgotten
+
+    def _may_begin(self, used: int, now: int) -> bool:
+        """Whether a segment may have begun ``used`` steps before step ``now``, given what is decided."""
+        origin, decided = now - used, self._decided
         return decided is None or origin > decided.decided or origin == decided.start
 
-    def _under_way(self, used: int) -> Arrivals:
-        """The input of segments of which the first ``used`` steps end at the latest sample."""
-        arrivals = self._window.under_way(np.stack(self.samples[-used - 1 :]))
-        return self._bound(arrivals, np.full(len(self.fitted.search.durations), self._state.time - used))
+    def _under_way(self, used: int, samples: list[FloatArray]) -> Arrivals:
+        """The input of segments of which the first ``used`` steps end at the latest of some samples."""
+        arrivals = self._window.under_way(np.stack(samples[-used - 1 :]))
+        return self._bound(arrivals, np.full(len(self.fitted.search.durations), len(samples) - 1 - used))
 
     def _bound(self, arrivals: Arrivals, origins: IntArray) -> Arrivals:
         """Arrivals of which only those are legal that go on from what is decided. origins: their first steps."""
@@ -82,17 +119,41 @@ class LiveSearch:
         legal = self._decided.allows(self.fitted.instances.states[:, 0], origins)
         return replace(arrivals, costs=np.where(legal, arrivals.costs, np.inf))
 
-    def _decide(self, due: int) -> None:
+    def _decide(self, due: int, ahead: FloatArray | None) -> None:
         """Decide which segment goes on at step ``due``, and forget every hypothesis that has another."""
-        if due < 0:
-            return
         search, segments = self.fitted.search, self.fitted.instances.states[:, 0]
-        begun = [used for used in range(1, self._longest()) if self._may_begin(used)]
-        hypotheses = commitment.hypotheses(search, self._state, due, self._under_way, begun)
-        if len(hypotheses.scores) == 0:
+        state, samples = self._gone_on(ahead)
+        now = len(samples) - 1
+        longest = min(self.fitted.instances.longest, now)
+        begun = [used for used in range(1, longest) if self._may_begin(used, now)]
+        found = commitment.hypotheses(search, state, due, lambda used: self._under_way(used, samples), begun)
+        if len(found.scores) == 0:
             return
-        state, start = commitment.choose(hypotheses, segments, self._state.time)
-        before, self._decided = self._decided, Commitment(int(segments[state]), start, due)
+        chosen, start = commitment.choose(found, segments, now)
+        before, self._decided = self._decided, Commitment(int(segments[chosen]), start, due)
         commitment.commit(search, self._state, segments, self._decided)
+        self.latest = (chosen, start, start + int(search.durations[chosen]))
         if before is None or before.start != start:
-            self.committed.append((state, start, start + int(search.durations[state])))
+            self.committed.append(self.latest)
+            if not self.keep:
+                self._forget(start)
+
+    def _gone_on(self, ahead: FloatArray | None) -> tuple[segmental.SearchState, list[FloatArray]]:
+        """The search and its samples as they would be after what is known, or forecast, to come."""
+        if ahead is None or len(ahead) == 0:
+            return self._state, self.samples
+        search, state, samples = self.fitted.search, segmental.copied(self._state), list(self.samples)
+        for sample in ahead:
+            samples.append(sample)
+            arrivals = self._window.arrivals_at(np.stack(samples[-self.fitted.instances.longest - 1 :]))
+            state = segmental.step(search, state, self._bound(arrivals, len(samples) - 1 - search.durations))
+        return state, samples
+
+    def _forget(self, start: int) -> None:
+        """Let go of what lies before the piece that is decided: step numbers stay, and cost eight bytes each."""
+        del self.committed[:-1]
+        for at in range(self._forgotten, start - 1):
+            self._state.back[at] = _NONE
+        for at in range(self._forgotten, min(start, len(self.samples) - self.fitted.instances.longest - 1)):
+            self.samples[at] = _NOTHING
+        self._forgotten = max(min(start - 1, len(self.samples) - self.fitted.instances.longest - 1), self._forgotten)

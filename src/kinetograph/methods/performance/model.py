@@ -174,8 +174,8 @@ class PerformanceModel:
         """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
         return interpretation.beam_gap(self.fitted, self._samples(self._read(control)), rules)
 
-    def start(self, fps: float, lag: float | None = None) -> Live:
-        """Begin a control that arrives frame by frame.
+    def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool = True) -> Live:
+        """Begin a control that arrives frame by frame: ``step`` gives the frames of motion that are settled.
 
         Where velocities are among the control points, they are known a frame later.
 
@@ -184,7 +184,11 @@ class PerformanceModel:
         fps : float
             Rate of the control's frames.
         lag : float, optional
-            Seconds after which pieces are decided at most; None waits until nothing can change them.
+            Seconds after which motion is decided; None waits for the end.
+        keep : bool
+            Whether everything is kept for the whole; without it a run may last for days.
+        forecast : bool
+            Whether decisions look ahead, at what controls like this one did next in the recordings.
 
         Returns
         -------
@@ -193,11 +197,13 @@ class PerformanceModel:
         Raises
         ------
         RequestError
-            Unless the rate is positive and the lag 0 or more.
+            Unless the rate is positive and the lag 0 or more, and for nothing kept without a lag.
         """
+        if lag is None and not keep:
+            raise RequestError("without a lag nothing is decided before the end, so that everything is kept")
         if not (np.isfinite(fps) and fps > 0) or (lag is not None and not lag >= 0):
             raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
-        return Live(self.fitted, fps, lag)
+        return Live(self.fitted, fps, lag, keep, forecast)
 
     def _read(self, control: Take | Signal | Motion) -> Control:
         """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept."""

@@ -1,0 +1,148 @@
+"""A walker or a partner that drives a body: points or frames as they arrive, through a model, to poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kinetograph import rotations as rot
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import KinetographError
+from kinetograph.live.items import Frame, Item, Point
+from kinetograph.live.rows import ArrivalClock
+from kinetograph.methods.performance import Live, PerformanceModel
+from kinetograph.motion import Motion
+from kinetograph.signal import Signal
+from kinetograph.synthesis import LivePose
+
+_SILENT = 0.3  # seconds without anything after which the control is taken to stand still
+_WINDOW = 0.6  # seconds over which the direction of a point is taken
+_SLOW = 0.25  # metres per second below which a point keeps its direction
+
+
+@dataclass(eq=False)
+class PathDriver:
+    """Performance control as a session drives it.
+
+    Points of a path, or a body's frames, arrive at any rate; they are taken at a fixed one. While nothing arrives, the
+    control stands still.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    lag : float
+        Seconds after which motion is decided.
+    fps : float
+        Rate at which the control is taken.
+    """
+
+    model: PerformanceModel
+    lag: float = 0.5
+    fps: float = 30.0
+    live: Live = field(init=False)
+
+    def __post_init__(self) -> None:
+        _warm_up(self.model, self.fps, self.lag)
+        self.live = self.model.start(self.fps, self.lag, keep=False)
+        self._clock = ArrivalClock()
+        self._arrived: list[tuple[float, Point | Frame]] = []
+        self._began: float | None = None
+        self._taken = 0
+        self._direction = 0.0
+        self._notes: list[str] = []
+        self._said: set[str] = set()
+
+    @property
+    def output_rate(self) -> float:
+        """Frames per second of the motion."""
+        return self.model.fitted.sources[0].motion.fps
+
+    def take(self, device: str, items: Sequence[Item], now: float) -> None:
+        """Take points and frames; rows of sensors are left out."""
+        for item in items:
+            if not isinstance(item, Point | Frame):
+                continue
+            time = self._clock(item.time, now)
+            if self._arrived and (time <= self._arrived[-1][0] or type(item) is not type(self._arrived[-1][1])):
+                continue
+            if self._began is None:
+                self._began = time
+                self._notes.append(f"{device}: heard at {now:.1f} s")
+            self._arrived.append((time, item))
+
+    def advance(self, now: float) -> list[Motion]:
+        """The frames that are settled by ``now`` seconds."""
+        if self._began is None:
+            return []
+        latest = max(self._arrived[-1][0], now - _SILENT)
+        poses: list[LivePose] = []
+        while self._began + self._taken / self.fps <= latest:
+            poses += self._step(self._began + self._taken / self.fps)
+            self._taken += 1
+        del self._arrived[: max(len(self._arrived) - round(4 * self.fps * _WINDOW) - 120, 0)]
+        return self._motions(poses)
+
+    def rest(self) -> list[Motion]:
+        """The frames that are left."""
+        return self._motions(self.live.rest())
+
+    def notes(self) -> list[str]:
+        """What cannot be followed, each once."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def _step(self, time: float) -> tuple[LivePose, ...]:
+        try:
+            return self.live.step(self._control(time))
+        except KinetographError as error:
+            if str(error) not in self._said:
+                self._said.add(str(error))
+                self._notes.append(str(error))
+            return ()
+
+    def _control(self, time: float) -> Motion | FloatArray:
+        """The control at a time: a frame of a body, or the points of a path, seen from what came before."""
+        times = np.array([at for at, _ in self._arrived])
+        after = min(int(np.searchsorted(times, time)), len(times) - 1)
+        before = max(after - 1, 0)
+        span = times[after] - times[before]
+        share = float(np.clip((time - times[before]) / span, 0.0, 1.0)) if span > 0 else 0.0
+        one, other = self._arrived[before][1], self._arrived[after][1]
+        if isinstance(one, Frame) and isinstance(other, Frame):
+            return _between(one.motion, other.motion, share, self.fps)
+        assert isinstance(one, Point)
+        assert isinstance(other, Point)
+        place = one.place + share * (other.place - one.place)
+        return self._pair(place, time)
+
+    def _pair(self, place: FloatArray, time: float) -> FloatArray:
+        """Left and right of a point, square to its velocity over the latest moments; slower, its direction stays."""
+        recent = [(at, p.place) for at, p in self._arrived if isinstance(p, Point) and time - _WINDOW <= at <= time]
+        if len(recent) > 1 and recent[-1][0] > recent[0][0]:
+            velocity = (recent[-1][1] - recent[0][1]) / (recent[-1][0] - recent[0][0])
+            if np.hypot(velocity[0], velocity[2]) > _SLOW:
+                self._direction = float(np.arctan2(velocity[0], velocity[2]))
+        across = 0.5 * np.array([np.cos(self._direction), 0.0, -np.sin(self._direction)])
+        pair = Signal(np.stack([place + across, place - across])[None], ("left", "right"), "m", self.fps)
+        return np.asarray(self.model.method.control_points.points(pair)[0])
+
+    def _motions(self, poses: Sequence[LivePose]) -> list[Motion]:
+        source = self.model.fitted.sources[0].motion
+        return [Motion(source.skeleton, p.translation[None], p.rotations[None], source.fps) for p in poses]
+
+
+def _between(one: Motion, other: Motion, share: float, fps: float) -> Motion:
+    """A frame between two frames of a body."""
+    translation = one.translation + share * (other.translation - one.translation)
+    return Motion(one.skeleton, translation, rot.slerp(one.rotations, other.rotations, np.array(share)), fps)
+
+
+def _warm_up(model: PerformanceModel, fps: float, lag: float) -> None:
+    """Have everything compiled that a session calls, before it begins."""
+    live = model.start(fps, lag, keep=False)
+    source = model.fitted.sources[0]
+    for frame in range(min(round((lag + 2.0) * fps), len(source.control_points) - 1)):
+        live.step(source.control_points[frame])
+    live.rest()
