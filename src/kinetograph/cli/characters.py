@@ -60,6 +60,11 @@ class Body:
     character: Character | None
     skeleton: Skeleton | None
 
+    @property
+    def target(self) -> Character | Skeleton | None:
+        """What motions are moved onto, if anything."""
+        return self.character or self.skeleton
+
 
 def body(name: str | None, onto: Path | None = None) -> Body:
     """The body that the options name.
@@ -141,14 +146,16 @@ def _detected(take: Take) -> Sequence[Annotation]:
     return holds
 
 
-def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, scale: float | None = None) -> Take:
-    """The take with its motions on a skeleton.
+def dressed(
+    take: Take, target: Character | Skeleton | None, path: Path | None = None, scale: float | None = None
+) -> Take:
+    """The take with its motions on a character or a skeleton.
 
     Parameters
     ----------
     take : Take
         What is moved.
-    skeleton : Skeleton or None
+    target : Character, Skeleton or None
         What its motions are moved onto; ``None`` leaves them as they are.
     path : Path or None
         A table of joints, which is read where it exists, and written where it does not.
@@ -160,13 +167,16 @@ def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, sca
     RequestError
         For a table or a scale without a skeleton.
     """
-    if skeleton is None:
+    if target is None:
         if path is not None or scale is not None:
             raise RequestError("--joint-table and --scale go with --retarget or --character")
         return take
     from kinetograph.motion import Motion
     from kinetograph.post import joint_table, parse_table
+    from kinetograph.skeleton import Skeleton
     from kinetograph.take import Take
+
+    skeleton = target if isinstance(target, Skeleton) else target.skeleton
 
     known = parse_table(path.read_text(encoding="utf-8"), path) if path and path.exists() else None
     tracks: dict[str, Track] = {}
@@ -175,17 +185,18 @@ def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, sca
             tracks[name] = track
             continue
         pairs = known or joint_table(track.skeleton, skeleton)
-        tracks[name] = _retargeted(take, name, skeleton, pairs, scale)
+        tracks[name] = _retargeted(take, name, target, pairs, scale)
         if path and known is None:
             path.write_text(str(pairs), encoding="utf-8")
             note(f"wrote {path}: edit it and run again to map other joints")
     return Take(take.name, tracks, take.annotations)
 
 
-def _retargeted(take: Take, name: str, skeleton: Skeleton, pairs: JointTable, scale: float | None) -> Track:
+def _retargeted(take: Take, name: str, target: Character | Skeleton, pairs: JointTable, scale: float | None) -> Track:
     from kinetograph.post import retarget
 
     holds = (*take.annotated(name, "handhold"), *take.annotated(name, "contact"))
-    done = retarget(take.motion(name), skeleton, table=pairs, scale=scale, handholds=holds)
-    note(f"{name}: {len(pairs.pairs)} of {len(skeleton)} joints mapped, root path scaled by {done.scale:.3f}")
+    done = retarget(take.motion(name), target, table=pairs, scale=scale, handholds=holds)
+    joints = len(done.motion.skeleton)
+    note(f"{name}: {len(pairs.pairs)} of {joints} joints mapped, root path scaled by {done.scale:.3f}")
     return done.motion

@@ -143,7 +143,7 @@ def convert(
     if another.handholds is not None and worn.skeleton is None:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
-    take = dressed(take, worn.skeleton, another.joint_table, another.scale)
+    take = dressed(take, worn.target, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
     save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))

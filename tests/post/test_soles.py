@@ -1,0 +1,178 @@
+"""Characters that stand on the floor: skins moved by joints, the floor of a recording, soles, backs and hands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinetograph import rotations as rot
+from kinetograph.character import Character, Skin, extreme_points, skin_heights
+from kinetograph.errors import FetchError
+from kinetograph.formats import load
+from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.motion import Motion
+from kinetograph.post.retargeting import retarget
+from kinetograph.post.soles import floor_height, planted_feet, undersides
+from kinetograph.roles import with_found_roles
+from kinetograph.samples import human
+from kinetograph.segmentation import detect_contacts
+from kinetograph.skeleton import Skeleton
+
+_BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
+    ("Hips", "", (0, 0.95, 0)),
+    ("Spine", "Hips", (0, 0.15, 0)),
+    ("Chest", "Spine", (0, 0.2, 0)),
+    ("Neck", "Chest", (0, 0.2, 0)),
+    ("Head", "Neck", (0, 0.1, 0)),
+    *(
+        bone
+        for side, s in (("Left", 1), ("Right", -1))
+        for bone in (
+            (f"{side}Shoulder", "Chest", (0.05 * s, 0.15, 0)),
+            (f"{side}Arm", f"{side}Shoulder", (0.12 * s, 0, 0)),
+            (f"{side}ForeArm", f"{side}Arm", (0.28 * s, 0, 0)),
+            (f"{side}Hand", f"{side}ForeArm", (0.25 * s, 0, 0)),
+            (f"{side}UpLeg", "Hips", (0.1 * s, -0.05, 0)),
+            (f"{side}Leg", f"{side}UpLeg", (0, -0.42, 0)),
+            (f"{side}Foot", f"{side}Leg", (0, -0.4, 0)),
+            (f"{side}Toe", f"{side}Foot", (0, -0.06, 0.13)),
+        )
+    ),
+)
+
+
+def person() -> Skeleton:
+    names = [name for name, _, _ in _BONES]
+    parents = np.array([names.index(parent) if parent else -1 for _, parent, _ in _BONES])
+    return with_found_roles(Skeleton(tuple(names), parents, np.array([offset for *_, offset in _BONES])))
+
+
+def blocks(skeleton: Skeleton, thick: float) -> Character:
+    """A body of cubes, of this edge in metres, one around each joint."""
+    corners = thick / 2 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+    still = Motion(skeleton, np.zeros((1, 3)), rot.identity(1, len(skeleton)), 30.0)
+    points = (joint_positions(still)[0][:, None] + corners).reshape(-1, 3)
+    joints = np.repeat(np.arange(len(skeleton)), 8)[:, None] * np.array([1, 0, 0, 0])
+    weights = np.tile([1.0, 0, 0, 0], (len(points), 1))
+    faces = np.arange(len(points) - 2)[:, None] + np.arange(3)
+    skin = Skin(points, np.tile([0.0, 1, 0], (len(points), 1)), faces, joints, weights, np.zeros(len(faces), int), ())
+    return Character("blocks", skeleton, skin)
+
+
+def walk(skeleton: Skeleton, floor: float = 0.0, frames: int = 120) -> Motion:
+    """A walk on the spot: each foot in turn stands for half a second with its toe joint 3 cm over the floor."""
+    phase = 2 * np.pi * np.arange(frames) / 30.0
+    turns = rot.identity(frames, len(skeleton))
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        raised = np.maximum(sign * np.sin(phase), 0.0)
+        turns[:, skeleton.index(f"{side}UpLeg")] = rot.about("x", -0.5 * raised)
+        turns[:, skeleton.index(f"{side}Leg")] = rot.about("x", 1.0 * raised)
+        turns[:, skeleton.index(f"{side}Foot")] = rot.about("x", -0.5 * raised)
+    height = 0.05 + 0.42 + 0.4 + 0.06 + 0.03 + floor
+    return Motion(skeleton, np.tile([0.0, height, 0.0], (frames, 1)), turns, 30.0)
+
+
+def lowest(motion: Motion, character: Character) -> np.ndarray:
+    """Height of the lowest point of a skin in each frame."""
+    return skin_heights(motion, character.skin, np.arange(len(character.skin.points))).min(axis=1)
+
+
+def test_a_skin_is_moved_by_its_joints_by_their_weights() -> None:
+    skeleton = person()
+    body = blocks(skeleton, 0.1)
+    rng = np.random.default_rng(0)
+    weights = rng.random((len(body.skin.points), 4))
+    weights /= weights.sum(axis=1, keepdims=True)
+    joints = rng.integers(0, len(skeleton), weights.shape)
+    skin = replace(body.skin, joints=joints, weights=weights)
+    motion = walk(skeleton, frames=3)
+    turns = rot.normalize(rng.normal(size=motion.rotations.shape))
+    motion = replace(motion, rotations=turns)
+    still = Motion(skeleton, np.zeros((1, 3)), rot.identity(1, len(skeleton)), 30.0)
+    rest = joint_positions(still)[0]
+    from kinetograph.kinematics import forward
+
+    places, world = forward(motion)
+    for frame in range(3):
+        for point in range(0, len(skin.points), 17):
+            moved = sum(
+                weights[point, k] * (places[frame, j] + rot.rotate(world[frame, j], skin.points[point] - rest[j]))
+                for k, j in enumerate(joints[point])
+            )
+            assert skin_heights(motion, skin, np.array([point]))[frame, 0] == pytest.approx(moved[1], abs=1e-12)
+
+
+def test_extreme_points_hold_the_lowest_of_any_pose() -> None:
+    body = blocks(person(), 0.1)
+    motion = walk(body.skeleton, frames=40)
+    motion = replace(motion, rotations=rot.normalize(np.random.default_rng(1).normal(size=motion.rotations.shape)))
+    some = skin_heights(motion, body.skin, extreme_points(body.skin)).min(axis=1)
+    np.testing.assert_allclose(some, lowest(motion, body), atol=1e-12)  # a cube has eight corners, all extreme
+
+
+def test_parts_of_a_body_cover_it() -> None:
+    parts = undersides(blocks(person(), 0.1))
+    names = [person().names[j] for j in parts.character.skin.joints[parts.feet["left"], 0]]
+    assert set(names) == {"LeftFoot", "LeftToe"}
+    assert set(parts.hands) == {"left", "right"}
+    everything = np.concatenate([*parts.feet.values(), *parts.hands.values(), parts.rest])
+    assert len(everything) == len(set(everything.tolist())) == 8 * len(person())
+
+
+@pytest.mark.parametrize("floor", [0.0, -1.0, 2.0])
+def test_the_floor_is_where_feet_are_planted(floor: float) -> None:
+    motion = walk(person(), floor)
+    assert floor_height(motion) == pytest.approx(floor, abs=0.02)
+    assert floor_height(walk(person(), 0.05)) == 0.0  # thick soles
+
+
+@pytest.mark.parametrize("thick", [0.02, 0.1, 0.16])
+@pytest.mark.parametrize("floor", [0.0, -1.0])
+def test_soles_of_any_thickness_are_on_the_floor_while_planted(thick: float, floor: float) -> None:
+    motion = walk(person(), floor)
+    body = blocks(person(), thick)
+    done = retarget(motion, body)
+    soles = undersides(body).soles(done.motion)
+    for side, planted in planted_feet(motion, detect_contacts(motion)).items():
+        assert planted.sum() > 30
+        assert np.abs(soles[side][planted] - done.floor).max() < 0.01
+    assert lowest(done.motion, body).min() > done.floor - 0.015
+    plain = retarget(motion, body.skeleton).motion
+    assert np.abs(lowest(plain, body) - done.floor).max() > 0.01
+
+
+def test_who_lies_down_lies_on_the_floor() -> None:
+    motion = walk(person())
+    turns = motion.rotations.copy()
+    turns[:, 0] = rot.about("x", -np.pi / 2)  # on the back
+    lying = replace(motion, rotations=turns, translation=np.tile([0.0, 0.05, 0.0], (len(motion), 1)))
+    body = blocks(person(), 0.3)
+    assert lowest(retarget(lying, body.skeleton).motion, body).min() < -0.1
+    assert lowest(retarget(lying, body).motion, body).min() > -0.015
+
+
+def test_a_step_is_no_floor() -> None:
+    motion = walk(person())
+    up = 0.3 * (np.arange(len(motion)) >= 60)
+    motion = replace(motion, translation=motion.translation + np.outer(up, [0, 1, 0]))
+    done = retarget(motion, blocks(person(), 0.06)).motion
+    toes = role_positions(done, ("left_toe", "right_toe"))[..., 1].min(axis=1)
+    assert toes[:50].max() < 0.1
+    assert toes[70:].min() > 0.25
+
+
+def test_real_walks_on_the_human_body(data_folder: Path) -> None:
+    try:
+        body = human()
+    except FetchError as error:
+        pytest.skip(f"no character sample: {error}")
+    for path in (sorted((data_folder / "walks").glob("15_*.bvh"))[0], data_folder / "actions" / "140_01.bvh"):
+        motion = load(path).motion()
+        done = retarget(motion, body).motion
+        soles = undersides(body).soles(done)
+        for side, planted in planted_feet(motion, detect_contacts(motion)).items():
+            assert np.abs(soles[side][planted]).max() < 0.01
+        assert lowest(done, body).min() > -0.015
