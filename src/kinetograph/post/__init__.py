@@ -11,13 +11,17 @@ from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import clean_feet, contact_mask
+from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
+from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
+from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
 
 __all__ = [
     "BLENDS",
+    "LEG",
     "Clip",
     "Hold",
     "HoldSettings",
@@ -27,6 +31,7 @@ __all__ = [
     "Part",
     "PostSettings",
     "Retargeted",
+    "Undersides",
     "Waypoint",
     "bend",
     "carry",
@@ -36,7 +41,9 @@ __all__ = [
     "contacts_of",
     "crossfade",
     "edits",
+    "floor_height",
     "follow_hands",
+    "has_limb",
     "hold_hands",
     "hold_residuals",
     "join",
@@ -47,8 +54,12 @@ __all__ = [
     "meet_poses",
     "merge",
     "parse_table",
+    "planted_feet",
+    "raise_feet",
     "retarget",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",
+    "to_floor",
+    "undersides",
 ]

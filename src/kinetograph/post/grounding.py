@@ -92,19 +92,53 @@ def _plants(up: FloatArray, planted: BoolArray) -> Plants:
 def _with_feet(motion: Motion, body: Undersides, plants: dict[str, Plants], floor: float) -> Motion:
     """The motion with planted feet on the floor, and feet in swing above it."""
     soles = body.soles(motion)
-    offsets = {
-        side: np.outer(_to_floor(floor - soles[side], own, motion.fps), [0.0, 1.0, 0.0]) for side, own in plants.items()
-    }
-    room = np.maximum(body.lowest(motion, body.rest) - floor, 0.0)
-    drop = np.minimum(hip_drop(motion, offsets), np.outer(room, [0.0, 1.0, 0.0]))
-    out = replace(motion, translation=motion.translation - drop)
+    rises = {side: to_floor(floor - soles[side], own, motion.fps) for side, own in plants.items()}
+    return raise_feet(motion, rises, np.maximum(body.lowest(motion, body.rest) - floor, 0.0))
+
+
+def raise_feet(motion: Motion, rises: dict[str, FloatArray], room: FloatArray | None = None) -> Motion:
+    """A motion with its feet moved up or down, by bending the legs and lowering the hips where these do not reach.
+
+    Parameters
+    ----------
+    motion : Motion
+    rises : dict of str to ndarray, shape (F,)
+        Metres that each foot is moved up, by side.
+    room : ndarray, shape (F,), optional
+        Metres that the hips may go down at most.
+
+    Returns
+    -------
+    Motion
+        Feet keep their rotation in the world.
+    """
+    up = np.array([0.0, 1.0, 0.0])
+    offsets = {side: np.outer(rise, up) for side, rise in rises.items()}
+    drop = hip_drop(motion, offsets)
+    if room is not None:
+        drop = np.minimum(drop, np.outer(room, up))
+    motion = replace(motion, translation=motion.translation - drop)
     for side, offset in offsets.items():
-        out = move_foot(out, side, offset + drop, gently=False)
-    return out
+        motion = move_foot(motion, side, offset + drop, gently=False)
+    return motion
 
 
-def _to_floor(up: FloatArray, plants: Plants, fps: float) -> FloatArray:
-    """What a sole is moved up, ``(F,)``, where ``up`` would bring it to the floor."""
+def to_floor(up: FloatArray, plants: Plants, fps: float) -> FloatArray:
+    """What a foot is moved up.
+
+    Parameters
+    ----------
+    up : ndarray, shape (F,)
+        Metres that would bring it to the floor. It is moved by that while it is planted, and by no less in swing.
+    plants : list of (int, int)
+        First frame, and the frame after the last, of each time that it is planted.
+    fps : float
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Metres.
+    """
     offset = np.zeros(len(up))
     for start, stop in plants:
         offset[start:stop] = up[start:stop]
