@@ -20,6 +20,7 @@ from kinetograph.take import Annotation
 
 _SIDES = ("left", "right")
 _STILL = 0.3  # metres per second up to which a held point counts as planted
+_LOW, _SPINS = 0.02, 0.45  # metres over the ground, and metres per second, of a point that a planted foot drags along
 _SHORTEST = 0.06  # seconds of a plant
 _CLEAR = 0.04  # metres that a moving foot is lifted
 _SLOW, _FAST = 0.1, 0.7  # metres per second at which lifting begins, and is complete
@@ -40,17 +41,32 @@ def finished_feet(motion: Motion, model: RootModel) -> tuple[Motion, tuple[Annot
     contacts : tuple of Annotation
     """
     motion = clean_feet(motion, detect_contacts(motion))
-    contacts = still_contacts(motion, detect_contacts(motion))
+    contacts = still_contacts(motion, detect_contacts(motion), model)
+    motion = clean_feet(motion, contacts)
     rises = {side: _rise(motion, model, contacts, side) for side in _SIDES if has_limb(motion, side, LEG)}
     return raise_feet(motion, rises), contacts
 
 
-def still_contacts(motion: Motion, contacts: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
-    """The parts of contacts in which their point all but stands still."""
+def still_contacts(motion: Motion, contacts: tuple[Annotation, ...], model: RootModel) -> tuple[Annotation, ...]:
+    """The parts of contacts in which their point all but stands still, and the foot does not spin about it.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+    model : RootModel
+
+    Returns
+    -------
+    tuple of Annotation
+    """
+    low = role_positions(motion, model.roles)[..., 1] - model.ground < _LOW
+    speeds = np.stack([_ground_speed(motion, role) for role in model.roles], axis=1)
     kept: list[Annotation] = []
-    for role in sorted({note.label for note in contacts}):
-        speed = _ground_speed(motion, role)
-        mask = contact_mask(contacts, role, len(motion), motion.fps) & (speed < _STILL)
+    for i, role in enumerate(model.roles):
+        same = [k for k, other in enumerate(model.roles) if other[:4] == role[:4]]
+        spins = (low[:, same] & (speeds[:, same] > _SPINS)).any(axis=1)
+        mask = contact_mask(contacts, role, len(motion), motion.fps) & (speeds[:, i] < _STILL) & ~spins
         spans = [(a, b) for a, b in runs(mask) if (b - a) / motion.fps >= _SHORTEST]
         kept += [Annotation("motion", "contact", role, a / motion.fps, (b - 1) / motion.fps) for a, b in spans]
     return tuple(sorted(kept, key=lambda note: (note.start, note.label)))
