@@ -7,9 +7,11 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Skin
 from kinetograph.errors import RequestError
-from kinetograph.formats.capsules import rest_positions
+from kinetograph.formats.capsules import rest_positions, stature
 from kinetograph.formats.surface import body_surface
+from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
+from kinetograph.segmentation import detect_contacts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
@@ -17,13 +19,15 @@ from kinetograph.take import Take
 # linear colours: a light grey, blue and vermilion, which colour-blind people can tell apart
 _PALETTE = (("middle", (0.55, 0.55, 0.55)), ("left", (0.03, 0.22, 0.50)), ("right", (0.62, 0.13, 0.03)))
 
+_SOLES = (-0.02, 0.1)  # of the stature: a planted toe joint between these heights is over a floor at y = 0
 
-def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Skin, FloatArray]:
-    """The skin that a motion of a skeleton is written with, and the rest positions of its joints.
+
+def body_of(motion: Motion, character: Character | None = None) -> tuple[Skin, FloatArray]:
+    """The skin that a motion is written with, and the rest positions of its joints.
 
     Parameters
     ----------
-    skeleton : Skeleton
+    motion : Motion
     character : Character, optional
         Whose skin to take; without one, a body of capsules.
 
@@ -38,15 +42,15 @@ def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Ski
     RequestError
         The skeleton is not the character's.
     """
-    return skin_of(skeleton, character), rest_positions(skeleton)
+    return skin_of(motion, character), rest_positions(motion.skeleton)
 
 
-def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
-    """The skin for a skeleton: the character's or, without one, a capsule per bone.
+def skin_of(motion: Motion, character: Character | None = None) -> Skin:
+    """The skin for a motion: the character's or, without one, a capsule per bone, with soles on the floor.
 
     Parameters
     ----------
-    skeleton : Skeleton
+    motion : Motion
     character : Character, optional
 
     Returns
@@ -58,18 +62,60 @@ def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
     RequestError
         The skeleton is not the character's.
     """
-    if character is not None:
-        if not character.fits(skeleton):
-            raise RequestError(
-                f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
-            )
-        return character.skin
-    surface = body_surface(skeleton)
+    if character is None:
+        return capsule_character(motion.skeleton, sole_depth(motion)).skin
+    if not character.fits(motion.skeleton):
+        raise RequestError(
+            f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
+        )
+    return character.skin
+
+
+def capsule_character(skeleton: Skeleton, sole: float | None = None) -> Character:
+    """A body of capsules for any skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    sole : float, optional
+        See `body_capsules`.
+
+    Returns
+    -------
+    Character
+    """
+    surface = body_surface(skeleton, sole)
     joints = np.zeros((len(surface.points), 4), dtype=np.int64)
     joints[:, 0] = surface.joints
     weights = np.zeros((len(surface.points), 4))
     weights[:, 0] = 1.0
-    return Skin(surface.points, surface.normals, surface.triangles, joints, weights, surface.sides, _PALETTE)
+    skin = Skin(surface.points, surface.normals, surface.triangles, joints, weights, surface.sides, _PALETTE)
+    return Character("capsules", skeleton, skin)
+
+
+def sole_depth(motion: Motion) -> float | None:
+    """How far the floor, y = 0, is below the toe joints while toes are planted.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    float or None
+        Metres, the median; None where no toe is planted near y = 0.
+    """
+    contacts = detect_contacts(motion)
+    heights = [np.zeros(0)]
+    for role in ("left_toe", "right_toe"):
+        times = [np.arange(np.ceil(n.start * motion.fps), n.stop * motion.fps) for n in contacts if n.label == role]
+        if times:
+            frames = np.minimum(np.concatenate(times).astype(np.int64), len(motion) - 1)
+            heights.append(role_positions(motion, (role,))[frames, 0, 1])
+    together = np.concatenate(heights)
+    least, most = (share * stature(motion.skeleton) for share in _SOLES)
+    depth = float(np.median(together)) if len(together) else np.inf
+    return depth if least < depth < most else None
 
 
 def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[str, Motion]]:

@@ -75,7 +75,7 @@ def still_contacts(motion: Motion, contacts: tuple[Annotation, ...], model: Root
 def _ground_speed(motion: Motion, role: str) -> FloatArray:
     """The speed of a role along the ground, ``(F,)``, in the faster of the steps to and from a frame."""
     step = np.linalg.norm(np.diff(role_positions(motion, (role,))[:, 0][:, [0, 2]], axis=0), axis=1) * motion.fps
-    return np.maximum(np.append(step, 0.0), np.insert(step, 0, 0.0))
+    return np.asarray(np.maximum(np.append(step, 0.0), np.insert(step, 0, 0.0)))
 
 
 def _rise(motion: Motion, model: RootModel, contacts: tuple[Annotation, ...], side: str) -> FloatArray:
