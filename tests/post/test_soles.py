@@ -12,7 +12,7 @@ from bodies import blocks, person, walk
 from kinetograph import rotations as rot
 from kinetograph.character import Character, extreme_points, skin_heights
 from kinetograph.errors import FetchError
-from kinetograph.formats import load
+from kinetograph.formats import body_capsules, body_of, capsule_character, load
 from kinetograph.kinematics import forward, joint_positions, role_positions
 from kinetograph.motion import Motion
 from kinetograph.post.retargeting import retarget
@@ -120,3 +120,30 @@ def test_real_walks_on_the_human_body(data_folder: Path) -> None:
         for side, planted in planted_feet(motion, detect_contacts(motion)).items():
             assert np.abs(soles[side][planted]).max() < 0.01
         assert lowest(done, body).min() > -0.015
+
+
+@pytest.mark.parametrize("level", [-0.01, 0.03, 0.08])
+def test_capsules_have_their_soles_where_recordings_hold_their_feet(level: float) -> None:
+    motion = walk(person(), level - 0.03)
+    skin, _ = body_of(motion)
+    body = Character("capsules", motion.skeleton, skin)
+    soles = undersides(body).soles(motion)
+    for side, planted in planted_feet(motion, detect_contacts(motion)).items():
+        assert abs(float(np.median(soles[side][planted]))) < 0.003
+    foot, heel = (next(c for c in body_capsules(person(), level) if c.part == part) for part in ("foot", "heel"))
+    ankle = 0.06 + level  # over the sole
+    assert foot.stop[1] - foot.radii[1] == pytest.approx(-ankle)
+    assert heel.stop[1] - heel.radii[1] == pytest.approx(-ankle)
+    assert heel.stop[2] < 0.0 < foot.stop[2]
+
+
+def test_capsules_that_are_stood_on_the_floor_are_written_so() -> None:
+    done = retarget(walk(person(), 0.05), capsule_character(person())).motion
+    skin, _ = body_of(done)
+    np.testing.assert_allclose(skin.points, capsule_character(person()).skin.points, atol=0.003)
+
+
+def test_a_rest_pose_that_nobody_stands_in_gets_no_heels() -> None:
+    names = person().names
+    up = np.where([[n.endswith(("UpLeg", "Leg", "Foot", "Toe"))] for n in names], [[0, 1.0, 0]], person().offsets)
+    assert not [c for c in body_capsules(replace(person(), offsets=up)) if c.part == "heel"]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.character import Character, Skin
+from kinetograph.character import Character, Skin, skin_heights
 from kinetograph.errors import RequestError
-from kinetograph.formats.capsules import rest_positions, stature
+from kinetograph.formats.capsules import TOE, rest_positions, stature
 from kinetograph.formats.surface import body_surface
-from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
 from kinetograph.segmentation import detect_contacts
 from kinetograph.signal import Signal
@@ -94,7 +93,7 @@ def capsule_character(skeleton: Skeleton, sole: float | None = None) -> Characte
 
 
 def sole_depth(motion: Motion) -> float | None:
-    """How far the floor, y = 0, is below the toe joints while toes are planted.
+    """How far below the toe joints capsules have their soles so that planted feet touch the floor, y = 0.
 
     Parameters
     ----------
@@ -103,19 +102,28 @@ def sole_depth(motion: Motion) -> float | None:
     Returns
     -------
     float or None
-        Metres, the median; None where no toe is planted near y = 0.
+        Metres, by the median over planted frames; None where no foot is planted near y = 0.
     """
-    contacts = detect_contacts(motion)
+    skeleton = motion.skeleton
+    body = capsule_character(skeleton)
+    times = np.arange(len(motion)) / motion.fps
     heights = [np.zeros(0)]
-    for role in ("left_toe", "right_toe"):
-        times = [np.arange(np.ceil(n.start * motion.fps), n.stop * motion.fps) for n in contacts if n.label == role]
-        if times:
-            frames = np.minimum(np.concatenate(times).astype(np.int64), len(motion) - 1)
-            heights.append(role_positions(motion, (role,))[frames, 0, 1])
+    for side in ("left", "right"):
+        roles = [f"{side}_foot", f"{side}_toe"]
+        if set(roles) <= skeleton.roles.keys():
+            contacts = [note for note in detect_contacts(motion) if note.label in roles]
+            planted = np.any(
+                [np.zeros(len(times)), *((times >= n.start) & (times <= n.stop) for n in contacts)], axis=0
+            )
+            joints = [skeleton.roles[role].joint for role in roles]
+            points = np.flatnonzero(np.isin(body.skin.joints[:, 0], joints))
+            heights.append(skin_heights(motion, body.skin, points).min(axis=1)[planted])
     together = np.concatenate(heights)
-    least, most = (share * stature(motion.skeleton) for share in _SOLES)
-    depth = float(np.median(together)) if len(together) else np.inf
-    return depth if least < depth < most else None
+    if not len(together):
+        return None
+    tall = stature(skeleton)
+    depth = TOE * tall + float(np.median(together))
+    return depth if _SOLES[0] * tall < depth < _SOLES[1] * tall else None
 
 
 def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[str, Motion]]:

@@ -48,6 +48,8 @@ _RADII = {
     "foot": (0.022, 0.020),
     "toe": (0.020, 0.015),
 }
+TOE = _RADII["toe"][0]
+"""Radius of a toe, in statures."""
 _WIDER = {"torso": 1.4, "head": 0.9, "foot": 1.1, "toe": 1.3}  # side to side over front to back
 _STUB = {"head": 0.13, "hand": 0.09, "foot": 0.13, "toe": 0.04}  # of leaf joints without an end site, in statures
 
@@ -219,11 +221,11 @@ def _soled(body: _Body, capsules: list[Capsule], side: int, name: str, sole: flo
     length = float(np.linalg.norm(ahead))
     if length < 0.5 * float(np.linalg.norm(toe - ankle)) or length < _SHORTEST_FOOT * body.stature:
         return capsules  # the rest pose is none that anyone stands in
-    thick = (_RADII["toe"][0] * body.stature) if sole is None else sole
+    thick = (TOE * body.stature) if sole is None else sole
     plane = float(toe @ body.up) - thick
     feet = [c for c in capsules if c.side == side and c.part in ("foot", "toe")]
     shaped = {id(c): _flat(c, body.up, plane - float(rest[c.joint] @ body.up), ankle - rest[c.joint]) for c in feet}
-    joint, radius = roles[f"{name}_foot"].joint, _RADII["toe"][0] * body.stature
+    joint, radius = roles[f"{name}_foot"].joint, TOE * body.stature
     centre = ankle - rest[joint] - ahead / length * _HEEL * body.stature
     centre = centre + body.up * (plane + radius - float((rest[joint] + centre) @ body.up))
     heel = _capsule(body, joint, -1, centre, "foot")
