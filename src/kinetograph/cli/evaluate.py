@@ -75,14 +75,28 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
 def _performance_rows(
     method: PerformanceControl, library: Library, target: str | None, partners: bool, baselines: bool
 ) -> list[dict[str, Any]]:
-    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, mean_rows, mean_walks
+    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, means_with_and_without
 
+    repeats = _near_repeats(library, target)
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
             dances = leave_one_dance_out(method, library, target, baselines=baselines, progress=progress)
-            return [vars(row) for row in (*dances, *mean_rows(dances))]
+            return [vars(row) for row in (*dances, *means_with_and_without(dances, repeats))]
         walks = leave_one_take_out(method, library, track=target, baselines=baselines, progress=progress)
-        return [vars(row) for row in (*walks, *mean_walks(walks))]
+        means = means_with_and_without(walks, repeats, summed=("seconds", "pieces"))
+        return [vars(row) for row in (*walks, *means)]
+
+
+def _near_repeats(library: Library, track: str | None) -> tuple[str, ...]:
+    """The takes that are near-repeats of others, said on stderr with how near they are."""
+    from kinetograph.evaluation import near_repeats, repeat_distances
+
+    distances = repeat_distances(library, track)
+    repeats = near_repeats(distances)
+    if repeats:
+        named = ", ".join(f"{name} ({100 * distances[name]:.1f} cm)" for name in repeats)
+        note(f"near-repeats of other takes, by 2 s windows: {named}; means are given with and without them")
+    return repeats
 
 
 def _measured(row: dict[str, Any], as_json: bool) -> dict[str, Any]:

@@ -17,11 +17,13 @@ _ROOMS = {
     "HeldOut": "sensor",
     "LabelErrors": "labels",
     "Locking": "phase",
+    "Observer": "partner_names",
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
+    "SeenErrors": "partner_names",
     "SensorRow": "sensor_scores",
     "SweepRow": "sensor_sweep",
     "WalkRow": "protocol",
@@ -55,6 +57,8 @@ _ROOMS = {
     "mean_known": "rows",
     "mean_rows": "rows",
     "mean_walks": "protocol",
+    "means_with_and_without": "rows",
+    "near_repeats": "repeats",
     "near_seams": "metrics",
     "nearest_frames": "baselines",
     "normalised_rms": "sensor_scores",
@@ -64,6 +68,7 @@ _ROOMS = {
     "pose_errors": "sensor_scores",
     "position_errors": "metrics",
     "recorded_jumps": "keyframe",
+    "repeat_distances": "repeats",
     "ridge_regression": "baselines",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
@@ -82,10 +87,12 @@ __all__ = [
     "HeldOut",
     "LabelErrors",
     "Locking",
+    "Observer",
     "PairFigures",
     "Phase",
     "RealRow",
     "Score",
+    "SeenErrors",
     "SensorRow",
     "SweepRow",
     "WalkRow",
@@ -119,6 +126,8 @@ __all__ = [
     "mean_known",
     "mean_rows",
     "mean_walks",
+    "means_with_and_without",
+    "near_repeats",
     "near_seams",
     "nearest_frames",
     "normalised_rms",
@@ -128,6 +137,7 @@ __all__ = [
     "pose_errors",
     "position_errors",
     "recorded_jumps",
+    "repeat_distances",
     "ridge_regression",
     "seam_jump",
     "skate_ratio",
@@ -183,6 +193,7 @@ if TYPE_CHECKING:
         near_seams,
         position_errors,
     )
+    from kinetograph.evaluation.partner_names import Observer, SeenErrors
     from kinetograph.evaluation.phase import (
         Locking,
         Phase,
@@ -197,7 +208,8 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
-    from kinetograph.evaluation.rows import mean_known, mean_rows
+    from kinetograph.evaluation.repeats import near_repeats, repeat_distances
+    from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep

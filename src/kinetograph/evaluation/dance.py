@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +21,7 @@ from kinetograph.evaluation.metrics import (
     jerk,
     position_errors,
 )
+from kinetograph.evaluation.partner_names import Observer
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -34,7 +36,7 @@ from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
     *("slide", "slide_recorded", "turning", "elbows", "distinct"),
-    *("segment_errors", "pattern_errors", "times_real_time"),
+    *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
 
@@ -65,6 +67,9 @@ class DanceRow:
         Seconds of recordings used, as a share of the seconds made.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
+    seen_errors, seen_patterns, seen_transitions : float
+        Shares of the units, of the patterns and of the transitions alone that an `Observer` of the two dancers names
+        otherwise than in the recording.
     times_real_time : float
         Duration of the take over the processor time of its synthesis.
     """
@@ -84,6 +89,9 @@ class DanceRow:
     distinct: float
     segment_errors: float
     pattern_errors: float
+    seen_errors: float
+    seen_patterns: float
+    seen_transitions: float
     times_real_time: float
 
 
@@ -105,7 +113,7 @@ def leave_one_dance_out(
         Name of the follower's track.
     baselines : bool
         Whether other methods are compared: the configured one, given which hands the recording holds and when;
-        nearest segments without continuity; and the frame-by-frame ones.
+        nearest segments without continuity; the commonest name of a unit for all; and the frame-by-frame ones.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -120,12 +128,14 @@ def leave_one_dance_out(
         For a take whose control is a signal.
     """
     rows, names = [], library.names()
+    observer = Observer.of(library, target, method.span)
     for done, name in enumerate(names, start=1):
-        held = _Dance.of(method, library.take(name), target)
+        held = replace(_Dance.of(method, library.take(name), target), observer=observer)
         rows.append(_synthesized("segments", method, library, held))
         if baselines:
             rows.append(_synthesized("holds given", method, library, held, holds_given=True))
             rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, held))
+            rows += _commonest(library, held)
             rows += _frame_by_frame(method, library, held)
         if progress:
             progress(done, len(names))
@@ -140,6 +150,7 @@ class _Dance:
     target: str
     leader: Motion
     follower: Motion
+    observer: Observer | None = None
 
     @classmethod
     def of(cls, method: PerformanceControl, take: Take, target: str) -> _Dance:
@@ -177,6 +188,18 @@ class _Dance:
             **dict.fromkeys(_OF_SEGMENTS, NOT_A_NUMBER),
         )
 
+    def seen(self, row: DanceRow, made: Iterable[Annotation]) -> DanceRow:
+        """A row with the shares of units, patterns and transitions that are named otherwise."""
+        if self.observer is None:
+            return row
+        errors = self.observer.compare(self.take, made)
+        return replace(
+            row,
+            seen_errors=errors.names.segment_rate,
+            seen_patterns=errors.names.pattern_rate,
+            seen_transitions=errors.transitions.segment_rate,
+        )
+
 
 def _synthesized(
     label: str, method: PerformanceControl, library: Library, held: _Dance, *, holds_given: bool = False
@@ -188,7 +211,7 @@ def _synthesized(
     taken = time.process_time() - began
     sources = [source.motion for source in model.fitted.sources]
     errors = take_errors(held.take, held.target, result.annotations, method.span)
-    return replace(
+    row = replace(
         held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
@@ -199,6 +222,16 @@ def _synthesized(
         pattern_errors=errors.pattern_rate,
         times_real_time=held.follower.duration / taken,
     )
+    return held.seen(row, held.observer.made(held.take, held.leader, result.motion)) if held.observer else row
+
+
+def _commonest(library: Library, held: _Dance) -> list[DanceRow]:
+    """A follower whose every unit has the commonest name, of which nothing else can be said."""
+    if held.observer is None or not held.observer.recorded(held.take):
+        return []
+    figures = {name: NOT_A_NUMBER for name, kind in DanceRow.__annotations__.items() if kind == "float"}
+    row = DanceRow(take=held.take.name, method="commonest name", **figures)
+    return [held.seen(row, held.observer.commonest(library, held.take))]
 
 
 def _frame_by_frame(method: PerformanceControl, library: Library, held: _Dance) -> list[DanceRow]:
