@@ -41,7 +41,8 @@ def _holding(follower: Motion, leader: Motion, hands: dict[str, str], beats: sli
     for own, theirs in hands.items():
         elbow = forward(follower)[1][:, follower.skeleton.index(own.replace("hand", "elbow"))]
         reach = role_positions(leader, (theirs,))[:, 0] - role_positions(follower, (own,))[:, 0]
-        path = np.where(held[:, None], rot.rotate(rot.conjugate(elbow), reach + [0.0, 0.1, 0.0]), [0.0, 3.0, 0.0])
+        over = rot.rotate(rot.conjugate(elbow), reach + np.array([0.0, 0.1, 0.0]))
+        path = np.where(held[:, None], over, [0.0, 3.0, 0.0])
         follower = slide(follower, own, path)
     return follower
 

@@ -87,7 +87,7 @@ class Following(Partner):
 
     alignment: Annotated[
         str | None,
-        typer.Option(help="How segments are placed: ground, similarity, rigid or none; default ground, channels none."),
+        typer.Option(help="How segments are placed: ground, similarity, affine, rigid or none; default ground."),
     ] = None
     keep_time: Annotated[
         bool, typer.Option("--keep-time", help="Keep a path's times where it is faster than the recordings.")

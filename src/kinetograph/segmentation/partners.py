@@ -3,9 +3,9 @@
 A couple is in one of four stances: *open* or *closed*, apart or in embrace, each of them *crosshand* where they hold
 right hands (or, its mirror image, left hands). It goes from one to the next by a *step*, an *inside turn* or an
 *outside turn*. The thesis' inside turn goes towards the leader, whose left hand holds the follower's right one, which
-is to the follower's left. Here it is every turn to the follower's left, anticlockwise from above, so that a mirror image
-exchanges the two. Rotations are in the room: a couple that rotates in embrace turns too, and so does a follower who
-walks around the leader.
+is to the follower's left. Here it is every turn to the follower's left, anticlockwise from above, so that a mirror
+image exchanges the two. Rotations are in the room: a couple that rotates in embrace turns too, and so does a follower
+who walks around the leader.
 """
 
 from __future__ import annotations
