@@ -12,11 +12,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
     "HeldOut": "sensor",
     "LabelErrors": "labels",
     "Locking": "phase",
+    "Nested": "nested",
     "Observer": "partner_names",
     "PairFigures": "keyframe",
     "Phase": "phase",
@@ -31,6 +33,7 @@ _ROOMS = {
     "ankles_apart": "phase",
     "averaged": "sensor_scores",
     "cadence_ratio": "phase",
+    "candidates_around": "nested",
     "constant_pose": "baselines",
     "contact_speed": "metrics",
     "control_error": "metrics",
@@ -61,6 +64,8 @@ _ROOMS = {
     "near_repeats": "repeats",
     "near_seams": "metrics",
     "nearest_frames": "baselines",
+    "nested_dances": "nested",
+    "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
     "phase_difference": "phase",
@@ -82,11 +87,13 @@ _ROOMS = {
 
 __all__ = [
     "SWEEPS",
+    "Candidate",
     "DanceRow",
     "Guide",
     "HeldOut",
     "LabelErrors",
     "Locking",
+    "Nested",
     "Observer",
     "PairFigures",
     "Phase",
@@ -100,6 +107,7 @@ __all__ = [
     "ankles_apart",
     "averaged",
     "cadence_ratio",
+    "candidates_around",
     "constant_pose",
     "contact_speed",
     "control_error",
@@ -130,6 +138,8 @@ __all__ = [
     "near_repeats",
     "near_seams",
     "nearest_frames",
+    "nested_dances",
+    "nested_walks",
     "normalised_rms",
     "npss",
     "phase_difference",
@@ -193,6 +203,7 @@ if TYPE_CHECKING:
         near_seams,
         position_errors,
     )
+    from kinetograph.evaluation.nested import Candidate, Nested, candidates_around, nested_dances, nested_walks
     from kinetograph.evaluation.partner_names import Observer, SeenErrors
     from kinetograph.evaluation.phase import (
         Locking,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -101,6 +101,7 @@ def leave_one_dance_out(
     target: str,
     *,
     baselines: bool = True,
+    without: Collection[str] = (),
     progress: Progress | None = None,
 ) -> list[DanceRow]:
     """Let each take's leader lead a follower made of the other takes (section 6.2).
@@ -114,6 +115,8 @@ def leave_one_dance_out(
     baselines : bool
         Whether other methods are compared: the configured one, given which hands the recording holds and when;
         nearest segments without continuity; the commonest name of a unit for all; and the frame-by-frame ones.
+    without : collection of str
+        Takes that are neither held out nor in the library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -127,10 +130,11 @@ def leave_one_dance_out(
     RequestError
         For a take whose control is a signal.
     """
-    rows, names = [], library.names()
+    rows, names = [], [name for name in library.names() if name not in without]
     observer = Observer.of(library, target, method.span)
     for done, name in enumerate(names, start=1):
-        held = replace(_Dance.of(method, library.take(name), target), observer=observer)
+        dance = _Dance.of(method, library.take(name), target)
+        held = replace(dance, observer=observer, others=tuple(other for other in names if other != name))
         rows.append(_synthesized("segments", method, library, held))
         if baselines:
             rows.append(_synthesized("holds given", method, library, held, holds_given=True))
@@ -151,6 +155,7 @@ class _Dance:
     leader: Motion
     follower: Motion
     observer: Observer | None = None
+    others: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, method: PerformanceControl, take: Take, target: str) -> _Dance:
@@ -204,7 +209,8 @@ class _Dance:
 def _synthesized(
     label: str, method: PerformanceControl, library: Library, held: _Dance, *, holds_given: bool = False
 ) -> DanceRow:
-    model = method.fit(library, exclude=(held.take.name,), track=held.target)
+    left_out = tuple(name for name in library.names() if name not in held.others)
+    model = method.fit(library, exclude=left_out, track=held.target)
     holds = tuple(replace(note, track="control") for note in held.holds) if holds_given else ()
     began = time.process_time()
     result = model.synthesize(Take(held.take.name, {"control": held.leader}, holds))
@@ -235,8 +241,7 @@ def _commonest(library: Library, held: _Dance) -> list[DanceRow]:
 
 
 def _frame_by_frame(method: PerformanceControl, library: Library, held: _Dance) -> list[DanceRow]:
-    others = [library.take(name) for name in library.names() if name != held.take.name]
-    examples = [_example(_Dance.of(method, take, held.target)) for take in others]
+    examples = [_example(_Dance.of(method, library.take(name), held.target)) for name in held.others]
     return [held.row(label, fit(examples)(guide_of_partner(held.leader))) for label, fit in FRAME_BY_FRAME]
 
 

@@ -55,7 +55,6 @@ __all__ = [
     "LABELS",
     "LIMB_ENDS",
     "Affine",
-    "Affine",
     "Alignment",
     "Channels",
     "Continued",
