@@ -40,6 +40,9 @@ _OF_SEGMENTS = (
 )
 """Figures that frame-by-frame methods do not have."""
 
+COMMONEST = "commonest name"
+"""The baseline of names: every unit is called what most units of the other takes are."""
+
 
 @dataclass(frozen=True)
 class DanceRow:
@@ -236,7 +239,7 @@ def _commonest(library: Library, held: _Dance) -> list[DanceRow]:
     if held.observer is None or not held.observer.recorded(held.take):
         return []
     figures = {name: NOT_A_NUMBER for name, kind in DanceRow.__annotations__.items() if kind == "float"}
-    row = DanceRow(take=held.take.name, method="commonest name", **figures)
+    row = DanceRow(take=held.take.name, method=COMMONEST, **figures)
     return [held.seen(row, held.observer.commonest(library, held.take))]
 
 
