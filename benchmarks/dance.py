@@ -1,7 +1,7 @@
 """The thesis' dances (6.2) on copies of seven salsa dances at 30 Hz: table 6.1, and units that overlap or do not.
 
-And the search at the size of the thesis' dance: about 168 segments, 150 s of control at 7.5 Hz, one thread. Three of the
-dances nearly repeat one another: means are given with and without them.
+And the search at the size of the thesis' dance: about 168 segments, 150 s of control at 7.5 Hz, one thread. Three of
+the dances nearly repeat one another: means are given with and without them.
 """
 
 from __future__ import annotations

@@ -45,9 +45,10 @@ TABLE = """The thesis, 6.2 and table 6.1: 5 of 364 two-beat segments (1.4 %) and
 another than the real follower's, as a dancer saw it. One leader and one follower danced all dances, and the test dances
 are made of the database's stances and transitions."""
 SEEN = """Here the recorded and the made follower are named by one rule, with the same leader and at the same beats:
-open or closed stance by distance and facing, crosshand or not by the hands that hold, and a step or a turn by the follower's rotation. A unit is two beats, wrong where a stance or the transition differs; a pattern is four
-units in a row, wrong where any of them is. "Commonest name" calls every unit what most units of the other dances are:
-a step in open stance."""
+open or closed stance by distance and facing, crosshand or not by the hands that hold, and a step or a turn by the
+follower's rotation. A unit is two beats, wrong where a stance or the transition differs; a pattern is four units in a
+row, wrong where any of them is. "Commonest name" calls every unit what most units of the other dances are: a step in
+open stance."""
 UNIT = """The thesis, chapter 3: units of two beats, the basic one of the dance. Shorter ones may lack coherence,
 longer ones may not generalise; other lengths are not compared."""
 CLUSTERING = "The thesis, 6.2: 364 segments clustered to 168 for all its evaluations; what that changes is not given."
