@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,11 +64,9 @@ def test_the_best_on_the_other_takes_is_judged_on_the_held_out_one(tmp_path: Pat
 def test_a_held_out_take_has_no_part_in_its_choice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[tuple[str, ...]] = []
 
-    def spied(
-        method: PerformanceControl, library: kg.Library, *, track: str | None, without: tuple[str, ...]
-    ) -> list[WalkRow]:
-        seen.append(without)
-        return leave_one_take_out(method, library, track=track, without=without)
+    def spied(method: PerformanceControl, library: kg.Library, **options: Any) -> list[WalkRow]:
+        seen.append(options["without"])
+        return leave_one_take_out(method, library, **options)
 
     monkeypatch.setattr("kinetograph.evaluation.nested.leave_one_take_out", spied)
     nested_walks(_METHOD, _library(tmp_path), candidates=(Candidate(0.1, 0.1),))

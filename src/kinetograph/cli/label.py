@@ -51,7 +51,7 @@ def label(folder: LibraryArgument, naming: Naming, thresholds: Thresholds, as_js
     Transitions are a step, an inside turn (the follower turns to the left) or an outside turn. Names are annotations of
     kind 'move' (library annotate).
 
-    Example: kinetograph library segment dances --by beats; kinetograph library label dances --by partner
+    Example: kinetograph library label dances --by partner
     """
     from kinetograph.pipeline import label_partners, open_library
 
