@@ -10,7 +10,6 @@ from kinetograph.errors import RequestError
 from kinetograph.formats.capsules import TOE, rest_positions, stature
 from kinetograph.formats.surface import body_surface
 from kinetograph.motion import Motion
-from kinetograph.segmentation import detect_contacts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
@@ -104,6 +103,8 @@ def sole_depth(motion: Motion) -> float | None:
     float or None
         Metres, by the median over planted frames; None where no foot is planted near y = 0.
     """
+    from kinetograph.segmentation import detect_contacts  # loads SciPy, which reading files does not need
+
     skeleton = motion.skeleton
     body = capsule_character(skeleton)
     times = np.arange(len(motion)) / motion.fps
