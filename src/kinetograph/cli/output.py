@@ -204,6 +204,10 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     return rows
 
 
+SHOWN = ("handhold", "constraints", "most_used", "times_running")
+"""How the names of the statistics begin that end a command."""
+
+
 def summarize(synthesis: Synthesis) -> dict[str, Any]:
     """The figures of a synthesis that end a command."""
     takes = {piece.take for piece in synthesis.pieces}
@@ -214,6 +218,6 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "takes_used": len(takes),
         "cost": synthesis.cost,
         "optimal": bool(synthesis.statistics.get("optimal", 0)),
-        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith(SHOWN)},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }

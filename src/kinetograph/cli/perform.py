@@ -107,7 +107,7 @@ class Following(Partner):
 class RuledSearch(Search):
     """The search, with rules for parts of the control."""
 
-    gap: Annotated[bool, typer.Option("--gap", help="Report how far the beam search is from the exact score.")] = False
+    gap: Annotated[bool, typer.Option("--gap", help="Report what a beam and the cost of reuse give up.")] = False
     pin: Annotated[
         list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in seconds. Repeatable.")
     ] = None
@@ -153,8 +153,8 @@ def perform(
     performed = smoothed(wanted, following.smoothing)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = summarize(made[0])
-    if search.gap and search.beam is not None:
-        summary["beam_gap"] = model.beam_gap(performed, rules)
+    if search.gap:
+        summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):
         write_synthesis(synthesis, answers, wanted, inputs.control.name, number)

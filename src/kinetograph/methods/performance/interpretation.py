@@ -53,10 +53,14 @@ def _check_length(fitted: Fitted, steps: int) -> None:
         )
 
 
-def beam_gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
-    """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
-    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None)), x, rules=rules).score
-    return interpret(fitted, x, rules=rules).score / exact - 1.0 if exact > 0 else 0.0
+def gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
+    """How much the configured search's sequence costs above the optimum, as a share of that, reuse being free.
+
+    It is what a beam and a cost of reuse give up; 0 without both.
+    """
+    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None, reuse=0.0)), x, rules=rules).score
+    path = interpret(fitted, x, rules=rules)
+    return (path.score - path.reuse) / exact - 1.0 if exact > 0 else 0.0
 
 
 def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
@@ -88,9 +92,10 @@ def _forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
 
 
 def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
-    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only.
+    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only. Reuse is free.
 
     See `interpret` for the arguments. Sequences that differ more: `alternatives`.
     """
     bound = list(bind(fitted, rules, arrivals(fitted, x)))
-    return k_best_paths(fitted.search, bound, bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1), count)
+    partial = bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1)
+    return k_best_paths(replace(fitted.search, reuse=None), bound, partial, count)

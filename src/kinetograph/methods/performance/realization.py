@@ -13,6 +13,7 @@ from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
+from kinetograph.methods.performance.repetition import most_used, times_running
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
@@ -43,15 +44,18 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     motion = limit_elbows(motion, fitted.limits.elbows)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
+    repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
+    reuse = {"reuse": path.reuse} if fitted.reuse else {}
     late = {"late": control.late} if control.late else {}
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
-        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
+        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces), **reuse},
         annotations=recorded.annotations,
         statistics={
             **statistics,
+            **repetition,
             **late,
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
