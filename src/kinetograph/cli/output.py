@@ -185,7 +185,10 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "costs": dict(synthesis.costs),
         "statistics": dict(synthesis.statistics),
         "warnings": synthesis.warnings,
-        "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
+        "pieces": [
+            {**asdict(piece), "held": piece.held, "stretch": None if piece.held else piece.stretch}
+            for piece in synthesis.pieces
+        ],
         "annotations": [asdict(annotation) for annotation in synthesis.annotations],
         "frames": _frames(synthesis),
     }
@@ -197,6 +200,9 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = [
         {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
     ]
+    for frame, row in enumerate(rows):
+        if synthesis.piece_at(frame).held:
+            row["held"] = True
     for row, weight in zip(rows, synthesis.weights, strict=False):
         row["weight"] = float(weight)
     for row, edited in zip(rows, synthesis.edited, strict=False):

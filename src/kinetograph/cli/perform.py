@@ -60,7 +60,7 @@ class Answers(Written):
         int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...; the best is the first.", min=1)
     ] = 1
     alike: Annotated[
-        bool, typer.Option("--alike", help="Alternatives may share pieces; without it, they share none.")
+        bool, typer.Option("--alike", help="Alternatives may share pieces, reuse being free; without it, they share none.")
     ] = False
     pieces: Annotated[
         bool, typer.Option("--pieces", help="List every piece: where it comes from and what it costs.")
@@ -206,7 +206,7 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
             "take": f"{piece.take}, mirrored" if piece.mirrored else piece.take,
             "from": piece.source_start,
             "to": piece.source_stop,
-            "stretch": piece.stretch,
+            "stretch": "held" if piece.held else piece.stretch,
             "interpretation": piece.cost,
             "continuity": piece.seam,
         }

@@ -22,6 +22,8 @@ def share_used(interval: int, lately: npt.NDArray[np.int32], material: Material)
     _, starts, stops, weights = material
     start, stop = starts[interval], stops[interval]
     total = 0.0
+    if stop <= start:
+        return total
     for m in range(lately.shape[0]):
         shared = min(stop, stops[lately[m]]) - max(start, starts[lately[m]])
         total += weights[m] * max(shared, 0.0)

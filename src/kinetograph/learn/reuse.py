@@ -31,14 +31,14 @@ class Reuse:
     intervals : ndarray of int, shape (S,)
         The interval of each state.
     starts, stops : ndarray, shape (N,)
-        The intervals, on a line on which recordings lie one after another.
+        The intervals, on a line on which recordings lie one after another; those without length are never dearer.
     weights : ndarray, shape (M,)
         How much dearer an interval is that was used 1, 2, ..., M pieces ago, as a share of its cost.
 
     Raises
     ------
     DataError
-        For weights below 0 or none, and for intervals without length.
+        For weights below 0 or none, and for intervals that stop before they start.
 
     Examples
     --------
@@ -54,8 +54,8 @@ class Reuse:
     def __post_init__(self) -> None:
         if len(self.weights) == 0 or not np.all(self.weights >= 0):
             raise DataError(f"expected a weight of reuse or more, each 0 or more, found {self.weights}")
-        if not np.all(self.stops > self.starts):
-            raise DataError("intervals must stop after they start")
+        if not np.all(self.stops >= self.starts):
+            raise DataError("intervals must not stop before they start")
 
     @property
     def material(self) -> _reuse_kernels.Material:

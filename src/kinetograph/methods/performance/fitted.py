@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.segments import Instances, Segment, Source
@@ -85,6 +85,11 @@ class Fitted:
         return Reuse(self.instances.states[:, 0], offsets + starts, offsets + stops, weights)
 
     @cached_property
+    def held(self) -> BoolArray:
+        """The states ``(S,)`` that are held poses."""
+        return np.array([segment.held for segment in self.instances.segments])[self.instances.states[:, 0]]
+
+    @cached_property
     def basis(self) -> FloatArray:
         """Mixtures of the target points, shape ``(Q, Q)``, whose squared distances add up to the weighted ones.
 
@@ -143,6 +148,8 @@ class Fitted:
         """
         speeds = []
         for segment in self.instances.segments:
+            if segment.held:
+                continue
             source = self.sources[segment.source]
             fps = source.motion.fps
             middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)

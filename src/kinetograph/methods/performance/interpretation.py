@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import SegmentalPath, k_best_paths, prove
+from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, prove
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.rules import Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
+from kinetograph.methods.performance.standing import only_standing, only_standing_early
 from kinetograph.progress import Progress
 
 
@@ -35,11 +36,16 @@ def interpret(
         For a control shorter than any segment can be made.
     """
     _check_length(fitted, len(x) - 1)
-    partial = left_early(fitted, x)
-    if not rules:
-        return prove(fitted.search, lambda: arrivals(fitted, x, progress), partial)
-    bound = bind_partial(fitted, rules, partial, len(x) - 1)
-    return prove(fitted.search, lambda: bind(fitted, rules, arrivals(fitted, x, progress)), bound)
+    partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
+    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress), partial)
+
+
+def _legal(
+    fitted: Fitted, x: FloatArray, rules: Sequence[Rule], progress: Progress | None = None
+) -> Iterable[Arrivals]:
+    """The arrivals of steps 1, 2, ..., of which only those are legal that rules allow and, of poses, that stand."""
+    each = only_standing(fitted, x, arrivals(fitted, x, progress))
+    return bind(fitted, rules, each) if rules else each
 
 
 def _check_length(fitted: Fitted, steps: int) -> None:
@@ -96,6 +102,5 @@ def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Ru
 
     See `interpret` for the arguments. Sequences that differ more: `alternatives`.
     """
-    bound = list(bind(fitted, rules, arrivals(fitted, x)))
-    partial = bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1)
-    return k_best_paths(replace(fitted.search, reuse=None), bound, partial, count)
+    partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
+    return k_best_paths(replace(fitted.search, reuse=None), list(_legal(fitted, x, rules)), partial, count)

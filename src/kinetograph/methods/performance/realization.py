@@ -14,8 +14,10 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.methods.performance.repetition import most_used, times_running
+from kinetograph.methods.performance.standing import joined_holds
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import Part, constrain, edits, join_parts
+from kinetograph.post.breathing import breathe
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
@@ -35,11 +37,14 @@ class _Recorded:
 
 def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
+    path = joined_holds(fitted, path)
     pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
-    joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
+    held = [(piece.start, piece.stop) for piece in pieces if piece.held]
+    joined = breathe(join_parts(recorded.parts, fps, frames, fitted.settings.post), held)
+    joined = limit_turning(joined, fitted.limits.turning)
     motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
     motion = limit_elbows(motion, fitted.limits.elbows)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
@@ -60,7 +65,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
         },
-        warnings=_warnings(fitted, control),
+        warnings=(*_warnings(fitted, control), *_held(pieces)),
         edited=edits(motion, recorded.parts),
     )
 
@@ -94,6 +99,17 @@ def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
         f"the path is faster than the library's people can hurry, {fitted.fastest:.2f} m/s: it is followed in "
         f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
         *warnings,
+    )
+
+
+def _held(pieces: list[Piece]) -> tuple[str, ...]:
+    held = [piece for piece in pieces if piece.held]
+    if not held:
+        return ()
+    longest, seconds = max(held, key=lambda piece: piece.stop - piece.start), sum(p.stop - p.start for p in held)
+    return (
+        f"the path stands still for longer than the recordings pause: poses are held for {seconds:.1f} s, breathing, "
+        f"the longest from {longest.take} at {longest.source_start:.2f} s",
     )
 
 

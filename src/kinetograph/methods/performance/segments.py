@@ -15,6 +15,10 @@ from kinetograph.sampling import interpolate
 from kinetograph.take import Annotation
 
 
+HELD = (2, 3)
+"""Steps of the shortest parts in which a pose is held; together with one of a second they add up to any number."""
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """A recording that segments are cut from: a take's track, mirrored or not, a looping clip played several times.
@@ -53,14 +57,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Segment:
-    """An interval of a source.
+    """An interval of a source, or one pose of it that is held.
 
     Parameters
     ----------
     source : int
         Which source it is of.
     start, stop : float
-        Seconds in the source.
+        Seconds in the source; the same for a pose.
     """
 
     source: int
@@ -71,6 +75,11 @@ class Segment:
     def duration(self) -> float:
         """Seconds."""
         return self.stop - self.start
+
+    @property
+    def held(self) -> bool:
+        """Whether it is a pose, held for as long as it takes."""
+        return self.stop == self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +176,9 @@ def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
 def build_instances(
     sources: tuple[Source, ...], segments: tuple[Segment, ...], rate: float, stretch: float
 ) -> Instances:
-    """Every segment at every legal number of steps; see `legal_steps`."""
-    states = sorted((steps, i) for i, s in enumerate(segments) for steps in legal_steps(s.duration, rate, stretch))
+    """Every segment at every legal number of steps; see `legal_steps`. Poses are held for any, in parts."""
+    legal = [[*HELD, max(round(rate), 4)] if s.held else legal_steps(s.duration, rate, stretch) for s in segments]
+    states = sorted((steps, i) for i, each in enumerate(legal) for steps in each)
     controls: dict[int, FloatArray] = {}
     for steps in sorted({steps for steps, _ in states}):
         rows = [_samples(sources[segments[i].source], segments[i], steps) for d, i in states if d == steps]

@@ -61,6 +61,8 @@ class PerformanceSettings:
     reuse : float
         How much dearer a segment is that was used just before, as a share of its cost; less the longer ago that is. 0
         searches without.
+    stand : bool
+        Hold a calm pose of the recordings where a path stands still for long; otherwise steps are taken on the spot.
     keep_time : bool
         Follow a drawn path at its own times, even where it is faster than anybody in the recordings walks; otherwise
         it is followed in space there, and its end is reached later.
@@ -87,6 +89,7 @@ class PerformanceSettings:
     sides: tuple[tuple[str, str], ...] = SIDES
     longest: float = 2.5
     reuse: float = 0.5
+    stand: bool = True
     keep_time: bool = False
     post: PostSettings = field(default_factory=PostSettings)
 
