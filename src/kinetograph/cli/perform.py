@@ -60,7 +60,8 @@ class Answers(Written):
         int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...; the best is the first.", min=1)
     ] = 1
     alike: Annotated[
-        bool, typer.Option("--alike", help="Alternatives may share pieces, reuse being free; without it, they share none.")
+        bool,
+        typer.Option("--alike", help="Alternatives may share pieces, reuse being free; without it, they share none."),
     ] = False
     pieces: Annotated[
         bool, typer.Option("--pieces", help="List every piece: where it comes from and what it costs.")

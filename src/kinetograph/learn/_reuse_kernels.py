@@ -27,7 +27,8 @@ def share_used(interval: int, lately: npt.NDArray[np.int32], material: Material)
     for m in range(lately.shape[0]):
         shared = min(stop, stops[lately[m]]) - max(start, starts[lately[m]])
         total += weights[m] * max(shared, 0.0)
-    return total / (stop - start)
+    share: float = total / (stop - start)
+    return share
 
 
 @compiled

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import DataError
 from kinetograph.learn import _reuse_kernels
-from kinetograph.learn._kernels import Links
+from kinetograph.learn._kernels import Links, Scored
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class Memory:
         lately = np.full((reach, states, weights), none, dtype=np.int32)
         return cls(material, lately, np.zeros((reach, states)), np.zeros(states))
 
-    def price(self, time: int, spans: IntArray, ring_scores: FloatArray, out: _reuse_kernels.Scored) -> None:
+    def price(self, time: int, spans: IntArray, ring_scores: FloatArray, out: Scored) -> None:
         """Raise, in place, the scores of states that use something again.
 
         Parameters

@@ -55,4 +55,4 @@ def _sway(times: FloatArray, start: float, stop: float) -> FloatArray:
     onset = max(min(ONSET, 0.5 * (stop - start)), 1e-9)
     share = np.clip(np.minimum(times - start, stop - times) / onset, 0.0, 1.0)
     gentle = share**3 * (share * (6.0 * share - 15.0) + 10.0)
-    return SWAY * gentle * np.sin(np.pi * (times - start) / PERIOD) ** 2
+    return np.asarray(SWAY * gentle * np.sin(np.pi * (times - start) / PERIOD) ** 2)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import FloatArray
 from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.segments import Instances, Segment, Source
@@ -83,11 +83,6 @@ class Fitted:
         starts = np.array([segment.start for segment in segments])
         weights = fading(self.settings.reuse, REMEMBERED)
         return Reuse(self.instances.states[:, 0], offsets + starts, offsets + stops, weights)
-
-    @cached_property
-    def held(self) -> BoolArray:
-        """The states ``(S,)`` that are held poses."""
-        return np.array([segment.held for segment in self.instances.segments])[self.instances.states[:, 0]]
 
     @cached_property
     def basis(self) -> FloatArray:

@@ -49,7 +49,7 @@ def _legal(
 
 
 def _check_length(fitted: Fitted, steps: int) -> None:
-    rate, shortest = fitted.settings.rate, int(fitted.instances.states[0, 1])
+    rate, shortest = fitted.settings.rate, int(fitted.search.durations[~fitted.instances.held][0])
     if steps < 1:
         raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
     if steps < shortest:

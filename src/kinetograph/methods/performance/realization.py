@@ -14,7 +14,7 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.methods.performance.repetition import most_used, times_running
-from kinetograph.methods.performance.standing import joined_holds
+from kinetograph.methods.performance.standing import joined_holds, standing_warnings
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.breathing import breathe
@@ -65,7 +65,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
         },
-        warnings=(*_warnings(fitted, control), *_held(pieces)),
+        warnings=(*_warnings(fitted, control), *standing_warnings(fitted, pieces)),
         edited=edits(motion, recorded.parts),
     )
 
@@ -99,17 +99,6 @@ def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
         f"the path is faster than the library's people can hurry, {fitted.fastest:.2f} m/s: it is followed in "
         f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
         *warnings,
-    )
-
-
-def _held(pieces: list[Piece]) -> tuple[str, ...]:
-    held = [piece for piece in pieces if piece.held]
-    if not held:
-        return ()
-    longest, seconds = max(held, key=lambda piece: piece.stop - piece.start), sum(p.stop - p.start for p in held)
-    return (
-        f"the path stands still for longer than the recordings pause: poses are held for {seconds:.1f} s, breathing, "
-        f"the longest from {longest.take} at {longest.source_start:.2f} s",
     )
 
 

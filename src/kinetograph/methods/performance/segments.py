@@ -8,12 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
 from kinetograph.sampling import interpolate
 from kinetograph.take import Annotation
-
 
 HELD = (2, 3)
 """Steps of the shortest parts in which a pose is held; together with one of a second they add up to any number."""
@@ -107,6 +106,11 @@ class Instances:
     def places(self) -> dict[Segment, int]:
         """Where in ``segments`` each of them is."""
         return {segment: place for place, segment in enumerate(self.segments)}
+
+    @cached_property
+    def held(self) -> BoolArray:
+        """The states ``(S,)`` that are held poses."""
+        return np.array([segment.held for segment in self.segments])[self.states[:, 0]]
 
     @property
     def longest(self) -> int:

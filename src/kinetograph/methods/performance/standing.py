@@ -13,14 +13,18 @@ from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.segments import Segment, Source
+from kinetograph.motion import Motion
 from kinetograph.segmentation import runs
+from kinetograph.synthesis import Piece
 
 POSES = 8
 """Poses of a library that may be held."""
 APART = 1.0
 """Seconds between two of them in one recording."""
 CALM = 0.3
-"""Seconds over which a recording is calm about a pose."""
+"""Seconds over which speeds are taken."""
+STANDS = 0.3
+"""Metres per second: the joints of people who stand move by less in the mean."""
 STILL = 0.05
 """Metres per second below which a path stands."""
 REACH = 0.3
@@ -40,10 +44,8 @@ def calm_poses(sources: Sequence[Source]) -> tuple[Segment, ...]:
 def _calm(source: Source) -> Iterator[tuple[float, float]]:
     """A recording's calm poses, the calmest first: how calm, and the second."""
     motion = source.motion
-    joints = joint_positions(motion)
-    speed = np.linalg.norm(np.gradient(joints, 1 / motion.fps, axis=0), axis=-1).mean(axis=1)
     toes = on_ground(role_positions(motion, ("left_toe", "right_toe")))
-    score = uniform_filter1d(speed, max(round(CALM * motion.fps), 1)) + np.linalg.norm(toes[:, 0] - toes[:, 1], axis=-1)
+    score = mean_speed(motion) + np.linalg.norm(toes[:, 0] - toes[:, 1], axis=-1)
     score[~_planted(source)] = np.inf
     for _ in range(POSES):
         frame = int(np.argmin(score))
@@ -52,6 +54,14 @@ def _calm(source: Source) -> Iterator[tuple[float, float]]:
         yield float(score[frame]), frame / motion.fps
         reach = round(APART * motion.fps)
         score[max(frame - reach, 0) : frame + reach + 1] = np.inf
+
+
+def mean_speed(motion: Motion) -> FloatArray:
+    """How fast the joints of a motion move in the mean, metres per second ``(F,)``, over `CALM` seconds."""
+    if len(motion) < 2:
+        return np.zeros(len(motion))
+    velocity = np.gradient(joint_positions(motion), 1 / motion.fps, axis=0)
+    return uniform_filter1d(np.linalg.norm(velocity, axis=-1).mean(axis=1), max(round(CALM * motion.fps), 1))
 
 
 def _planted(source: Source) -> BoolArray:
@@ -81,12 +91,12 @@ def standing(x: FloatArray, rate: float) -> BoolArray:
 
 
 def only_standing(fitted: Fitted, x: FloatArray, arrivals: Iterable[Arrivals]) -> Iterable[Arrivals]:
-    """The arrivals of steps 1, 2, ... with poses held only where the control ``(T + 1, P, 3)`` stands, at their price."""
-    if not fitted.held.any():
+    """The arrivals of steps 1, 2, ... with poses held, at their price, only where ``x`` ``(T + 1, P, 3)`` stands."""
+    if not fitted.instances.held.any():
         yield from arrivals
         return
     moving = np.concatenate([[0], np.cumsum(~standing(x, fitted.settings.rate))])
-    spans = fitted.search.durations[fitted.held]
+    spans = fitted.search.durations[fitted.instances.held]
     for time, arrival in enumerate(arrivals, start=1):
         used = np.minimum(spans, time)
         yield _held(fitted, arrival, moving[time + 1] == moving[time - used], used)
@@ -94,19 +104,19 @@ def only_standing(fitted: Fitted, x: FloatArray, arrivals: Iterable[Arrivals]) -
 
 def only_standing_early(fitted: Fitted, x: FloatArray, partial: dict[int, Arrivals]) -> dict[int, Arrivals]:
     """The same for segments left early where ``x`` ends."""
-    if not fitted.held.any():
+    if not fitted.instances.held.any():
         return partial
     stands = standing(x, fitted.settings.rate)
     held = {}
     for used, arrival in partial.items():
-        legal = np.full(int(fitted.held.sum()), stands[-used - 1 :].all())
+        legal = np.full(int(fitted.instances.held.sum()), stands[-used - 1 :].all())
         held[used] = _held(fitted, arrival, legal, np.full(len(legal), used))
     return held
 
 
 def _held(fitted: Fitted, arrival: Arrivals, legal: BoolArray, used: IntArray) -> Arrivals:
-    costs = arrival.costs.copy()
-    costs[fitted.held] = np.where(legal, costs[fitted.held] + PRICE * used / fitted.settings.rate, np.inf)
+    costs, held = arrival.costs.copy(), fitted.instances.held
+    costs[held] = np.where(legal, costs[held] + PRICE * used / fitted.settings.rate, np.inf)
     return replace(arrival, costs=costs)
 
 
@@ -122,19 +132,35 @@ def only_standing_now(fitted: Fitted, samples: Sequence[FloatArray], arrival: Ar
     origins : ndarray of int, shape (S,)
         The first steps of the states.
     """
-    if not fitted.held.any():
+    if not fitted.instances.held.any():
         return arrival
     rate = fitted.settings.rate
     count = int(np.ceil(LONG * rate)) + 2
     first = len(samples) - count
     stands = first >= 0 and bool(standing(np.stack(samples[first:]), rate).all())
-    used = len(samples) - 1 - np.maximum(origins[fitted.held], 0)
-    return _held(fitted, arrival, stands & (origins[fitted.held] >= first), used)
+    used = len(samples) - 1 - np.maximum(origins[fitted.instances.held], 0)
+    return _held(fitted, arrival, stands & (origins[fitted.instances.held] >= first), used)
 
 
 def joined_holds(fitted: Fitted, path: SegmentalPath) -> SegmentalPath:
     """A sequence in which a pose that is held several times running is held once, for as long."""
     segments = fitted.instances.states[path.states, 0]
-    ends = np.flatnonzero(np.append((segments[1:] != segments[:-1]) | ~fitted.held[path.states[:-1]], True))
+    ends = np.flatnonzero(np.append((segments[1:] != segments[:-1]) | ~fitted.instances.held[path.states[:-1]], True))
     firsts = np.concatenate([[0], ends[:-1] + 1])
     return replace(path, states=path.states[ends], starts=path.starts[firsts], stops=path.stops[ends])
+
+
+def standing_warnings(fitted: Fitted, pieces: Sequence[Piece]) -> tuple[str, ...]:
+    """What a person should know of the poses that are held."""
+    held = [piece for piece in pieces if piece.held]
+    if not held:
+        return ()
+    longest, seconds = max(held, key=lambda piece: piece.stop - piece.start), sum(p.stop - p.start for p in held)
+    says = (
+        f"the path stands still for long: poses are held for {seconds:.1f} s, breathing, "
+        f"the longest from {longest.take} at {longest.source_start:.2f} s"
+    )
+    motion = next(source.motion for source in fitted.sources if source.take == longest.take)
+    if mean_speed(motion)[round(longest.source_start * motion.fps)] < STANDS:
+        return (says,)
+    return (f"{says}; nobody in the recordings stands, so that it is a pose of walking: add a recording of standing",)
