@@ -55,7 +55,7 @@ class Search:
     cluster: Annotated[float | None, typer.Option(help="Cluster segments closer than this (metres), for speed.")] = None
     reuse: Annotated[
         float | None,
-        typer.Option(help="How much dearer a step is that was just used, a share; 0: free; default 0.5, partners 0."),
+        typer.Option(help="How much dearer a step is that was used lately, a share; 0: free; default 0.5, partners 0."),
     ] = None
 
 

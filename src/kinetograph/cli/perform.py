@@ -93,6 +93,7 @@ class Following(Partner):
     keep_time: Annotated[
         bool, typer.Option("--keep-time", help="Keep a path's times where it is faster than the recordings.")
     ] = False
+    stand: Annotated[bool, typer.Option(help="Hold a calm pose where a path stands still for long.")] = True
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0
 
@@ -173,7 +174,7 @@ def _configuration(
     partners = has_partners(library, inputs.target)
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
     method = performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
-    return replace(method, keep_time=following.keep_time)
+    return replace(method, keep_time=following.keep_time, stand=following.stand)
 
 
 def _synthesised(

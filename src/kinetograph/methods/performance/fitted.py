@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
+from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.post.elbows import elbow_speed
@@ -21,6 +22,8 @@ HURRY = 1.25
 """How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
 REMEMBERED = 40
 """Pieces for which a step is remembered."""
+AGAIN = 1.6
+"""How much more the reuse of a step costs that is one of the last stride."""
 BENDING = float(np.deg2rad(300.0))
 """Radians per second that elbows may bend at least, where those of the recordings hang still."""
 
@@ -82,6 +85,7 @@ class Fitted:
         offsets = np.array([recordings[self.sources[segment.source].take] for segment in segments]) * (stops.max() + 1)
         starts = np.array([segment.start for segment in segments])
         weights = fading(self.settings.reuse, REMEMBERED)
+        weights[:STRIDE] *= AGAIN
         return Reuse(self.instances.states[:, 0], offsets + starts, offsets + stops, weights)
 
     @cached_property

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from kinetograph.synthesis import Piece
 
 STRIDE = 2
-"""Pieces after which a step may come again at the soonest: left and right alternate."""
+"""Pieces of a stride: left and right alternate."""
 
 
 def most_used(pieces: Iterable[Piece]) -> float:
