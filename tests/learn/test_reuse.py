@@ -27,9 +27,9 @@ def _problem(seed: int, durations: list[int], steps: int) -> naive.Problem:
     return naive.Problem(np.array(sorted(durations)), 0.5, [arrivals() for _ in range(steps)], partial)
 
 
-def _spans(count: int) -> list[tuple[float, float]]:
-    """Intervals that overlap: each goes on for one and a half times the distance to the next."""
-    return [(1.0 * i, 1.0 * i + 1.5) for i in range(count)]
+def _spans(count: int, length: float = 1.5) -> list[tuple[float, float]]:
+    """Intervals that begin 1 apart and overlap where they are longer; every third is the first again."""
+    return [(1.0 * (i % 3), 1.0 * (i % 3) + length) for i in range(count)]
 
 
 def _search(problem: naive.Problem, spans: list[tuple[float, float]], weights: np.ndarray) -> SegmentalSearch:
@@ -43,11 +43,17 @@ def _sequence(path: SegmentalPath) -> list[naive.Placed]:
     return [naive.Placed(*row) for row in rows]
 
 
-@given(seed=st.integers(0, 2**32 - 1), states=st.integers(1, 6), steps=st.integers(1, 24), grouped=st.booleans())
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    states=st.integers(1, 6),
+    steps=st.integers(1, 24),
+    grouped=st.booleans(),
+    overlap=st.booleans(),
+)
 @settings(max_examples=60)
-def test_a_sequence_costs_what_it_says(seed: int, states: int, steps: int, grouped: bool) -> None:
+def test_a_sequence_costs_what_it_says(seed: int, states: int, steps: int, grouped: bool, overlap: bool) -> None:
     durations = np.random.default_rng(seed).integers(1, 5, states).tolist()
-    problem, spans = _problem(seed, durations, steps), _spans(states)
+    problem, spans = _problem(seed, durations, steps), _spans(states, 1.5 if overlap else 1.0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(segmental, "GROUPED", 1 if grouped else 5000)
         path = solve(_search(problem, spans, WEIGHTS), problem.arrivals, problem.partial)
@@ -104,5 +110,5 @@ def test_one_that_costs_half_as_much_again_is_used_instead(other: float, repeats
 def test_refuses_weights_and_intervals_without_sense() -> None:
     with pytest.raises(DataError, match=r"each 0 or more, found \[-1\.\]"):
         Reuse(np.arange(1), np.zeros(1), np.ones(1), np.array([-1.0]))
-    with pytest.raises(DataError, match="stop after they start"):
-        Reuse(np.arange(1), np.ones(1), np.ones(1), fading(0.5, 4))
+    with pytest.raises(DataError, match="not stop before they start"):
+        Reuse(np.arange(1), np.ones(1), np.zeros(1), fading(0.5, 4))

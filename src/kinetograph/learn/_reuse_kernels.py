@@ -8,9 +8,9 @@ import numpy.typing as npt
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.learn._kernels import HUGE, Links, Scored, compiled
 
-Material = tuple[IntArray, FloatArray, FloatArray, FloatArray]
-"""The interval of every state ``(S,)``; where intervals start and stop ``(N + 1,)``, the last of them being none; and
-the weights of those used 1, 2, ..., M intervals ago ``(M,)``."""
+Material = tuple[IntArray, FloatArray, FloatArray, FloatArray, bool]
+"""The interval of every state ``(S,)``; where intervals start and stop ``(N + 1,)``, the last of them being none; the
+weights of those used 1, 2, ..., M intervals ago ``(M,)``; and whether different intervals have nothing in common."""
 Memory = tuple[npt.NDArray[np.int32], FloatArray, FloatArray]
 """Of the latest R steps the intervals last used ``(R, S, M)``, the latest first, and what reuse has cost ``(R, S)``;
 and the part of the scores priced last that is for reuse ``(S,)``."""
@@ -19,10 +19,14 @@ and the part of the scores priced last that is for reuse ``(S,)``."""
 @compiled
 def share_used(interval: int, lately: npt.NDArray[np.int32], material: Material) -> float:
     """The share of an interval that has been used lately, each use weighted by how long ago it was."""
-    _, starts, stops, weights = material
+    _, starts, stops, weights, apart = material
     start, stop = starts[interval], stops[interval]
     total = 0.0
     if stop <= start:
+        return total
+    if apart:  # without a look at the intervals, the loop is vectorised
+        for m in range(lately.shape[0]):
+            total += weights[m] if lately[m] == interval else 0.0
         return total
     for m in range(lately.shape[0]):
         shared = min(stop, stops[lately[m]]) - max(start, starts[lately[m]])

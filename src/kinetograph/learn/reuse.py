@@ -60,9 +60,11 @@ class Reuse:
     @property
     def material(self) -> _reuse_kernels.Material:
         """The arrays as the kernels take them, with an interval of nothing at the end."""
-        none = [float(self.starts.min()) - 1.0]
-        starts, stops = np.concatenate([self.starts, none]), np.concatenate([self.stops, none])
-        return np.asarray(self.intervals, dtype=np.int64), starts, stops, np.asarray(self.weights, dtype=np.float64)
+        different, which = np.unique(np.stack([self.starts, self.stops], axis=1), axis=0, return_inverse=True)
+        long = different[different[:, 1] > different[:, 0]]
+        apart = bool(np.all(long[1:, 0] >= long[:-1, 1]))
+        starts, stops = np.append(different, [[-np.inf, -np.inf]], axis=0).T.astype(np.float64)
+        return which.ravel()[self.intervals], starts.copy(), stops.copy(), np.array(self.weights, dtype=float), apart
 
 
 def fading(first: float, count: int) -> FloatArray:
