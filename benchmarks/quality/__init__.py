@@ -1,8 +1,8 @@
 """What an animator sees, one module per kind of fault. Elbows are in `kinetograph evaluate performance` of dances."""
 
-from benchmarks.quality import paths, soles
+from benchmarks.quality import paths, repetition, soles
 
 
 def main() -> None:
-    for part in (paths, soles):
+    for part in (paths, repetition, soles):
         part.main()

@@ -53,6 +53,10 @@ class Search:
     ] = None
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None
     cluster: Annotated[float | None, typer.Option(help="Cluster segments closer than this (metres), for speed.")] = None
+    reuse: Annotated[
+        float | None,
+        typer.Option(help="How much dearer a step is that was used lately, a share; 0: free; default 0.5, partners 0."),
+    ] = None
 
 
 @options("After the search")
@@ -93,7 +97,7 @@ def performance_control(
     from kinetograph.methods.performance import PerformanceControl, partner_control
 
     method = partner_control() if partners else PerformanceControl()
-    names = ("continuity", "stretch", "rate", "span")
+    names = ("continuity", "stretch", "rate", "span", "reuse")
     method = replace(method, **{name: value for name in names if (value := getattr(search, name)) is not None})
     if search.target_point:
         method = replace(method, targets=weights_by_role(search.target_point, "--target-point"))

@@ -35,7 +35,7 @@ from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
-    *("slide", "slide_recorded", "turning", "elbows", "distinct"),
+    *("slide", "slide_recorded", "turning", "elbows", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
@@ -68,6 +68,9 @@ class DanceRow:
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     seen_errors, seen_patterns, seen_transitions : float
@@ -90,6 +93,8 @@ class DanceRow:
     turning: float
     elbows: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
     seen_errors: float
@@ -227,6 +232,8 @@ def _synthesized(
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         segment_errors=errors.segment_rate,
         pattern_errors=errors.pattern_rate,
         times_real_time=held.follower.duration / taken,

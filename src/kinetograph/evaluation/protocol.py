@@ -38,7 +38,8 @@ LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
 _OF_SEGMENTS = (
-    *("control_cm", "slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time"),
+    *("control_cm", "slide", "slide_recorded", "distinct", "most_used", "times_running"),
+    *("segment_errors", "pattern_errors", "times_real_time"),
     *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows"),
 )
 """Figures that frame-by-frame methods do not have."""
@@ -76,6 +77,9 @@ class WalkRow:
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     times_real_time : float
@@ -99,6 +103,8 @@ class WalkRow:
     turning: float
     elbows: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
     times_real_time: float
@@ -198,6 +204,8 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         times_real_time=truth.duration / seconds,
     )
 

@@ -33,6 +33,7 @@ _ROOMS = {
     "PreparedExamples": "alignment",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
+    "Reuse": "reuse",
     "Rigid": "alignment",
     "Route": "routes",
     "RouteSegment": "routes",
@@ -49,6 +50,7 @@ _ROOMS = {
     "complete_linkage": "linkage",
     "count_transitions": "markov",
     "discourage": "transitions",
+    "fading": "reuse",
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
@@ -104,6 +106,7 @@ __all__ = [
     "PreparedExamples",
     "Quantiser",
     "Rbf",
+    "Reuse",
     "Rigid",
     "Route",
     "RouteSegment",
@@ -120,6 +123,7 @@ __all__ = [
     "complete_linkage",
     "count_transitions",
     "discourage",
+    "fading",
     "find_route",
     "find_transitions",
     "fit_gaussian",
@@ -199,6 +203,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.quantisation import Quantiser, kmeans
     from kinetograph.learn.reduction import Pca, fit_pca
     from kinetograph.learn.retiming import Span, retime
+    from kinetograph.learn.reuse import Reuse, fading
     from kinetograph.learn.routes import Route, RouteSegment
     from kinetograph.learn.segmental import (
         Arrivals,
