@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_keyframe as naive
-from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_interval, least_steps
+from kinetograph.learn.goals import Goal, SearchOptions, Tolls, costs_on_the_way, costs_to_go, least_interval, least_steps
 from kinetograph.learn.timed_search import find_route
 from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
 
@@ -24,7 +24,8 @@ def small_graph(rng: np.random.Generator, commit: int) -> Graph:
 
 def goal(rng: np.random.Generator, count: int, at: int) -> Goal:
     frames = rng.choice(count, 6, replace=False)
-    return Goal(frames, rng.random(6), (at, at))
+    tolls = Tolls(rng.random(count), 2.0 * rng.random(), rng.random()) if rng.random() < 0.5 else None
+    return Goal(frames, rng.random(6), (at, at), tolls=tolls)
 
 
 def flat(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
@@ -57,12 +58,14 @@ def test_bounds_never_exceed_what_a_route_costs_or_takes(seed: int, commit: int)
     start, stop = goal(rng, len(graph), 0), goal(rng, len(graph), 0)
     least = least_interval(graph, start, stop)
     for steps in range(1, 9):
-        exact = Goal(stop.frames, stop.costs, (steps, steps))
+        exact = Goal(stop.frames, stop.costs, (steps, steps), tolls=stop.tolls)
         route = find_route(graph, [start, exact], *flat(graph), EXACT)
         assert (route is None) or steps >= least
         if route is not None:
-            bound = costs_to_go(graph, [exact], [np.inf], 0.0)[0]
-            assert route.cost >= bound[route.segments[0].frame + commit] - 1e-9
+            own = costs_on_the_way(graph, exact, 0.0)
+            bound = costs_to_go(graph, [exact], [np.inf], [own])[0]
+            first = route.segments[0].frame
+            assert route.cost >= bound[first + commit] + own.start[first] - 1e-9
     if np.isfinite(least):
         least_goal = Goal(stop.frames, stop.costs, (least, least))
         assert find_route(graph, [start, least_goal], *flat(graph), EXACT) is not None
