@@ -1,0 +1,122 @@
+"""What lies between keys that no key asks for, and what it costs.
+
+A frame is *unasked* as far as it is unlike all of these: everyday motion, or the moves that are asked for by name; and
+what the two keys' own recordings do around them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from kinetograph.learn import Goal, Tolls, fit_pca
+
+LIKE, UNLIKE = 0.1, 0.2
+"""Metres between poses and velocities: up to the first, frames do the same thing; from the second on they do not."""
+AROUND, BACK = 3.0, 0.25
+"""Seconds from a key on, and on its other side, for which its own recording does what the key asks for at most."""
+SAME = 0.25
+"""How much further from a key than the nearest a recording may be and still be its own, in roots of cost."""
+_DIMENSIONS = 16
+_COMPARED = 60_000
+
+
+@dataclass(frozen=True, eq=False)
+class Familiar:
+    """How far the frames of a library are from what needs no asking.
+
+    Parameters
+    ----------
+    coordinates : ndarray of float32, shape (N, M)
+        Principal components of the frames' features, in metres.
+    gaps : ndarray, shape (N,)
+        Metres from everyday motion, or from the moves that are asked for.
+    last : ndarray of int, shape (N,)
+        The last frame of each frame's recording.
+    reach, back : int
+        Frames from a key on, and those on its other side, for which its recording does what the key asks for.
+    """
+
+    coordinates: SingleArray
+    gaps: FloatArray
+    last: IntArray
+    reach: int
+    back: int
+
+
+def familiar(features: SingleArray, last: IntArray, known: BoolArray, fps: float) -> Familiar:
+    """Compare the frames of a library with some that need no asking.
+
+    Parameters
+    ----------
+    features : ndarray of float32, shape (N, D)
+        Their Euclidean distance is in metres.
+    last : ndarray of int, shape (N,)
+    known : ndarray of bool, shape (N,)
+        The frames that need no asking.
+    fps : float
+    """
+    components = fit_pca(features[:: max(1, len(features) // _COMPARED)], min(_DIMENSIONS, features.shape[1]))
+    coordinates = components.encode(features).astype(np.float32)
+    gaps = np.where(known, 0.0, np.inf)
+    if known.any() and not known.all():
+        some = coordinates[known][:: max(1, int(known.sum()) // _COMPARED)]
+        gaps[~known] = _distances(coordinates[~known], some)
+    return Familiar(coordinates, gaps, last, round(AROUND * fps), round(BACK * fps))
+
+
+def _distances(rows: SingleArray, others: SingleArray) -> FloatArray:
+    """Metres from each row to the nearest of others; infinite from about `UNLIKE` on."""
+    tree = cKDTree(others, balanced_tree=False)
+    return np.asarray(tree.query(rows, eps=0.1, distance_upper_bound=UNLIKE, workers=-1)[0])
+
+
+def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
+    """How far each frame is something that neither of two keys asks for, shape ``(N,)``, from 0 to 1.
+
+    Parameters
+    ----------
+    known : Familiar
+    ends : sequence of Goal
+        Those of the two keys.
+    """
+    own = np.concatenate([_own_frames(known, ends[0], True), _own_frames(known, ends[1], False)])
+    gaps = known.gaps.copy()
+    gaps[own] = 0.0
+    rest = np.flatnonzero(gaps > LIKE)
+    if len(rest):
+        gaps[rest] = np.minimum(gaps[rest], _distances(known.coordinates[rest], known.coordinates[own]))
+    return np.clip((gaps - LIKE) / (UNLIKE - LIKE), 0.0, 1.0)
+
+
+def _own_frames(known: Familiar, goal: Goal, after: bool) -> IntArray:
+    """The frames of the recordings that a key is from, from the key on or up to it, until one needs no asking."""
+    costs = np.sqrt(goal.costs)
+    at = goal.frames[costs <= costs.min() + SAME]
+    sign = 1 if after else -1
+    path = at[:, None] + sign * np.arange(-known.back, known.reach + 1)
+    inside = path.clip(0, len(known.last) - 1)
+    done = np.cumsum(known.gaps[inside[:, known.back :]] == 0.0, axis=1) > 1
+    inside[:, known.back :][done] = inside[:, known.back][np.nonzero(done)[0]]
+    return np.unique(inside[known.last[inside] == known.last[at][:, None]])
+
+
+def tolls_between(known: Familiar, before: Goal, after: Goal, rise: float, second: float, fps: float) -> Tolls:
+    """What the frames between two keys cost.
+
+    Parameters
+    ----------
+    known : Familiar
+    before, after : Goal
+        Those of the two keys.
+    rise : float
+        Cost of beginning what neither key asks for.
+    second : float
+        Cost of a second of it.
+    fps : float
+    """
+    return Tolls(unasked(known, (before, after)), rise, second / fps)
