@@ -1,7 +1,7 @@
 """What lies between keys that no key asks for, and what it costs.
 
-A frame is *unasked* as far as it is unlike all of these: everyday motion, or the moves that are asked for by name; and
-what the two keys' own recordings do around them.
+A frame is *unasked* as far as it is unlike all of these: walking, running too where a key runs, or else the moves that
+are asked for by name; and what the two keys' own recordings do around them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from kinetograph.learn import Goal, Tolls, fit_pca
 
 LIKE, UNLIKE = 0.1, 0.2
 """Metres between poses and velocities: up to the first, frames do the same thing; from the second on they do not."""
-AROUND, BACK = 3.0, 0.25
+AROUND, BACK = 12.0, 0.25
 """Seconds from a key on, and on its other side, for which its own recording does what the key asks for at most."""
 SAME = 0.25
 """How much further from a key than the nearest a recording may be and still be its own, in roots of cost."""
@@ -34,7 +34,11 @@ class Familiar:
     coordinates : ndarray of float32, shape (N, M)
         Principal components of the frames' features, in metres.
     gaps : ndarray, shape (N,)
-        Metres from everyday motion, or from the moves that are asked for.
+        Metres from what needs no asking.
+    fast : ndarray of bool, shape (N,)
+        The frames that run.
+    fast_gaps : ndarray, shape (N,)
+        Metres from what needs no asking where a key runs.
     last : ndarray of int, shape (N,)
         The last frame of each frame's recording.
     reach, back : int
@@ -43,12 +47,16 @@ class Familiar:
 
     coordinates: SingleArray
     gaps: FloatArray
+    fast: BoolArray
+    fast_gaps: FloatArray
     last: IntArray
     reach: int
     back: int
 
 
-def familiar(features: SingleArray, last: IntArray, known: BoolArray, fps: float) -> Familiar:
+def familiar(
+    features: SingleArray, last: IntArray, known: BoolArray, fast: BoolArray, fps: float
+) -> Familiar:
     """Compare the frames of a library with some that need no asking.
 
     Parameters
@@ -58,15 +66,23 @@ def familiar(features: SingleArray, last: IntArray, known: BoolArray, fps: float
     last : ndarray of int, shape (N,)
     known : ndarray of bool, shape (N,)
         The frames that need no asking.
+    fast : ndarray of bool, shape (N,)
+        The frames that run: where a key does, they need no asking either.
     fps : float
     """
     components = fit_pca(features[:: max(1, len(features) // _COMPARED)], min(_DIMENSIONS, features.shape[1]))
     coordinates = components.encode(features).astype(np.float32)
-    gaps = np.where(known, 0.0, np.inf)
-    if known.any() and not known.all():
-        some = coordinates[known][:: max(1, int(known.sum()) // _COMPARED)]
-        gaps[~known] = _distances(coordinates[~known], some)
-    return Familiar(coordinates, gaps, last, round(AROUND * fps), round(BACK * fps))
+    gaps = _from_some(coordinates, known)
+    fast_gaps = np.minimum(gaps, _from_some(coordinates, fast))
+    return Familiar(coordinates, gaps, fast, fast_gaps, last, round(AROUND * fps), round(BACK * fps))
+
+
+def _from_some(rows: SingleArray, some: BoolArray) -> FloatArray:
+    """Metres from each row to the nearest of some of them."""
+    gaps = np.where(some, 0.0, np.inf)
+    if some.any() and not some.all():
+        gaps[~some] = _distances(rows[~some], rows[some][:: max(1, int(some.sum()) // _COMPARED)])
+    return gaps
 
 
 def _distances(rows: SingleArray, others: SingleArray) -> FloatArray:
@@ -84,8 +100,9 @@ def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
     ends : sequence of Goal
         Those of the two keys.
     """
-    own = np.concatenate([_own_frames(known, ends[0], True), _own_frames(known, ends[1], False)])
-    gaps = known.gaps.copy()
+    near = [_nearest(goal) for goal in ends]
+    gaps = (known.fast_gaps if any(known.fast[at].any() for at in near) else known.gaps).copy()
+    own = np.concatenate([_own_frames(known, gaps, at, sign) for at, sign in zip(near, (1, -1), strict=True)])
     gaps[own] = 0.0
     rest = np.flatnonzero(gaps > LIKE)
     if len(rest):
@@ -93,14 +110,17 @@ def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
     return np.clip((gaps - LIKE) / (UNLIKE - LIKE), 0.0, 1.0)
 
 
-def _own_frames(known: Familiar, goal: Goal, after: bool) -> IntArray:
-    """The frames of the recordings that a key is from, from the key on or up to it, until one needs no asking."""
-    costs = np.sqrt(goal.costs)
-    at = goal.frames[costs <= costs.min() + SAME]
-    sign = 1 if after else -1
+def _nearest(goal: Goal) -> IntArray:
+    """The frames that a key is, or that are hardly further from it."""
+    roots = np.sqrt(goal.costs)
+    return goal.frames[roots <= roots.min() + SAME]
+
+
+def _own_frames(known: Familiar, gaps: FloatArray, at: IntArray, sign: int) -> IntArray:
+    """The frames from those of a key on, or up to them, until one needs no asking, and a few on its other side."""
     path = at[:, None] + sign * np.arange(-known.back, known.reach + 1)
     inside = path.clip(0, len(known.last) - 1)
-    done = np.cumsum(known.gaps[inside[:, known.back :]] == 0.0, axis=1) > 1
+    done = np.cumsum(gaps[inside[:, known.back :]] == 0.0, axis=1) > 1
     inside[:, known.back :][done] = inside[:, known.back][np.nonzero(done)[0]]
     return np.unique(inside[known.last[inside] == known.last[at][:, None]])
 

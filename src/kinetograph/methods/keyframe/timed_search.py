@@ -127,13 +127,22 @@ class TimedSearch:
         if barred.all():
             raise RequestError(f"without {', '.join(self.without)} nothing is left to use")
         index = replace(index, graph=bar(index.graph, barred)) if barred.any() else index
-        known = named_frames(examples, self.moves) if self.moves else np.concatenate([*map(everyday_frames, examples)])
-        compared = familiar(index.features.together(), index.graph.last, known & ~barred, index.fps)
+        compared = self._familiar(examples, index, barred)
         fitted = FittedTimedSearch(self, index, compared, barred)
         # compiled kernels are loaded by their first call: not while someone waits for an answer
         fitted.goals((Key(examples[0].motion),))
         least_steps(index.graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
         return fitted
+
+    def _familiar(self, examples: tuple[Example, ...], index: PoseIndex, barred: BoolArray) -> Familiar:
+        """How far the frames are from the moves that are asked for, or from everyday motion."""
+        if self.moves:
+            walking = running = named_frames(examples, self.moves)
+        else:
+            walking, running = (np.concatenate(parts) for parts in zip(*map(everyday_frames, examples), strict=True))
+        return familiar(
+            index.features.together(), index.graph.last, walking & ~barred, running & ~barred, index.fps
+        )
 
 
 @dataclass(frozen=True, eq=False)
