@@ -190,6 +190,15 @@ class InbetweenSearch:
         0.65
     )
     rate: Annotated[float, typer.Option(help="Frames per second of the search and of the result.")] = 30.0
+    move: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Go by way of this, in place of standing, walking and turning: a take, the label of a move or style, "
+            "a word of one, or a pattern. Repeatable."
+        ),
+    ] = None
+    without: Annotated[list[str] | None, typer.Option(help="Use nothing that is called so. Repeatable.")] = None
+    filler: Annotated[bool, typer.Option(help="Let any recording fill in, at no cost.")] = False
     clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
     seed: Annotated[int, typer.Option(help="Seed of the clusters in the paper's mode.")] = 0
 
@@ -207,8 +216,11 @@ def _solver(search: InbetweenSearch) -> Solver:
     from kinetograph.methods.keyframe import ClusterChain, TimedSearch
 
     if search.mode == "search":
-        return TimedSearch(meet=search.meet)
+        named = TimedSearch(meet=search.meet, moves=tuple(search.move or ()), without=tuple(search.without or ()))
+        return replace(named, begin_unasked=0.0, unasked=0.0) if search.filler else named
     if search.mode == "paper":
+        if search.move or search.without:
+            raise RequestError("the paper's mode knows no names; use --move and --without with --mode search")
         return ClusterChain(clusters=search.clusters)
     raise RequestError(f"mode must be one of search, paper, found {search.mode!r}")
 

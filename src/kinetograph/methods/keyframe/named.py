@@ -12,6 +12,8 @@ from kinetograph.arrays import BoolArray
 from kinetograph.errors import RequestError
 from kinetograph.methods.keyframe.examples import Example
 
+_LISTED = 40
+
 
 def named_frames(examples: Sequence[Example], names: Iterable[str]) -> BoolArray:
     """The frames of all examples, laid end to end, that are called by one of some names.
@@ -20,7 +22,7 @@ def named_frames(examples: Sequence[Example], names: Iterable[str]) -> BoolArray
     ----------
     examples : sequence of Example
     names : iterable of str
-        Each the name of a take, the label of a move or a style, a word of one of these, or a pattern (``turn_*``),
+        Each the name of a take, the label of a move or a style, words of one of these, or a pattern (``turn*``),
         whatever the case. A take's name picks out all of it, a label the span that it is given to.
 
     Returns
@@ -34,13 +36,13 @@ def named_frames(examples: Sequence[Example], names: Iterable[str]) -> BoolArray
 
     Examples
     --------
-    >>> is_called("humanoid3d_jump", "jump"), is_called("Turn left", "turn*"), is_called("jumper", "jump")
+    >>> is_called("humanoid3d_dance_a", "dance_a"), is_called("Turn left", "turn*"), is_called("jumper", "jump")
     (True, True, False)
     """
     wanted = tuple(names)
     for name in wanted:
         if not any(is_called(known, name) for known in known_names(examples)):
-            raise RequestError(f"nothing is called {name!r}; there are {', '.join(known_names(examples))}")
+            raise RequestError(f"nothing is called {name!r}; there are {_listed(known_names(examples))}")
     return np.concatenate([_named_in(example, wanted) for example in examples])
 
 
@@ -49,10 +51,17 @@ def known_names(examples: Iterable[Example]) -> list[str]:
     return sorted({name for e in examples for name in (e.take, *(note.label for note in e.labels))})
 
 
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _LISTED
+    return ", ".join(names[:_LISTED]) + (f" and {more} more (library info)" if more > 0 else "")
+
+
 def is_called(known: str, name: str) -> bool:
-    """Whether a name, or a pattern, is a known name or one of its words."""
+    """Whether a name, or a pattern, is a known name or some of its words in a row."""
     words = [word for word in re.split(r"[\W_]+", known.lower()) if word]
-    return any(fnmatchcase(one, name.lower()) for one in (known.lower(), *words))
+    runs = ("_".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, len(words) + 1))
+    wanted = name.lower()
+    return known.lower() == wanted or any(fnmatchcase(run, re.sub(r"[\s-]+", "_", wanted)) for run in runs)
 
 
 def _named_in(example: Example, names: Sequence[str]) -> BoolArray:
