@@ -10,6 +10,7 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
@@ -42,11 +43,13 @@ __all__ = [
     "join",
     "join_parts",
     "joint_table",
+    "keep_above",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
     "merge",
     "parse_table",
+    "recorded_lows",
     "retarget",
     "seen_ranges",
     "smooth_weights",

@@ -18,6 +18,7 @@ from kinetograph.post.assemble import Part, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.turning import limit_turning
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
@@ -41,6 +42,8 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
     motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
     motion = limit_elbows(motion, fitted.limits.elbows)
+    if fitted.settings.post.floor:
+        motion = keep_above(motion, recorded_lows(motion, recorded.parts))
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
     late = {"late": control.late} if control.late else {}
