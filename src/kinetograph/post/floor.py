@@ -1,7 +1,8 @@
-"""A floor for the whole body: what blends and edits push into the ground is lifted out of it, and feet stay where they are.
+"""A floor for the whole body: what blends and edits push into the ground is lifted out of it.
 
-How far down a joint may be is what its recordings show: a hand that was recorded 3 cm below the floor may be there
-again. Hands and feet are lifted by their limbs, and the body as a whole for all other joints. What is lifted rises and
+Points are the joints, and the landmarks at a distance from a joint, such as toes on a skeleton without toe joints. How far
+down a point may be is what its recordings show: a hand that was recorded 3 cm below the floor may be there again. Hands and feet are lifted by their limbs, and the body as a whole for all other joints, with
+feet, and hands on the floor, held where they are. What is lifted rises and
 sinks no faster than `SPEED`, and a frame that is pinned stays as it is.
 """
 
@@ -14,12 +15,13 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Part
 from kinetograph.post.easing import smoothstep
-from kinetograph.post.footskate import LEG, SIDES, move_foot
-from kinetograph.post.limbs import ARM, has_limb, move_limb, usual_hinge
+from kinetograph.post.footskate import SIDES, move_foot
+from kinetograph.post.limbs import ARM, LEG, has_limb, move_limb, usual_hinge
+from kinetograph.skeleton import Skeleton
 
 SLACK = 0.005
 """Metres below what is recorded that are left as they are."""
@@ -38,13 +40,13 @@ _ROUNDS = 4
 
 
 def keep_above(motion: Motion, lowest: FloatArray, pinned: Sequence[int] = ()) -> Motion:
-    """A motion with no joint lower than it may be, as far as limbs and pinned frames allow.
+    """A motion with no point of the body lower than it may be, as far as limbs and pinned frames allow.
 
     Parameters
     ----------
     motion : Motion
-    lowest : ndarray, shape (F, J)
-        Heights in metres down to which joints may go, see `recorded_lows`.
+    lowest : ndarray, shape (F, P)
+        Heights in metres down to which points may go, see `recorded_lows`.
     pinned : sequence of int
         Frames that stay as they are.
 
@@ -63,7 +65,7 @@ def keep_above(motion: Motion, lowest: FloatArray, pinned: Sequence[int] = ()) -
 
 
 def recorded_lows(motion: Motion, parts: Sequence[Part]) -> FloatArray:
-    """The heights down to which joints go in the recordings of each frame's piece, the floor's at most.
+    """The heights down to which points go in the recordings of each frame's piece, the floor's at most.
 
     Parameters
     ----------
@@ -73,10 +75,10 @@ def recorded_lows(motion: Motion, parts: Sequence[Part]) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (F, J)
-        Metres. Pieces of which no joint is below the floor are not looked at: there it is 0.
+    ndarray, shape (F, P)
+        Metres. Pieces of which no point is below the floor are not looked at: there it is 0.
     """
-    heights = joint_positions(motion)[..., 1]
+    heights = point_heights(motion)
     lowest = np.zeros_like(heights)
     deep = heights.min(axis=1) < -SLACK
     for part in parts:
@@ -92,16 +94,36 @@ def _frames(motion: Motion, start: float, stop: float) -> slice:
 
 
 def _low(part: Part, fps: float) -> FloatArray:
-    """The least heights of the joints, ``(J,)``, in a part's recording around its piece."""
+    """The least heights of the points, ``(P,)``, in a part's recording around its piece."""
     start, stop = max(part.piece.source_start - AROUND, 0.0), part.piece.source_stop + AROUND
     times = np.arange(start, max(min(stop, part.motion.duration), start) + 1e-9, 1.0 / fps)
-    low: FloatArray = joint_positions(replace(sample(part.motion, times, fps), bones=None))[..., 1].min(axis=0)
-    return low
+    return np.asarray(point_heights(replace(sample(part.motion, times, fps), bones=None)).min(axis=0))
+
+
+def _landmarks(skeleton: Skeleton) -> list[str]:
+    """The roles whose landmarks are no joints."""
+    return [role for role, landmark in skeleton.roles.items() if np.any(np.asarray(landmark.offset) != 0)]
+
+
+def point_heights(motion: Motion) -> FloatArray:
+    """The heights of all joints and of the landmarks at a distance from one, in that order.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F, P)
+        Metres.
+    """
+    heights, roles = joint_positions(motion)[..., 1], _landmarks(motion.skeleton)
+    return np.concatenate([heights, role_positions(motion, roles)[..., 1]], axis=1) if roles else heights
 
 
 def _sunk(motion: Motion, lowest: FloatArray) -> FloatArray:
-    """How far joints are below what they may be, ``(F, J)`` metres; 0 where it is within `SLACK`."""
-    deep = lowest - joint_positions(motion)[..., 1]
+    """How far points are below what they may be, ``(F, P)`` metres; 0 where it is within `SLACK`."""
+    deep = lowest - point_heights(motion)
     return np.where(deep > SLACK, deep, 0.0)
 
 
@@ -138,8 +160,9 @@ def _upwards(height: FloatArray) -> FloatArray:
 
 
 def _ends(motion: Motion) -> dict[tuple[str, tuple[str, str, str]], BoolArray]:
-    """By side and limb, which joints are its hand or foot and what follows, ``(J,)``."""
+    """By side and limb, which points are of its hand or foot, ``(P,)``."""
     found = {}
+    owner = [motion.skeleton.landmark(role).joint for role in _landmarks(motion.skeleton)]
     for side in SIDES:
         for limb in (LEG, ARM):
             if has_limb(motion, side, limb):
@@ -147,7 +170,7 @@ def _ends(motion: Motion) -> dict[tuple[str, tuple[str, str, str]], BoolArray]:
                 inside[motion.skeleton.landmark(f"{side}_{limb[-1]}").joint] = True
                 for joint, parent in enumerate(motion.skeleton.parents):
                     inside[joint] |= parent >= 0 and inside[parent]
-                found[side, limb] = inside
+                found[side, limb] = np.append(inside, inside[np.array(owner, dtype=np.int64)])
     return found
 
 
