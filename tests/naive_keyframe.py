@@ -44,6 +44,7 @@ def cheapest_route(graph, goals, steps: int) -> float:
             return 0.0
         rise = max(tolls.level[target] - tolls.level[source], 0.0)
         return float(tolls.rise * rise + tolls.step * tolls.level[target])
+
     due = [int(goal.window[0]) for goal in goals]
     costs = [dict(zip(goal.frames.tolist(), goal.costs.tolist(), strict=True)) for goal in goals]
     best = np.inf

@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_keyframe as naive
-from kinetograph.learn.goals import Goal, SearchOptions, Tolls, costs_on_the_way, costs_to_go, least_interval, least_steps
+from kinetograph.learn.goals import (
+    Goal,
+    SearchOptions,
+    Tolls,
+    costs_on_the_way,
+    costs_to_go,
+    least_interval,
+    least_steps,
+)
 from kinetograph.learn.timed_search import find_route
 from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
 

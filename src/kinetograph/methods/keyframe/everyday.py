@@ -12,6 +12,7 @@ from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.recordings import leg_length
 
+
 @dataclass(frozen=True)
 class Carriage:
     """How a body is carried while it goes.

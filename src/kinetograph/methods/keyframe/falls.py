@@ -58,7 +58,9 @@ def _slow(
     reach = round((BLEND + STEP) * fps)
     away = np.arange(-reach, reach + 1)
     before, after = (_around(heights, bounds, at, away) for at in (left, entered))
-    low = np.fmin(_around(recorded, bounds, left, away[: reach + 1]).T, _around(recorded, bounds, entered, away[reach:]).T)
+    low = np.fmin(
+        _around(recorded, bounds, left, away[: reach + 1]).T, _around(recorded, bounds, entered, away[reach:]).T
+    )
     most = ALLOWANCE * np.minimum(-GRAVITY, np.nan_to_num(np.fmin.reduce(low, axis=0), nan=0.0))
     gap = heights[entered] - heights[left]
     rate = _rate(heights, bounds, entered, fps) - _rate(heights, bounds, left, fps)

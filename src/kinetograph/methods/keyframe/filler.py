@@ -54,9 +54,7 @@ class Familiar:
     back: int
 
 
-def familiar(
-    features: SingleArray, last: IntArray, known: BoolArray, fast: BoolArray, fps: float
-) -> Familiar:
+def familiar(features: SingleArray, last: IntArray, known: BoolArray, fast: BoolArray, fps: float) -> Familiar:
     """Compare the frames of a library with some that need no asking.
 
     Parameters

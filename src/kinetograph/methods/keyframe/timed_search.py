@@ -140,9 +140,7 @@ class TimedSearch:
             walking = running = named_frames(examples, self.moves)
         else:
             walking, running = (np.concatenate(parts) for parts in zip(*map(everyday_frames, examples), strict=True))
-        return familiar(
-            index.features.together(), index.graph.last, walking & ~barred, running & ~barred, index.fps
-        )
+        return familiar(index.features.together(), index.graph.last, walking & ~barred, running & ~barred, index.fps)
 
 
 @dataclass(frozen=True, eq=False)
