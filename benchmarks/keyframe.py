@@ -72,7 +72,8 @@ def pairs(folder: Path, data: Path) -> None:
     library = library_of(folder / "actions", sorted((data / "actions").glob("*.bvh")))
     print(f"data/actions: {len(GETTING_UP)} getting up x {len(RUNNING)} running")
     print(
-        "  solver  solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm   below, cm   fall"
+        "  solver  solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm"
+        "   below, cm   fall"
     )
     for solver_name, solver in SOLVERS.items():
         model = KeyframeControl(solver=solver).fit(library)

@@ -1,4 +1,4 @@
-"""What keyframe control puts between keys that no key asks for: on the sample's clips, whose names say what they are."""
+"""What keyframe control puts between keys that none asks for: on the sample's clips, whose names say what they are."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def below_pieces(result: Synthesis, examples: Sequence[Example]) -> float:
 
 
 def seam_falls(result: Synthesis, examples: Sequence[Example], around: float = 0.4) -> FloatArray:
-    """The fastest fall near each seam, as a multiple of that of its recordings there, or of free fall if that is faster.
+    """The fastest fall near each seam, as a multiple of its recordings' there, or of free fall if that is faster.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """How fast a body falls: nobody falls faster than freely, and a blend from standing to lying may.
 
 The height of the centre of mass is compared with itself `STEP` seconds before and after, c(t + h) - 2 c(t) + c(t - h),
-which is never below -g h^2 for a body that nothing pulls down. Over a step that long, a recording's noise counts little.
+which is never below -g h^2 for a body that nothing pulls down. Over a step that long, noise counts little.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """A floor for the whole body: what blends and edits push into the ground is lifted out of it.
 
-Points are the joints, and the landmarks at a distance from a joint, such as toes on a skeleton without toe joints. How far
-down a point may be is what its recordings show: a hand that was recorded 3 cm below the floor may be there again. Hands and feet are lifted by their limbs, and the body as a whole for all other joints, with
-feet, and hands on the floor, held where they are. What is lifted rises and
-sinks no faster than `SPEED`, and a frame that is pinned stays as it is.
+Points are the joints, and the landmarks at a distance from a joint, such as toes on a skeleton without toe joints. How
+far down a point may be is what its recordings show: a hand that was recorded 3 cm below the floor may be there again.
+Hands and feet are lifted by their limbs, and the body as a whole for all other joints, with feet, and hands on the
+floor, held where they are. What is lifted rises and sinks no faster than `SPEED`, and a frame that is pinned stays as
+it is.
 """
 
 from __future__ import annotations

@@ -14,8 +14,9 @@ from kinetograph.post.falling import GRAVITY, STEP, accelerated, centre_height
 
 BLEND = 0.4
 """Seconds before and after a seam over which it is blended."""
-ALLOWANCE = 1.05
-"""How much faster than freely, or than in the recordings, a body may fall: heights are a little uncertain."""
+FREE, ALLOWANCE = 0.95, 1.02
+"""Shares of free fall, and of the recordings' fastest, up to which a body may fall at a seam. What comes after a blend
+changes heights a little."""
 _AT_ONCE = 20_000
 
 
@@ -58,17 +59,16 @@ def _slow(
     reach = round((BLEND + STEP) * fps)
     away = np.arange(-reach, reach + 1)
     before, after = (_around(heights, bounds, at, away) for at in (left, entered))
-    low = np.fmin(
-        _around(recorded, bounds, left, away[: reach + 1]).T, _around(recorded, bounds, entered, away[reach:]).T
-    )
-    most = ALLOWANCE * np.minimum(-GRAVITY, np.nan_to_num(np.fmin.reduce(low, axis=0), nan=0.0))
+    halves = ((left, away[: reach + 1]), (entered, away[reach:]))
+    seen = [np.fmin.reduce(_around(recorded, bounds, at, some), axis=1) for at, some in halves]
+    most = np.minimum(-FREE * GRAVITY, ALLOWANCE * np.nan_to_num(np.fmin(*seen), nan=0.0))
     gap = heights[entered] - heights[left]
     rate = _rate(heights, bounds, entered, fps) - _rate(heights, bounds, left, fps)
     place, change = quintic_decay(np.minimum(np.abs(away) / (BLEND * fps), 1.0))
     shift = 0.5 * np.outer(gap, place)
     blended = np.where(away < 0, before + shift, after - shift) - 0.5 * np.outer(rate, BLEND * change)
     fastest = np.fmin.reduce(accelerated(blended, fps), axis=1)
-    return ~(fastest < most)
+    return np.asarray(~(fastest < most))
 
 
 def _around(values: FloatArray, bounds: tuple[IntArray, IntArray], at: IntArray, away: IntArray) -> FloatArray:

@@ -68,8 +68,9 @@ def familiar(features: SingleArray, last: IntArray, known: BoolArray, fast: Bool
         The frames that run: where a key does, they need no asking either.
     fps : float
     """
-    components = fit_pca(features[:: max(1, len(features) // _COMPARED)], min(_DIMENSIONS, features.shape[1]))
-    coordinates = components.encode(features).astype(np.float32)
+    rows = features.astype(np.float64)
+    components = fit_pca(rows[:: max(1, len(features) // _COMPARED)], min(_DIMENSIONS, features.shape[1]))
+    coordinates = components.encode(rows).astype(np.float32)
     gaps = _from_some(coordinates, known)
     fast_gaps = np.minimum(gaps, _from_some(coordinates, fast))
     return Familiar(coordinates, gaps, fast, fast_gaps, last, round(AROUND * fps), round(BACK * fps))
@@ -111,7 +112,7 @@ def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
 def _nearest(goal: Goal) -> IntArray:
     """The frames that a key is, or that are hardly further from it."""
     roots = np.sqrt(goal.costs)
-    return goal.frames[roots <= roots.min() + SAME]
+    return np.asarray(goal.frames[roots <= roots.min() + SAME])
 
 
 def _own_frames(known: Familiar, gaps: FloatArray, at: IntArray, sign: int) -> IntArray:
