@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetograph.cli.options import Footskate, options
+from kinetograph.cli.options import Floor, Footskate, options
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ class Finish:
         True
     )
     limits: Annotated[bool, typer.Option(help="Keep arms and legs within the recorded ranges of their joints.")] = True
+    floor: Floor = True
 
 
 def performance_control(
@@ -129,6 +130,7 @@ def finished(method: PerformanceControl, alignment: str | None, finish: Finish) 
         footskate=finish.footskate,
         handholds=HoldSettings() if finish.handholds else None,
         limits=JointLimits() if finish.limits else None,
+        floor=finish.floor,
     )
     return replace(method, alignment=aligned(alignment) if alignment else method.alignment, post=post)
 
@@ -203,12 +205,12 @@ class InbetweenSearch:
     seed: Annotated[int, typer.Option(help="Seed of the clusters in the paper's mode.")] = 0
 
 
-def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool) -> KeyframeControl:
+def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool, floor: bool = True) -> KeyframeControl:
     """The configuration that goes from pose to pose."""
     from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.post import PostSettings
 
-    post = PostSettings(footskate=footskate)
+    post = PostSettings(footskate=footskate, floor=floor)
     return KeyframeControl(solver=_solver(search), rate=search.rate, mirror=mirror, post=post)
 
 
