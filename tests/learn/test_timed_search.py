@@ -18,7 +18,15 @@ from kinetograph.learn.goals import (
     least_steps,
 )
 from kinetograph.learn.timed_search import find_route
-from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
+from kinetograph.learn.transitions import (
+    Graph,
+    bar,
+    discourage,
+    find_transitions,
+    keep_transitions,
+    last_frames,
+    make_graph,
+)
 
 EXACT = SearchOptions(beam=100_000, warp=0.0)
 
@@ -154,3 +162,32 @@ def test_transitions_leave_room_for_the_shortest_stay():
     graph = find_transitions(features, last_frames([20, 20]), 7, limit=1.0, scale=1.0, fee=0.0)
     assert len(graph.target) > 0
     assert (graph.target + 7 <= graph.last[graph.target]).all()
+
+
+def test_barred_frames_are_neither_played_nor_reached():
+    graph = bar(chain([10, 10], [(2, 12, 0.1), (2, 17, 0.2), (14, 5, 0.3), (4, 8, 0.4)]), np.arange(20) == 14)
+    assert graph.last[[0, 9, 13, 14, 15, 19]].tolist() == [9, 9, 13, 14, 19, 19]
+    # 12 may be entered, with a frame to play; 14 is not left
+    assert sorted(zip(graph.target.tolist(), graph.cost.tolist(), strict=True)) == [(8, 0.4), (12, 0.1), (17, 0.2)]
+    assert least_steps(graph, Goal(np.array([19]), np.zeros(1)))[[10, 15]].tolist() == [np.inf, 4]
+
+
+def test_some_transitions_are_kept():
+    graph = chain([10, 10], [(2, 12, 0.1), (2, 16, 0.2), (4, 12, 0.3)])
+    kept = keep_transitions(graph, np.array([False, True, True]))
+    assert kept.target.tolist() == [16, 12]
+    assert [int(kept.starts[i + 1] - kept.starts[i]) for i in (2, 3, 4)] == [1, 0, 1]
+
+
+def test_recordings_are_joined_even_where_others_are_nearer():
+    # ten stances all alike, a walk further off: by neighbours alone no stance would lead to it
+    rng = np.random.default_rng(0)
+    stances = [0.01 * rng.normal(size=(40, 3)) for _ in range(10)]
+    features = np.concatenate([*stances, 0.3 + 0.01 * rng.normal(size=(40, 3))]).astype(np.float32)
+    last = last_frames([40] * 11)
+    graph = find_transitions(features, last, 3, limit=0.7, scale=0.1, fee=0.5)
+    source = np.repeat(np.arange(len(graph)), np.diff(graph.starts))
+    for stance in range(10):
+        assert (last[graph.target[last[source] == 40 * stance + 39]] == 439).any()
+    apart = find_transitions(features, last, 3, limit=0.2, scale=0.1, fee=0.5)
+    assert not (last[apart.target[apart.starts[400] :]] < 400).any()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import IntArray
+from kinetograph.arrays import BoolArray, IntArray
 from kinetograph.learn import Graph, find_transitions, keep_transitions, last_frames
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.falls import falls_freely
@@ -28,6 +28,8 @@ class PoseIndex:
         Where each example begins.
     speed : float
         Metres that a recording moves in a frame at most.
+    barred : ndarray of bool, shape (N,)
+        The frames that are not used.
     """
 
     examples: tuple[Example, ...]
@@ -35,6 +37,7 @@ class PoseIndex:
     graph: Graph
     offsets: IntArray
     speed: float
+    barred: BoolArray
 
     @property
     def fps(self) -> float:
@@ -60,4 +63,5 @@ def build_index(examples: tuple[Example, ...], *, meet: float, shortest: float, 
     graph = find_transitions(features.together(), last_frames(lengths), commit, meet, scale, fee)
     graph = keep_transitions(graph, falls_freely(examples, graph))
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    return PoseIndex(examples, features, graph, offsets, fastest_step(examples))
+    barred = np.zeros(len(graph), dtype=np.bool_)
+    return PoseIndex(examples, features, graph, offsets, fastest_step(examples), barred)

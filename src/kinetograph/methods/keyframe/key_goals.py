@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import BoolArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
@@ -23,7 +22,6 @@ def goals_of(
     slack: float,
     scale: float,
     reach: tuple[float, float],
-    barred: BoolArray | None = None,
 ) -> tuple[list[Goal], list[float]]:
     """What keys ask of the search.
 
@@ -39,8 +37,6 @@ def goals_of(
         Metres between a key and a recorded frame that cost 1.
     reach : tuple of float
         Metres, and share of the distance between two pinned places, that a route may end away from a place.
-    barred : ndarray of bool, shape (N,), optional
-        Frames that are not used.
 
     Returns
     -------
@@ -52,8 +48,7 @@ def goals_of(
     goals, nearest = [], []
     before: complex | None = None
     for number, key in enumerate(keys):
-        distances = key_distances(index.features, key, index.skeleton)
-        distances = distances if barred is None else np.where(barred, np.inf, distances)
+        distances = np.where(index.barred, np.inf, key_distances(index.features, key, index.skeleton))
         count = min(candidates, len(distances))
         frames = np.argpartition(distances, count - 1)[:count].astype(np.int64)
         nearest.append(float(distances[frames].min()))

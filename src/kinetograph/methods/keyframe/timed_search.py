@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route, least_steps
@@ -126,21 +125,22 @@ class TimedSearch:
         barred = named_frames(examples, self.without)
         if barred.all():
             raise RequestError(f"without {', '.join(self.without)} nothing is left to use")
-        index = replace(index, graph=bar(index.graph, barred)) if barred.any() else index
-        compared = self._familiar(examples, index, barred)
-        fitted = FittedTimedSearch(self, index, compared, barred)
+        index = replace(index, graph=bar(index.graph, barred), barred=barred) if barred.any() else index
+        compared = self._familiar(examples, index)
+        fitted = FittedTimedSearch(self, index, compared)
         # compiled kernels are loaded by their first call: not while someone waits for an answer
         fitted.goals((Key(examples[0].motion),))
         least_steps(index.graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
         return fitted
 
-    def _familiar(self, examples: tuple[Example, ...], index: PoseIndex, barred: BoolArray) -> Familiar:
+    def _familiar(self, examples: tuple[Example, ...], index: PoseIndex) -> Familiar:
         """How far the frames are from the moves that are asked for, or from everyday motion."""
         if self.moves:
             walking = running = named_frames(examples, self.moves)
         else:
             walking, running = (np.concatenate(parts) for parts in zip(*map(everyday_frames, examples), strict=True))
-        return familiar(index.features.together(), index.graph.last, walking & ~barred, running & ~barred, index.fps)
+        free = ~index.barred
+        return familiar(index.features.together(), index.graph.last, walking & free, running & free, index.fps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,14 +154,11 @@ class FittedTimedSearch:
         Features and transitions of every frame.
     familiar : Familiar
         How far every frame is from what needs no asking.
-    barred : ndarray of bool, shape (N,)
-        The frames that are not used.
     """
 
     settings: TimedSearch
     index: PoseIndex
     familiar: Familiar
-    barred: BoolArray
 
     @property
     def meets_times(self) -> bool:
@@ -206,7 +203,6 @@ class FittedTimedSearch:
             slack=settings.slack,
             scale=settings.pose_scale,
             reach=(settings.off_place, settings.off_share),
-            barred=self.barred,
         )
         if settings.begin_unasked or settings.unasked:
             fees = (settings.begin_unasked, settings.unasked, self.index.fps)
