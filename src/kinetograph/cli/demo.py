@@ -24,7 +24,7 @@ WALKS = ("0walk_forward", "humanoid3d_walk", "turn_left0", "turn_left1", "turn_r
 """The clips of the sample that walk: two straight cycles and four that turn."""
 
 RISE = ("humanoid3d_getup_facedown", "humanoid3d_jump", "humanoid3d_punch", "humanoid3d_walk", "humanoid3d_run")
-"""Clips of the sample that lead from lying on the floor to running."""
+"""Clips of the sample: from lying on the floor to running, and what may lie between."""
 
 
 def register(app: typer.Typer) -> None:

@@ -22,6 +22,7 @@ from kinetograph.evaluation.metrics import (
     position_errors,
 )
 from kinetograph.evaluation.partner_names import Observer
+from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -35,7 +36,7 @@ from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
-    *("slide", "slide_recorded", "turning", "elbows", "distinct", "most_used", "times_running"),
+    *("slide", "slide_recorded", "turning", "elbows", "below_cm", "fall", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
@@ -66,6 +67,11 @@ class DanceRow:
         Mean jerk of the joints, as a multiple of the recorded follower's.
     turning, elbows : float
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the recordings, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of the recordings' fastest, or of free fall if that is
+        faster.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
     most_used, times_running : float
@@ -92,6 +98,8 @@ class DanceRow:
     jerk: float
     turning: float
     elbows: float
+    below_cm: float
+    fall: float
     distinct: float
     most_used: float
     times_running: float
@@ -231,6 +239,8 @@ def _synthesized(
         slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
+        below_cm=100 * below_recordings(result.motion, sources),
+        fall=fall_ratio(result.motion, sources),
         distinct=distinct_share(result),
         most_used=result.statistics["most_used"],
         times_running=result.statistics["times_running"],

@@ -10,6 +10,7 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
 from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
@@ -49,6 +50,7 @@ __all__ = [
     "join",
     "join_parts",
     "joint_table",
+    "keep_above",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
@@ -56,6 +58,7 @@ __all__ = [
     "parse_table",
     "planted_feet",
     "raise_feet",
+    "recorded_lows",
     "retarget",
     "seen_ranges",
     "smooth_weights",

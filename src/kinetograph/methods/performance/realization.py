@@ -21,6 +21,7 @@ from kinetograph.post.breathing import breathe
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.turning import limit_turning
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
@@ -47,6 +48,8 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     joined = limit_turning(joined, fitted.limits.turning)
     motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
     motion = limit_elbows(motion, fitted.limits.elbows)
+    if fitted.settings.post.floor:
+        motion = keep_above(motion, recorded_lows(motion, recorded.parts))
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
     repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
