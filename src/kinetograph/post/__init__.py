@@ -14,14 +14,19 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
+from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
+from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
+from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
 
 __all__ = [
     "BLENDS",
+    "LEG",
     "Clip",
     "FootLock",
     "Hold",
@@ -38,6 +43,7 @@ __all__ = [
     "PostSettings",
     "Repertoire",
     "Retargeted",
+    "Undersides",
     "Waypoint",
     "bend",
     "carry",
@@ -47,24 +53,32 @@ __all__ = [
     "contacts_of",
     "crossfade",
     "edits",
+    "floor_height",
     "follow_hands",
+    "has_limb",
     "hold_hands",
     "hold_residuals",
     "join",
     "join_parts",
     "joint_table",
+    "keep_above",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
     "merge",
     "moving",
     "parse_table",
+    "planted_feet",
     "planted_roles",
     "pose_of",
+    "raise_feet",
+    "recorded_lows",
     "retarget",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",
+    "to_floor",
+    "undersides",
 ]
 
 _LIVE = {

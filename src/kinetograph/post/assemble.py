@@ -38,6 +38,8 @@ class PostSettings:
         How hands are brought to those of the partner; None leaves them where they are.
     limits : JointLimits or None
         How far these constraints may rotate the joints of arms and legs; None for no limit.
+    floor : bool
+        Whether joints are kept from going deeper into the floor than in the recordings.
     """
 
     blend: str = "inertialised"
@@ -46,6 +48,7 @@ class PostSettings:
     ease: float = 0.2
     handholds: HoldSettings | None = field(default_factory=HoldSettings)
     limits: JointLimits | None = field(default_factory=JointLimits)
+    floor: bool = True
 
 
 @dataclass(frozen=True, eq=False)

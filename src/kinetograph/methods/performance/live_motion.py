@@ -19,6 +19,7 @@ from kinetograph.post.playing import Player, Repertoire
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import LivePose, Piece
 
+_STILL = 1e-6  # rate of playing a pose that is held
 _RATES = (0.6, 1.6)  # of playing, between which the end of a piece is made for
 _FASTEST = 0.3  # metres per second that a piece's place is corrected by at most, as more of its control is seen
 _QUICKEST = float(np.radians(45.0))  # radians per second, its heading
@@ -113,7 +114,7 @@ class LiveMotion:
         assert self._piece is not None
         segment = self.fitted.segment_of(link[0])
         left, ahead = segment.stop - self._player.second, link[2] / rate - (now - dt)
-        speed = float(np.clip(left / ahead if ahead > dt else 1.0, *_RATES))
+        speed = _STILL if segment.held else float(np.clip(left / ahead if ahead > dt else 1.0, *_RATES))
         self._correct(dt)
         pose = self._player.step(dt, speed)
         frame = Motion(self._player.repertoire.skeleton, pose.translation[None], pose.rotations[None], self.fps)
@@ -124,8 +125,10 @@ class LiveMotion:
         """Jump to a piece, whose first frame may lie a little before or after the moment that is shown last."""
         segment = self.fitted.segment_of(link[0])
         self._start, self._piece = link[1], self._placed(link, self._samples, self._first)
-        stretch = (link[2] - link[1]) / self.fitted.settings.rate / segment.duration
-        second = segment.start + (now - link[1] / self.fitted.settings.rate) / stretch
+        second = segment.start
+        if not segment.held:
+            stretch = (link[2] - link[1]) / self.fitted.settings.rate / segment.duration
+            second += (now - link[1] / self.fitted.settings.rate) / stretch
         rotation, shift = np.array(self._piece.rotation), self._shift(self._piece, segment.source, second)
         if self.fitted.settings.alignment.continues and self.frames:
             rotation, shift = self._continued(segment.source, second)

@@ -11,10 +11,12 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import Arrivals, Commitment, SegmentalPath, commitment, segmental, unfinished
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.forecast import Continuations
+from kinetograph.methods.performance.standing import only_standing_now
 from kinetograph.methods.performance.window import LatestWindow
 
 Link = tuple[int, int, int]
 """A piece in steps of the search: its state, its first step and its last, which may still be moved by its stretch."""
+_REMEMBERED = 6.0  # seconds of control points that are kept at least
 _NONE = np.zeros(0, dtype=np.int32)
 _NOTHING = np.zeros(0)
 
@@ -70,7 +72,7 @@ class LiveSearch:
             return
         search = self.fitted.search
         arrivals = self._window.arrivals_at(np.stack(self.samples[-self.fitted.instances.longest - 1 :]))
-        self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations))
+        self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations, self.samples))
         if self.lag is None:
             self.committed += unfinished.shared(search, self._state)[len(self.committed) :]
         elif time >= self.lag:
@@ -110,10 +112,11 @@ class LiveSearch:
     def _under_way(self, used: int, samples: list[FloatArray]) -> Arrivals:
         """The input of segments of which the first ``used`` steps end at the latest of some samples."""
         arrivals = self._window.under_way(np.stack(samples[-used - 1 :]))
-        return self._bound(arrivals, np.full(len(self.fitted.search.durations), len(samples) - 1 - used))
+        return self._bound(arrivals, np.full(len(self.fitted.search.durations), len(samples) - 1 - used), samples)
 
-    def _bound(self, arrivals: Arrivals, origins: IntArray) -> Arrivals:
+    def _bound(self, arrivals: Arrivals, origins: IntArray, samples: list[FloatArray]) -> Arrivals:
         """Arrivals of which only those are legal that go on from what is decided. origins: their first steps."""
+        arrivals = only_standing_now(self.fitted, samples, arrivals, origins)
         if self._decided is None:
             return arrivals
         legal = self._decided.allows(self.fitted.instances.states[:, 0], origins)
@@ -146,7 +149,7 @@ class LiveSearch:
         for sample in ahead:
             samples.append(sample)
             arrivals = self._window.arrivals_at(np.stack(samples[-self.fitted.instances.longest - 1 :]))
-            state = segmental.step(search, state, self._bound(arrivals, len(samples) - 1 - search.durations))
+            state = segmental.step(search, state, self._bound(arrivals, len(samples) - 1 - search.durations, samples))
         return state, samples
 
     def _forget(self, start: int) -> None:
@@ -154,6 +157,8 @@ class LiveSearch:
         del self.committed[:-1]
         for at in range(self._forgotten, start - 1):
             self._state.back[at] = _NONE
-        for at in range(self._forgotten, min(start, len(self.samples) - self.fitted.instances.longest - 1)):
+        needed = max(self.fitted.instances.longest + 1, round(_REMEMBERED * self.fitted.settings.rate))
+        first = min(start, len(self.samples) - needed)
+        for at in range(self._forgotten, first):
             self.samples[at] = _NOTHING
-        self._forgotten = max(min(start - 1, len(self.samples) - self.fitted.instances.longest - 1), self._forgotten)
+        self._forgotten = max(min(start - 1, first), self._forgotten)
