@@ -15,6 +15,7 @@ from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
+from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overlaps, torso_of
 
 __all__ = [
     "BLENDS",
@@ -27,6 +28,7 @@ __all__ = [
     "Part",
     "PostSettings",
     "Retargeted",
+    "TorsoSettings",
     "Waypoint",
     "bend",
     "carry",
@@ -37,18 +39,22 @@ __all__ = [
     "crossfade",
     "edits",
     "follow_hands",
+    "has_torso",
     "hold_hands",
     "hold_residuals",
     "join",
     "join_parts",
     "joint_table",
+    "keep_apart",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
     "merge",
+    "overlaps",
     "parse_table",
     "retarget",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",
+    "torso_of",
 ]

@@ -16,6 +16,7 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import contacts_of
 from kinetograph.post.footskate import clean_feet
 from kinetograph.post.limits import JointLimits, JointRange, limit_limbs
+from kinetograph.post.torsos import TorsoSettings, keep_apart
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
 
@@ -38,6 +39,8 @@ class PostSettings:
         How hands are brought to those of the partner; None leaves them where they are.
     limits : JointLimits or None
         How far these constraints may rotate the joints of arms and legs; None for no limit.
+    torsos : TorsoSettings or None
+        How a body is kept out of its partner's; None leaves it where it is.
     """
 
     blend: str = "inertialised"
@@ -46,6 +49,7 @@ class PostSettings:
     ease: float = 0.2
     handholds: HoldSettings | None = field(default_factory=HoldSettings)
     limits: JointLimits | None = field(default_factory=JointLimits)
+    torsos: TorsoSettings | None = field(default_factory=TorsoSettings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +109,12 @@ def constrain(
     holds: tuple[Hold, ...],
     settings: PostSettings,
     ranges: Sequence[JointRange] = (),
+    partner: Motion | None = None,
 ) -> Motion:
     """A motion changed to meet its contacts and holds.
 
-    The body is moved towards where its hands are held, planted feet are kept from sliding, and hands are brought to
-    what they hold.
+    The body is moved towards where its hands are held and out of its partner's, planted feet are kept from sliding, and
+    hands are brought to what they hold.
 
     Parameters
     ----------
@@ -120,6 +125,8 @@ def constrain(
     settings : PostSettings
     ranges : sequence of JointRange, optional
         Ranges of the joints of arms and legs, within which ``settings.limits`` keeps them.
+    partner : Motion, optional
+        Whose body is in the way, over the same frames.
 
     Returns
     -------
@@ -127,6 +134,8 @@ def constrain(
     """
     if settings.handholds:
         motion = follow_hands(motion, holds, settings.handholds)
+    if settings.torsos and partner:
+        motion = keep_apart(motion, partner, settings.torsos)
     moved = clean_feet(motion, contacts_of(annotations), ease=settings.ease) if settings.footskate else motion
     if settings.handholds:
         moved = hold_hands(moved, holds, settings.handholds)

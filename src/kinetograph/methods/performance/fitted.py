@@ -35,11 +35,14 @@ class BodyLimits:
         How fast it turns, radians per second.
     elbows : float
         How fast elbows bend and straighten, radians per second.
+    overlap : float, optional
+        Metres that torsos overlap with their partners'; None where nobody has a partner.
     """
 
     joints: tuple[JointRange, ...]
     turning: float
     elbows: float
+    overlap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +108,7 @@ class Fitted:
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
             max(TURNING, *map(turning_speed, motions)),
             max(BENDING, *map(elbow_speed, motions)),
+            max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 
     @cached_property

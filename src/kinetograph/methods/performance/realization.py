@@ -13,8 +13,8 @@ from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
-from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, constrain, edits, join_parts
+from kinetograph.motion import Motion, sample
+from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
@@ -39,7 +39,8 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
     joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
-    motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
+    partner = _body_in_the_way(fitted, control, frames)
+    motion = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), fitted.limits.joints, partner)
     motion = limit_elbows(motion, fitted.limits.elbows)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
@@ -80,6 +81,22 @@ def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: Segme
     taken = list(zip(pieces, sources, strict=True))
     holds = carried_holds(taken, annotations, partner, frames, fps, fitted.sources if given else ())
     return _Recorded(parts, annotations, holds)
+
+
+def _body_in_the_way(fitted: Fitted, control: Control, frames: int) -> Motion | None:
+    """The control at the result's frames, where the recordings have partners: a walker's control is the walker."""
+    if control.partner is None or fitted.limits.overlap is None:
+        return None
+    fps = fitted.sources[0].motion.fps
+    return sample(control.partner, np.arange(frames) / fps, fps)
+
+
+def _post(fitted: Fitted) -> PostSettings:
+    """The settings of what happens afterwards: partners who were recorded closer may be as close."""
+    post, seen = fitted.settings.post, fitted.limits.overlap
+    if post.torsos is None or seen is None:
+        return post
+    return replace(post, torsos=replace(post.torsos, deepest=max(post.torsos.deepest, seen)))
 
 
 def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
