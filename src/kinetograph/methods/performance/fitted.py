@@ -13,6 +13,7 @@ from kinetograph.learn import SegmentalSearch
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.post.clearance import clearance_of
 from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
@@ -23,7 +24,7 @@ BENDING = float(np.deg2rad(300.0))
 """Radians per second that elbows may bend at least, where those of the recordings hang still."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BodyLimits:
     """What a body may do at most.
 
@@ -35,6 +36,8 @@ class BodyLimits:
         How fast it turns, radians per second.
     elbows : float
         How fast elbows bend and straighten, radians per second.
+    clearance : ndarray, shape (5,)
+        How high toes are while they move; see `kinetograph.post.clearance.clearance_of`.
     overlap : float, optional
         Metres that torsos overlap with their partners'; None where nobody has a partner.
     """
@@ -42,6 +45,7 @@ class BodyLimits:
     joints: tuple[JointRange, ...]
     turning: float
     elbows: float
+    clearance: FloatArray
     overlap: float | None = None
 
 
@@ -108,6 +112,7 @@ class Fitted:
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
             max(TURNING, *map(turning_speed, motions)),
             max(BENDING, *map(elbow_speed, motions)),
+            clearance_of(motions),
             max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 

@@ -14,7 +14,7 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.motion import Motion, sample
-from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
@@ -39,8 +39,8 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
     joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
-    partner = _body_in_the_way(fitted, control, frames)
-    motion = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), fitted.limits.joints, partner)
+    body = Body(fitted.limits.joints, fitted.limits.clearance, _body_in_the_way(fitted, control, frames))
+    motion, annotations = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), body)
     motion = limit_elbows(motion, fitted.limits.elbows)
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
@@ -50,7 +50,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
-        annotations=recorded.annotations,
+        annotations=annotations,
         statistics={
             **statistics,
             **late,
