@@ -18,11 +18,11 @@ from walkers import walk
 def _rods(x: float, radius: float) -> Torso:
     """Three capsules that lie in one another, upright at ``x``, over one frame."""
     low = np.tile([x, 1.0, 0.0], (1, 3, 1))
-    return Torso(low, low + [0.0, 0.5, 0.0], np.full(3, radius))
+    return Torso(low, low + np.array([0.0, 0.5, 0.0]), np.full(3, radius))
 
 
 def _placed(motion: Motion, x: float, z: float) -> Motion:
-    return replace(motion, translation=motion.translation + [x, 0.0, z])
+    return replace(motion, translation=motion.translation + np.array([x, 0.0, z]))
 
 
 def test_two_upright_torsos_overlap_by_what_they_should() -> None:
@@ -59,7 +59,7 @@ def test_a_body_in_another_is_moved_out_of_it() -> None:
 
 def test_a_body_that_walks_through_another_goes_round_it_and_slowly() -> None:
     own = walk(6.0)
-    still = replace(own, translation=np.tile(own.translation[90] + [0.1, 0.0, 0.0], (len(own), 1)))
+    still = replace(own, translation=np.tile(own.translation[90] + np.array([0.1, 0.0, 0.0]), (len(own), 1)))
     apart = keep_apart(own, still, TorsoSettings(deepest=0.0, calm=0.5))
     shift = apart.translation - own.translation
     before = overlaps(torso_of(own), torso_of(still))
@@ -77,5 +77,5 @@ def test_bodies_that_are_apart_stay_as_they_are() -> None:
 
 
 def test_settings_that_make_no_sense() -> None:
-    with pytest.raises(RequestError, match="calm above 0, found 0.04 and 0"):
+    with pytest.raises(RequestError, match=r"calm above 0, found 0\.04 and 0"):
         TorsoSettings(calm=0.0)

@@ -4,7 +4,7 @@ It follows Hsu 2004, chapter 5, and goes beyond it; keyframe control crossfades 
 knows placed clips, contacts and waypoints, but no method.
 """
 
-from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.blend import BLENDS, Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands, hold_residuals
 from kinetograph.post.contacts import carry, contacts_of, merge
@@ -19,6 +19,7 @@ from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overla
 
 __all__ = [
     "BLENDS",
+    "Body",
     "Clip",
     "Hold",
     "HoldSettings",

@@ -15,14 +15,16 @@ SPEEDS = np.array([0.1, 0.3, 0.6, 1.0, 2.0])
 """Speeds along the ground in metres per second at which heights are known; toes that are slower stand."""
 LIFT = 0.04
 """Seconds over which a toe is lifted."""
-LOW = 0.25
+LOW = 0.1
 """Quantile of the recordings' heights that toes are kept above: most of what people do is left as it is."""
+LEAST = 0.001
+"""Metres that a toe may be too low."""
 FEW = 20
 """Frames near a speed that are needed to know how high toes are then."""
 
 
 def clearance_of(motions: Iterable[Motion]) -> FloatArray:
-    """How high over the floor toes are at each of `SPEEDS`, but for the lowest quarter.
+    """How high over the floor toes are at each of `SPEEDS`, but for the lowest tenth.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ def lift(toe: FloatArray, clearance: FloatArray, fps: float) -> FloatArray:
     """
     speed = _speed(toe, fps)
     low = _level(toe[:, 1], speed) + np.interp(speed, SPEEDS, clearance)
-    needed = np.where(speed > SPEEDS[0], np.maximum(low - toe[:, 1], 0.0), 0.0)
+    needed = np.where(speed > SPEEDS[0], np.maximum(low - LEAST - toe[:, 1], 0.0), 0.0)
     return np.asarray(gaussian_filter1d(needed, 0.5 * LIFT * fps, mode="nearest"))
 
 

@@ -42,8 +42,7 @@ GRIP = 0.12
 """Seconds over which the hold of a planted foot grows and fades."""
 
 
-def clean_feet(
-    motion: Motion, contacts: tuple[Annotation, ...], *, ease: float = 0.2) -> Motion:
+def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float = 0.2) -> Motion:
     """A motion with planted feet that stand still along the ground.
 
     Parameters

@@ -1,8 +1,8 @@
 """Torsos as capsules, and how deep two of them overlap: bodies of partners who must not walk into one another.
 
-A torso is three capsules: from hip to hip, between the middles of hips and shoulders, and from shoulder to shoulder. Their radii are
-shares of the breadth of the shoulders, such that people who dance closely touch and hardly more: in seven recorded
-dances two torsos never overlap by more than 6 cm, a shoulder pressed into a chest.
+A torso is three capsules: from hip to hip, between the middles of hips and shoulders, and from shoulder to shoulder.
+Their radii are shares of the breadth of the shoulders, such that people who dance closely touch and hardly more: in
+seven recorded dances two torsos never overlap by more than 6 cm, a shoulder pressed into a chest.
 
 A body that is in its partner's is moved along the ground, and as slowly as it can be: the move begins before it is
 needed and ends after.

@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import SegmentalSearch
 from kinetograph.methods.performance.ground_path import TURNING
+from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.post.clearance import clearance_of
@@ -115,6 +116,11 @@ class Fitted:
             clearance_of(motions),
             max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
+
+    @cached_property
+    def own_cost(self) -> float | None:
+        """What the segments cost per second when they are explained by other takes; see `own_cost`."""
+        return own_cost(self.settings, self.sources, self.instances)
 
     @cached_property
     def speeds(self) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
+from kinetograph.methods.performance.own_cost import STRANGE
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
@@ -57,7 +58,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
         },
-        warnings=_warnings(fitted, control),
+        warnings=(*_warnings(fitted, control), *_strange(fitted, pieces)),
         edited=edits(motion, recorded.parts),
     )
 
@@ -107,6 +108,19 @@ def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
         f"the path is faster than the library's people can hurry, {fitted.fastest:.2f} m/s: it is followed in "
         f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
         *warnings,
+    )
+
+
+def _strange(fitted: Fitted, pieces: list[Piece]) -> tuple[str, ...]:
+    """A warning where a control is explained far worse than the library's recordings explain each other."""
+    if not fitted.own_cost:
+        return ()
+    times = sum(piece.cost for piece in pieces) / (pieces[-1].stop - pieces[0].start) / fitted.own_cost
+    if times <= STRANGE:
+        return ()
+    return (
+        f"the library has nothing like parts of this control: it costs {times:.1f} times what the library's takes cost "
+        "each other; the motion may do something else than is right there (add recordings of such moves)",
     )
 
 
