@@ -9,7 +9,7 @@ from kinetograph.evaluation.metrics import accelerations, control_error, jerk, j
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.methods.performance import PerformanceControl, points_of
-from kinetograph.motion import Motion, resample
+from kinetograph.motion import resample
 from kinetograph.post.turning import turning_speed
 from kinetograph.signal import Signal
 

@@ -89,7 +89,7 @@ def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
 
 
 def low_toe_speed(motion: Motion) -> float:
-    """Mean ground speed in m/s of toes while they are in the lowest 30 % of their heights; not a number without toes."""
+    """Mean ground speed of toes in the lowest 30 % of their heights, in m/s; not a number without toes."""
     roles = [role for role in ("left_toe", "right_toe") if role in motion.skeleton.roles]
     if not roles or len(motion) < 2:
         return float("nan")

@@ -192,7 +192,7 @@ def _push(own: Torso, other: Torso, deepest: float) -> FloatArray:
     level = across[frames, worst] * [1.0, 0.0, 1.0]
     size = np.linalg.norm(level, axis=1)
     along = level / np.maximum(size, 1e-9)[:, None]
-    return along * (needed / np.maximum(size, UPRIGHT))[:, None]
+    return np.asarray(along * (needed / np.maximum(size, UPRIGHT))[:, None])
 
 
 def _side(apart: FloatArray, window: int) -> FloatArray:

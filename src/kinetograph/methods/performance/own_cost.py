@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, IntArray
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.weights import weights
@@ -57,7 +57,7 @@ def _steps(segment: Segment, rate: float) -> int:
     return max(round(segment.duration * rate), 2)
 
 
-def _strangers(segments: tuple[Segment, ...], takes: FloatArray, asked: FloatArray, others: FloatArray) -> BoolArray:
+def _strangers(segments: tuple[Segment, ...], takes: IntArray, asked: IntArray, others: IntArray) -> BoolArray:
     """Whether segments ``others`` may explain those ``asked``: of another take or, in the only one, some time apart."""
     if takes.max() > 0:
         return np.asarray(takes[asked][:, None] != takes[others])
