@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from kinetograph.arrays import FloatArray, IntArray
@@ -161,6 +161,28 @@ def align_with_scale(
     bounds = (max(start - step, scales[0]), min(start + step, scales[1]))
     found = minimize_scalar(at_best_turn, bounds=bounds, method="bounded", options={"xatol": 1e-9})
     return min(float(found.fun), at_best_turn(scales[0]), at_best_turn(scales[1]))
+
+
+def align_affinely(window: FloatArray, example: FloatArray, weights: FloatArray, scales: tuple[float, float]) -> float:
+    """The least residual over shifts and maps of the ground with bounded singular values, from many starts.
+
+    A map is a rotation, two scales and another rotation, so that the bounds are those of two of the variables.
+    """
+    total = weights.sum()
+    x = window - np.einsum("sp,spi->i", weights, window) / total * [1, 0, 1]
+    a = example - np.einsum("sp,spi->i", weights, example) / total * [1, 0, 1]
+
+    def left_over(values: FloatArray) -> float:
+        first, large, small, second = values
+        turns = [np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]) for t in (first, second)]
+        moved = a.copy()
+        moved[..., [0, 2]] = a[..., [0, 2]] @ (turns[0] @ np.diag([large, small]) @ turns[1]).T
+        return residual(x, moved, weights)
+
+    bounds = [(None, None), scales, scales, (None, None)]
+    middle = 0.5 * (scales[0] + scales[1])
+    starts = [(u, middle, middle, v) for u in np.arange(6) * np.pi / 3 for v in np.arange(3) * np.pi / 3]
+    return min(float(minimize(left_over, start, bounds=bounds, method="L-BFGS-B").fun) for start in starts)
 
 
 def align_rigidly(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:

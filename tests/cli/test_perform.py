@@ -86,7 +86,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
         ),
         ("leader.bvh", "pairs", (), r"several motions \(follower, leader\); name the one to make \(--target\)"),
         ("path.csv", "walks", ("--exclude", "run"), "no take 'run' to leave out; there are walk"),
-        ("path.csv", "walks", ("--alignment", "affine"), "similarity, rigid, fixed or none, found 'affine'"),
+        ("path.csv", "walks", ("--alignment", "round"), "similarity, affine, rigid, fixed or none, found 'round'"),
         (
             "gap.csv",
             "talks",

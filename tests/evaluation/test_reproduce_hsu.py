@@ -14,7 +14,7 @@ import pytest
 import kinetograph as kg
 from kinetograph import samples
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.dance import leave_one_dance_out
+from kinetograph.evaluation.dance import COMMONEST, leave_one_dance_out
 from kinetograph.evaluation.protocol import leave_one_take_out
 from kinetograph.evaluation.reproduce.hsu2004 import dances as hsu_dances
 from kinetograph.evaluation.reproduce.hsu2004 import gaits as hsu_gaits
@@ -348,6 +348,11 @@ def test_dances_are_printed_as_the_protocol_gives_them(tmp_path: Path, monkeypat
         cells = next(c for c in tables["By dance"] if c[0] == row.take)
         assert cells[2:4] == [shown(row.joint_cm), shown(row.relative_cm)]
     assert len(tables["Means over the dances"]) == 1 + 6
+    named = tables["Table 6.1: stances and transitions"]
+    assert [row[:3] for row in named[1:4]] == [
+        ["a", label, "6"] for label in ("segments", "nearest segment", COMMONEST)
+    ]
+    assert named[3][3:] == ["0", "0", "0"]  # two who walk next to each other never leave open stance
     units = hsu_dances.unit_section(library, True, lambda text: None).numbers["units"]
     assert [row["unit"] for row in units] == ["1 beat", "2 beats", "4 beats"]
     assert [row["segments"] for row in units] == [12, 11, 9]

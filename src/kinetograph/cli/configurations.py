@@ -141,17 +141,18 @@ def aligned(name: str) -> Alignment:
     RequestError
         For another name; the message has them all.
     """
-    from kinetograph.methods.performance import Fixed, Ground, Rigid, Similarity
+    from kinetograph.methods.performance import Affine, Fixed, Ground, Rigid, Similarity
 
-    groups: dict[str, type[Ground | Similarity | Rigid | Fixed]] = {
+    groups: dict[str, type[Ground | Similarity | Affine | Rigid | Fixed]] = {
         "ground": Ground,
         "similarity": Similarity,
+        "affine": Affine,
         "rigid": Rigid,
         "fixed": Fixed,
         "none": Fixed,
     }
     if name not in groups:
-        raise RequestError(f"alignment must be ground, similarity, rigid, fixed or none, found {name!r}")
+        raise RequestError(f"alignment must be ground, similarity, affine, rigid, fixed or none, found {name!r}")
     return groups[name]()
 
 

@@ -87,7 +87,7 @@ class Following(Partner):
 
     alignment: Annotated[
         str | None,
-        typer.Option(help="How segments are placed: ground, similarity, rigid or none; default ground, channels none."),
+        typer.Option(help="How segments are placed: ground, similarity, affine, rigid or none; default ground."),
     ] = None
     keep_time: Annotated[
         bool, typer.Option("--keep-time", help="Keep a path's times where it is faster than the recordings.")
@@ -215,9 +215,19 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
 
 
 def transcribed(model: PerformanceModel, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> str:
-    """The moves of the motion that is made of a control as CSV: move, start and stop in seconds, margin."""
-    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control, rules)]
-    return "\n".join(["move,start,stop,margin", *rows]) + "\n"
+    """The moves of the motion that is made of a control as CSV: move, start and stop in seconds, margin.
+
+    Moves that are units of partner dances stand in the thesis' notation as well.
+    """
+    from kinetograph.segmentation import notation
+
+    moves = model.transcribe(control, rules)
+    rows = [f"{m.move},{m.start:.3f},{m.stop:.3f},{m.margin:.4f}" for m in moves]
+    symbols = [notation([m.move]) for m in moves]
+    if symbols == [m.move for m in moves]:
+        return "\n".join(["move,start,stop,margin", *rows]) + "\n"
+    rows = [f"{row},{symbol}" for row, symbol in zip(rows, symbols, strict=True)]
+    return "\n".join(["move,start,stop,margin,notation", *rows]) + "\n"
 
 
 def rule(text: str, forbid: bool) -> Rule:

@@ -12,16 +12,20 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
     "HeldOut": "sensor",
     "LabelErrors": "labels",
     "Locking": "phase",
+    "Nested": "nested",
+    "Observer": "partner_names",
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
+    "SeenErrors": "partner_names",
     "SensorRow": "sensor_scores",
     "SweepRow": "sensor_sweep",
     "WalkRow": "protocol",
@@ -29,6 +33,7 @@ _ROOMS = {
     "ankles_apart": "phase",
     "averaged": "sensor_scores",
     "cadence_ratio": "phase",
+    "candidates_around": "nested",
     "constant_pose": "baselines",
     "contact_speed": "metrics",
     "control_error": "metrics",
@@ -57,8 +62,12 @@ _ROOMS = {
     "mean_known": "rows",
     "mean_rows": "rows",
     "mean_walks": "protocol",
+    "means_with_and_without": "rows",
+    "near_repeats": "repeats",
     "near_seams": "metrics",
     "nearest_frames": "baselines",
+    "nested_dances": "nested",
+    "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
     "phase_difference": "phase",
@@ -66,6 +75,7 @@ _ROOMS = {
     "pose_errors": "sensor_scores",
     "position_errors": "metrics",
     "recorded_jumps": "keyframe",
+    "repeat_distances": "repeats",
     "ridge_regression": "baselines",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
@@ -79,15 +89,19 @@ _ROOMS = {
 
 __all__ = [
     "SWEEPS",
+    "Candidate",
     "DanceRow",
     "Guide",
     "HeldOut",
     "LabelErrors",
     "Locking",
+    "Nested",
+    "Observer",
     "PairFigures",
     "Phase",
     "RealRow",
     "Score",
+    "SeenErrors",
     "SensorRow",
     "SweepRow",
     "WalkRow",
@@ -95,6 +109,7 @@ __all__ = [
     "ankles_apart",
     "averaged",
     "cadence_ratio",
+    "candidates_around",
     "constant_pose",
     "contact_speed",
     "control_error",
@@ -123,8 +138,12 @@ __all__ = [
     "mean_known",
     "mean_rows",
     "mean_walks",
+    "means_with_and_without",
+    "near_repeats",
     "near_seams",
     "nearest_frames",
+    "nested_dances",
+    "nested_walks",
     "normalised_rms",
     "npss",
     "phase_difference",
@@ -132,6 +151,7 @@ __all__ = [
     "pose_errors",
     "position_errors",
     "recorded_jumps",
+    "repeat_distances",
     "ridge_regression",
     "seam_jump",
     "skate_ratio",
@@ -189,6 +209,8 @@ if TYPE_CHECKING:
         near_seams,
         position_errors,
     )
+    from kinetograph.evaluation.nested import Candidate, Nested, candidates_around, nested_dances, nested_walks
+    from kinetograph.evaluation.partner_names import Observer, SeenErrors
     from kinetograph.evaluation.phase import (
         Locking,
         Phase,
@@ -203,7 +225,8 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
-    from kinetograph.evaluation.rows import mean_known, mean_rows
+    from kinetograph.evaluation.repeats import near_repeats, repeat_distances
+    from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,6 +115,7 @@ def leave_one_take_out(
     *,
     track: str | None = None,
     baselines: bool = False,
+    without: Collection[str] = (),
     progress: Progress | None = None,
 ) -> list[WalkRow]:
     """Perform the hips of each take with the other takes as the library (section 6.1).
@@ -128,6 +130,8 @@ def leave_one_take_out(
         Name of the track to make, where takes have several motions.
     baselines : bool
         Whether simpler methods are compared: nearest segments without continuity, and frame-by-frame ones.
+    without : collection of str
+        Takes that are neither held out nor in the library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -137,13 +141,13 @@ def leave_one_take_out(
         One row per take and method.
     """
     rows = []
-    names = library.names()
+    names = [name for name in library.names() if name not in without]
     for done, name in enumerate(names, start=1):
-        take = library.take(name)
-        rows.append(_synthesized("segments", method, library, take, track))
+        held = _Held(library, library.take(name), track, tuple(without))
+        rows.append(_synthesized("segments", method, held))
         if baselines:
-            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, take, track))
-            rows += _frame_by_frame(method, library, take, track)
+            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), held))
+            rows += _frame_by_frame(method, held)
         if progress:
             progress(done, len(names))
     return rows
@@ -204,8 +208,23 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
     )
 
 
-def _synthesized(label: str, method: PerformanceControl, library: Library, take: Take, track: str | None) -> WalkRow:
-    model = method.fit(library, exclude=(take.name,), track=track)
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A take that is held out of a library, with others that are not used at all."""
+
+    library: Library
+    take: Take
+    track: str | None
+    without: tuple[str, ...]
+
+    @property
+    def excluded(self) -> tuple[str, ...]:
+        return (self.take.name, *self.without)
+
+
+def _synthesized(label: str, method: PerformanceControl, held: _Held) -> WalkRow:
+    take, track = held.take, held.track
+    model = method.fit(held.library, exclude=held.excluded, track=track)
     truth = held_out_motion(take, track)
     began = time.process_time()
     result = model.synthesize(truth)
@@ -215,15 +234,15 @@ def _synthesized(label: str, method: PerformanceControl, library: Library, take:
     return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)
 
 
-def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, track: str | None) -> list[WalkRow]:
+def _frame_by_frame(method: PerformanceControl, held: _Held) -> list[WalkRow]:
     """The baselines that see a path: they need its left and right point."""
     if not isinstance(method.control_points, GroundPath):
         return []
-    others = [library.take(name) for name in library.names() if name != take.name]
-    examples = [_example(method, other, track) for other in others]
-    truth = held_out_motion(take, track)
+    others = [held.library.take(name) for name in held.library.names() if name not in held.excluded]
+    examples = [_example(method, other, held.track) for other in others]
+    truth = held_out_motion(held.take, held.track)
     guide = guide_of_path(method.control_points.points(truth), truth.fps)
-    return [_row(take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
+    return [_row(held.take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
 
 
 def _example(method: PerformanceControl, take: Take, track: str | None) -> Example:

@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Affine": "alignment",
     "Alignment": "alignment",
     "Arrivals": "segmental",
     "Classes": "posterior",
@@ -82,6 +83,7 @@ _ROOMS = {
 }
 
 __all__ = [
+    "Affine",
     "Alignment",
     "Arrivals",
     "Classes",
@@ -163,7 +165,16 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, PreparedExamples, Rigid, Similarity
+    from kinetograph.learn.alignment import (
+        Affine,
+        Alignment,
+        Continued,
+        Fixed,
+        Ground,
+        PreparedExamples,
+        Rigid,
+        Similarity,
+    )
     from kinetograph.learn.commitment import Commitment, Hypotheses
     from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
     from kinetograph.learn.distances import squared_distances, squared_distances_to

@@ -5,7 +5,7 @@ configuration, fitting it to a library gives a `PerformanceModel`, and that turn
 frame of control after another.
 """
 
-from kinetograph.learn import Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
 from kinetograph.methods.performance.clustering import segment_distances
 from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
 from kinetograph.methods.performance.control_points import (
@@ -54,6 +54,7 @@ __all__ = [
     "GROWN",
     "LABELS",
     "LIMB_ENDS",
+    "Affine",
     "Alignment",
     "Channels",
     "Continued",

@@ -40,7 +40,8 @@ class PerformanceSettings:
     fine_rate : float, optional
         Rate of the constrained search that adjusts durations, Hz (section 4.4.3); None leaves them.
     alignment : Alignment
-        Group of transforms by which segments are placed: `Ground`, `Similarity`, `Rigid`, `Fixed` or `Continued`.
+        Group of transforms by which segments are placed: `Ground`, `Similarity`, `Affine`, `Rigid`,
+        `Fixed` or `Continued`.
     control_points : ControlPoints
         What of a control is compared with the recordings: `GroundPath` for walks, `PointsByRole` for partners,
         `Channels` for what does not lie in space.
@@ -97,7 +98,8 @@ class PerformanceSettings:
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
         if not callable(getattr(self.alignment, "align", None)):
             raise RequestError(
-                f"alignment must be Ground(), Similarity(), Rigid(), Fixed() or Continued(), found {self.alignment!r}"
+                "alignment must be Ground(), Similarity(), Affine(), Rigid(), Fixed() or Continued(), "
+                f"found {self.alignment!r}"
             )
         if self.alignment.moves and not self.control_points.spatial:
             raise RequestError(
