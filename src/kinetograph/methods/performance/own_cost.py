@@ -17,8 +17,10 @@ COUNT = 128
 """Segments, spread over the library, that are explained by others."""
 APART = 2.0
 """Seconds between two segments of a library's only take that may explain each other."""
+NEAR = 0.03
+"""Metres from its control points that a control is explained by well: recordings that are all alike cost nothing."""
 STRANGE = 1.5
-"""Times the library's own cost from which on a control is told to be strange to it: held-out walks cost 0.9 times at
+"""Times the library's own cost from which on a control is told to be strange to it: held-out walks cost 0.6 times at
 most, held-out dances of dancers whose moves it has 1.4 times."""
 
 
@@ -34,7 +36,7 @@ def own_cost(settings: PerformanceSettings, sources: tuple[Source, ...], instanc
     Returns
     -------
     float or None
-        None where no segment has another one that could explain it.
+        That of points that are `NEAR` at least; None where no segment has another one that could explain it.
     """
     chosen = np.unique(np.linspace(0, len(instances.segments) - 1, COUNT).round().astype(int))
     takes = np.unique([sources[segment.source].take for segment in instances.segments], return_inverse=True)[1]
@@ -50,7 +52,8 @@ def own_cost(settings: PerformanceSettings, sources: tuple[Source, ...], instanc
         rates.append(costs.min(axis=1) * settings.rate / steps)
     together = np.concatenate([np.zeros(0), *rates])
     known = together[np.isfinite(together)]
-    return float(known.mean()) if len(known) else None
+    near = NEAR**2 * float(settings.control_points.weights().sum())
+    return max(float(known.mean()), near) if len(known) else None
 
 
 def _steps(segment: Segment, rate: float) -> int:
