@@ -75,6 +75,24 @@ def score(problem: Problem, sequence: list[Placed]) -> float:
     return total
 
 
+def reuse_cost(
+    problem: Problem, sequence: list[Placed], spans: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    """What it costs a sequence to use again what it has used: the intervals ``spans`` of its states, M pieces back."""
+    total = before = paid = 0.0
+    for i, piece in enumerate(sequence):
+        total = score(problem, sequence[: i + 1])
+        low, high = spans[piece.state]
+        share = 0.0
+        for m, weight in enumerate(weights, start=1):
+            if i >= m:
+                start, stop = spans[sequence[i - m].state]
+                share += weight * max(min(high, stop) - max(low, start), 0.0) / (high - low)
+        paid += share * (total - before)
+        before = total
+    return paid
+
+
 def enumerate_sequences(problem: Problem) -> tuple[float, list[Placed]]:
     """The best of all sequences, one after another."""
     best: tuple[float, list[Placed]] = (np.inf, [])

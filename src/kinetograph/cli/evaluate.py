@@ -226,7 +226,8 @@ def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Ins
     if instead.recordings or instead.sweep:
         table(_conditions(library, method, held, instead), as_json)
     else:
-        table(_errors(library, method, wanted, held, instead.joints), as_json)
+        rows = _errors(library, method, wanted, held, instead.joints)
+        table([_measured(row, as_json) for row in rows], as_json)
 
 
 def _conditions(library: Library, method: SensorControl, held: HeldOut, instead: Instead) -> list[dict[str, Any]]:

@@ -24,6 +24,7 @@ from kinetograph.evaluation.metrics import (
     position_errors,
 )
 from kinetograph.evaluation.partner_names import Observer
+from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -37,7 +38,8 @@ from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
-    *("slide", "slide_recorded", "toes", "overlap_cm", "overlap_recorded_cm", "turning", "elbows", "distinct"),
+    *("slide", "slide_recorded", "toes", "overlap_cm", "overlap_recorded_cm", "turning", "elbows"),
+    *("below_cm", "fall", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
@@ -72,8 +74,16 @@ class DanceRow:
         Mean jerk of the joints, as a multiple of the recorded follower's.
     turning, elbows : float
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the recordings, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of the recordings' fastest, or of free fall if that is
+        faster.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     seen_errors, seen_patterns, seen_transitions : float
@@ -98,7 +108,11 @@ class DanceRow:
     jerk: float
     turning: float
     elbows: float
+    below_cm: float
+    fall: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
     seen_errors: float
@@ -238,7 +252,11 @@ def _synthesized(
         overlap_recorded_cm=100 * deepest_overlap(held.follower, held.leader),
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
+        below_cm=100 * below_recordings(result.motion, sources),
+        fall=fall_ratio(result.motion, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         segment_errors=errors.segment_rate,
         pattern_errors=errors.pattern_rate,
         times_real_time=held.follower.duration / taken,

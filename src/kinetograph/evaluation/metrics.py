@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.kinematics import joint_positions, role_positions, velocities
 from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import contact_mask
 from kinetograph.post.torsos import has_torso, overlaps, torso_of
@@ -107,6 +107,37 @@ def deepest_overlap(motion: Motion, partner: Motion) -> float:
         return float("nan")
     frames = min(len(motion), len(partner))
     return float(overlaps(torso_of(cut(motion, 0, frames)), torso_of(cut(partner, 0, frames))).max())
+
+
+def fastest_low_toe(motion: Motion) -> float:
+    """The largest ground speed in m/s of a toe in the lowest 30 % of its heights; 0 for a skeleton without toes."""
+    roles = [role for role in ("left_toe", "right_toe") if role in motion.skeleton.roles]
+    if not roles:
+        return 0.0
+    toes = role_positions(motion, roles)
+    speeds = np.linalg.norm(velocities(toes[..., [0, 2]], motion.fps), axis=-1)
+    return float(speeds[toes[..., 1] <= np.quantile(toes[..., 1], 0.3, axis=0)].max())
+
+
+def sole_level(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
+    """The median height in metres of the lowest planted joint of the feet; 0 without contacts.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        Labelled with the role.
+
+    Returns
+    -------
+    float
+    """
+    roles = sorted({note.label for note in contacts if note.label in motion.skeleton.roles})
+    if not roles:
+        return 0.0
+    masks = np.stack([contact_mask(contacts, role, len(motion), motion.fps) for role in roles], axis=1)
+    lowest = np.where(masks, role_positions(motion, roles)[..., 1], np.inf).min(axis=1)
+    return float(np.median(lowest[np.isfinite(lowest)])) if np.isfinite(lowest).any() else 0.0
 
 
 def accelerations(motion: Motion) -> FloatArray:

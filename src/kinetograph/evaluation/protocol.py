@@ -22,6 +22,7 @@ from kinetograph.evaluation.metrics import (
     near_seams,
     position_errors,
 )
+from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
 from kinetograph.evaluation.rows import NOT_A_NUMBER, mean_rows
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -39,9 +40,9 @@ LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
 _OF_SEGMENTS = (
-    *("control_cm", "slide", "slide_recorded", "toes", "distinct"),
+    *("control_cm", "slide", "slide_recorded", "toes", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "times_real_time"),
-    *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows"),
+    *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows", "below_cm", "fall"),
 )
 """Figures that frame-by-frame methods do not have."""
 
@@ -78,8 +79,16 @@ class WalkRow:
         The same as multiples of the 99th percentile of all joints' accelerations.
     turning, elbows : float
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the recordings, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of the recordings' fastest, or of free fall if that is
+        faster.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     times_real_time : float
@@ -103,7 +112,11 @@ class WalkRow:
     seam_all_recorded: float
     turning: float
     elbows: float
+    below_cm: float
+    fall: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
     times_real_time: float
@@ -203,7 +216,11 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         seam_all_recorded=real / joint_limit,
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
+        below_cm=100 * below_recordings(result.motion, sources),
+        fall=fall_ratio(result.motion, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         times_real_time=truth.duration / seconds,
     )
 

@@ -40,6 +40,8 @@ class PostSettings:
         How hands are brought to those of the partner; None leaves them where they are.
     limits : JointLimits or None
         How far these constraints may rotate the joints of arms and legs; None for no limit.
+    floor : bool
+        Whether joints are kept from going deeper into the floor than in the recordings.
     torsos : TorsoSettings or None
         How a body is kept out of its partner's; None leaves it where it is.
     """
@@ -50,6 +52,7 @@ class PostSettings:
     ease: float = 0.2
     handholds: HoldSettings | None = field(default_factory=HoldSettings)
     limits: JointLimits | None = field(default_factory=JointLimits)
+    floor: bool = True
     torsos: TorsoSettings | None = field(default_factory=TorsoSettings)
 
 

@@ -36,6 +36,7 @@ from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
+from kinetograph.methods.performance.repetition import most_used, times_running
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
@@ -95,6 +96,7 @@ __all__ = [
     "interpret",
     "left_early",
     "legal_steps",
+    "most_used",
     "only_track",
     "partner_control",
     "path_on_ground",
@@ -107,6 +109,7 @@ __all__ = [
     "segment_distances",
     "short_pieces",
     "smooth_path",
+    "times_running",
     "transcribe",
     "usual_grip",
 ]

@@ -9,9 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn import SegmentalSearch
+from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.own_cost import own_cost
+from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.post.clearance import clearance_of
@@ -21,6 +22,10 @@ from kinetograph.post.turning import turning_speed
 
 HURRY = 1.25
 """How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
+REMEMBERED = 40
+"""Pieces for which a step is remembered."""
+AGAIN = 1.6
+"""How much more the reuse of a step costs that is one of the last stride."""
 BENDING = float(np.deg2rad(300.0))
 """Radians per second that elbows may bend at least, where those of the recordings hang still."""
 
@@ -73,7 +78,23 @@ class Fitted:
     @property
     def search(self) -> SegmentalSearch:
         """The segmental search of section 4.3 over the states."""
-        return SegmentalSearch(self.instances.states[:, 1], self.settings.continuity, self.settings.beam)
+        return SegmentalSearch(
+            self.instances.states[:, 1], self.settings.continuity, self.settings.beam, reuse=self.reuse
+        )
+
+    @cached_property
+    def reuse(self) -> Reuse | None:
+        """What it costs to use a segment of a recording again, mirrored or not; None where that is free."""
+        if self.settings.reuse == 0:
+            return None
+        segments = self.instances.segments
+        recordings = {name: i for i, name in enumerate(dict.fromkeys(source.take for source in self.sources))}
+        stops = np.array([segment.stop for segment in segments])
+        offsets = np.array([recordings[self.sources[segment.source].take] for segment in segments]) * (stops.max() + 1)
+        starts = np.array([segment.start for segment in segments])
+        weights = fading(self.settings.reuse, REMEMBERED)
+        weights[:STRIDE] *= AGAIN
+        return Reuse(self.instances.states[:, 0], offsets + starts, offsets + stops, weights)
 
     @cached_property
     def basis(self) -> FloatArray:
@@ -141,6 +162,8 @@ class Fitted:
         """
         speeds = []
         for segment in self.instances.segments:
+            if segment.held:
+                continue
             source = self.sources[segment.source]
             fps = source.motion.fps
             middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)

@@ -85,7 +85,7 @@ def _span(fitted: Fitted, x: FloatArray, rate: float, segment: Segment, starts: 
     most = fitted.settings.stretch + 1.01 / rate
     for a, start in enumerate(starts):
         for b, stop in enumerate(stops):
-            if stop - start < 2 or abs((stop - start) / rate - segment.duration) > most:
+            if stop - start < 2 or (not segment.held and abs((stop - start) / rate - segment.duration) > most):
                 continue
             if max(start, 0) >= min(stop, len(x) - 1):
                 continue

@@ -56,7 +56,11 @@ def label_section(walks: Library | None, clips: Library | None, tick: Report) ->
 def _rows(library: Library, recordings: str, names: str) -> list[tuple[Value, ...]]:
     rows: list[tuple[Value, ...]] = []
     for label, k in (("segments", None), ("nearest segment", 0.0)):
-        method = PerformanceControl() if k is None else PerformanceControl(continuity=k)
+        method = (
+            PerformanceControl(reuse=0.0, stand=False)
+            if k is None
+            else PerformanceControl(reuse=0.0, stand=False, continuity=k)
+        )
         rates, truth = held_out_errors(library, method)
         commonest = max(Counter(truth).values()) / len(truth) if truth else float("nan")
         rows.append(
