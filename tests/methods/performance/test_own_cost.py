@@ -35,6 +35,8 @@ def test_segments_are_explained_by_the_most_like_of_another_take(
     samples = {steps: dict(zip(instances.states[instances.members(steps), 0], rows, strict=True))
                for steps, rows in instances.controls.items()}  # fmt: skip
     for index, segment in enumerate(instances.segments):
+        if segment.held:
+            continue
         steps = round(segment.duration * fitted.settings.rate)
         take = fitted.sources[segment.source].take
         others = [i for i, d in states if d == steps and fitted.sources[instances.segments[i].source].take != take]

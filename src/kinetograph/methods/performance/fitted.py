@@ -11,7 +11,6 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
-from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
@@ -68,12 +67,15 @@ class Fitted:
         Their segments at every legal stretch.
     notes : tuple of str
         What a person should know of how the library was read.
+    own_cost : float, optional
+        What the segments cost per second when they are explained by other takes.
     """
 
     settings: PerformanceSettings
     sources: tuple[Source, ...]
     instances: Instances
     notes: tuple[str, ...] = ()
+    own_cost: float | None = None
 
     @property
     def search(self) -> SegmentalSearch:
@@ -137,11 +139,6 @@ class Fitted:
             clearance_of(motions),
             max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
-
-    @cached_property
-    def own_cost(self) -> float | None:
-        """What the segments cost per second when they are explained by other takes; see `own_cost`."""
-        return own_cost(self.settings, self.sources, self.instances)
 
     @cached_property
     def speeds(self) -> tuple[float, float]:

@@ -43,7 +43,7 @@ def own_cost(settings: PerformanceSettings, sources: tuple[Source, ...], instanc
     rates = []
     for steps, examples in instances.controls.items():
         members = instances.states[instances.members(steps), 0]
-        natural = np.abs([_steps(instances.segments[i], settings.rate) - steps for i in members]) < 1
+        natural = np.array([_natural(instances.segments[i], settings.rate, steps) for i in members])
         asked = np.flatnonzero(np.isin(members, chosen) & natural)
         if len(asked) == 0:
             continue
@@ -56,8 +56,9 @@ def own_cost(settings: PerformanceSettings, sources: tuple[Source, ...], instanc
     return max(float(known.mean()), near) if len(known) else None
 
 
-def _steps(segment: Segment, rate: float) -> int:
-    return max(round(segment.duration * rate), 2)
+def _natural(segment: Segment, rate: float, steps: int) -> bool:
+    """Whether a segment that moves has ``steps`` steps as it was recorded."""
+    return not segment.held and max(round(segment.duration * rate), 2) == steps
 
 
 def _strangers(segments: tuple[Segment, ...], takes: IntArray, asked: IntArray, others: IntArray) -> BoolArray:
