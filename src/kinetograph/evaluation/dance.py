@@ -15,10 +15,12 @@ from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guid
 from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.metrics import (
     contact_speed,
+    deepest_overlap,
     distinct_share,
     fastest_of,
     hold_errors,
     jerk,
+    low_toe_speed,
     position_errors,
 )
 from kinetograph.evaluation.partner_names import Observer
@@ -36,7 +38,8 @@ from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
-    *("slide", "slide_recorded", "turning", "elbows", "below_cm", "fall", "distinct", "most_used", "times_running"),
+    *("slide", "slide_recorded", "toes", "overlap_cm", "overlap_recorded_cm", "turning", "elbows"),
+    *("below_cm", "fall", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
@@ -63,6 +66,10 @@ class DanceRow:
         Where the recording holds hands, how far the hand is from where it was recorded.
     slide, slide_recorded : float
         Mean speed of planted feet in m/s, in the result and in the recording.
+    toes : float
+        Mean ground speed of toes while they are low (`low_toe_speed`), as a multiple of the recorded follower's.
+    overlap_cm, overlap_recorded_cm : float
+        How deep the torsos of the two dancers are in one another at most; negative where they are always apart.
     jerk : float
         Mean jerk of the joints, as a multiple of the recorded follower's.
     turning, elbows : float
@@ -95,6 +102,9 @@ class DanceRow:
     place_median_cm: float
     slide: float
     slide_recorded: float
+    toes: float
+    overlap_cm: float
+    overlap_recorded_cm: float
     jerk: float
     turning: float
     elbows: float
@@ -237,6 +247,9 @@ def _synthesized(
         held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
+        toes=low_toe_speed(result.motion) / low_toe_speed(held.follower),
+        overlap_cm=100 * deepest_overlap(resample(result.motion, held.leader.fps), held.leader),
+        overlap_recorded_cm=100 * deepest_overlap(held.follower, held.leader),
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
         below_cm=100 * below_recordings(result.motion, sources),

@@ -9,8 +9,9 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions, role_positions, velocities
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import contact_mask
+from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
 
@@ -85,6 +86,27 @@ def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
         speeds.append(np.linalg.norm(step, axis=1)[mask[1:] & mask[:-1]])
     together = np.concatenate(speeds) if speeds else np.zeros(0)
     return float(together.mean()) if len(together) else 0.0
+
+
+def low_toe_speed(motion: Motion) -> float:
+    """Mean ground speed of toes in the lowest 30 % of their heights, in m/s; not a number without toes."""
+    roles = [role for role in ("left_toe", "right_toe") if role in motion.skeleton.roles]
+    if not roles or len(motion) < 2:
+        return float("nan")
+    toes = role_positions(motion, roles)
+    speed = np.linalg.norm(np.gradient(toes[..., [0, 2]], 1 / motion.fps, axis=0), axis=-1)
+    return float(speed[toes[..., 1] <= np.quantile(toes[..., 1], 0.3, axis=0)].mean())
+
+
+def deepest_overlap(motion: Motion, partner: Motion) -> float:
+    """How deep two torsos are in one another at most, in metres; not a number where a skeleton has no torso.
+
+    It is negative where bodies are always apart. The motions have one rate; their common frames count.
+    """
+    if not (has_torso(motion.skeleton) and has_torso(partner.skeleton)):
+        return float("nan")
+    frames = min(len(motion), len(partner))
+    return float(overlaps(torso_of(cut(motion, 0, frames)), torso_of(cut(partner, 0, frames))).max())
 
 
 def fastest_low_toe(motion: Motion) -> float:

@@ -18,6 +18,7 @@ from kinetograph.evaluation.metrics import (
     distinct_share,
     fastest_of,
     jerk,
+    low_toe_speed,
     near_seams,
     position_errors,
 )
@@ -39,7 +40,7 @@ LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
 _OF_SEGMENTS = (
-    *("control_cm", "slide", "slide_recorded", "distinct", "most_used", "times_running"),
+    *("control_cm", "slide", "slide_recorded", "toes", "distinct", "most_used", "times_running"),
     *("segment_errors", "pattern_errors", "times_real_time"),
     *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows", "below_cm", "fall"),
 )
@@ -66,6 +67,8 @@ class WalkRow:
         Mean distance of the joints from those of the real performance, in the room and relative to the root.
     slide, slide_recorded : float
         Mean speed of planted feet in m/s, in the result and in the real performance.
+    toes : float
+        Mean ground speed of toes while they are low (`low_toe_speed`), as a multiple of the real performance's.
     jerk : float
         Mean jerk of the joints, as a multiple of the real performance's.
     seam, seam_recorded : float
@@ -101,6 +104,7 @@ class WalkRow:
     relative_cm: float
     slide: float
     slide_recorded: float
+    toes: float
     jerk: float
     seam: float
     seam_recorded: float
@@ -205,6 +209,7 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         pieces=len(result.pieces),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(truth, detect_contacts(truth)),
+        toes=low_toe_speed(result.motion) / low_toe_speed(truth),
         seam=ours / frame_limit,
         seam_recorded=real / frame_limit,
         seam_all=ours / joint_limit,

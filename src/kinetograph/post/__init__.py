@@ -8,7 +8,7 @@ use, as it loads compiled kernels.
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.blend import BLENDS, Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands, hold_residuals
 from kinetograph.post.contacts import carry, contacts_of, merge
@@ -23,10 +23,12 @@ from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_lim
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
+from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overlaps, torso_of
 
 __all__ = [
     "BLENDS",
     "LEG",
+    "Body",
     "Clip",
     "FootLock",
     "Hold",
@@ -43,6 +45,7 @@ __all__ = [
     "PostSettings",
     "Repertoire",
     "Retargeted",
+    "TorsoSettings",
     "Undersides",
     "Waypoint",
     "bend",
@@ -56,17 +59,20 @@ __all__ = [
     "floor_height",
     "follow_hands",
     "has_limb",
+    "has_torso",
     "hold_hands",
     "hold_residuals",
     "join",
     "join_parts",
     "joint_table",
     "keep_above",
+    "keep_apart",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
     "merge",
     "moving",
+    "overlaps",
     "parse_table",
     "planted_feet",
     "planted_roles",
@@ -78,6 +84,7 @@ __all__ = [
     "smooth_weights",
     "smoothstep",
     "to_floor",
+    "torso_of",
     "undersides",
 ]
 

@@ -10,6 +10,7 @@ from kinetograph.library import Library
 from kinetograph.methods.performance.clustering import cluster_segments
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.segments import build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.sources import sources_of
@@ -43,4 +44,5 @@ def fit(
     if settings.stand and isinstance(settings.control_points, GroundPath) and settings.alignment.moves:
         segments = (*segments, *calm_poses(sources))
     instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
-    return Fitted(settings, tuple(sources), instances, tuple(notes))
+    own = own_cost(settings, tuple(sources), instances)
+    return Fitted(settings, tuple(sources), instances, tuple(notes), own)

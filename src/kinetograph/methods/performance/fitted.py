@@ -14,6 +14,7 @@ from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.post.clearance import clearance_of
 from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
@@ -28,7 +29,7 @@ BENDING = float(np.deg2rad(300.0))
 """Radians per second that elbows may bend at least, where those of the recordings hang still."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BodyLimits:
     """What a body may do at most.
 
@@ -40,11 +41,17 @@ class BodyLimits:
         How fast it turns, radians per second.
     elbows : float
         How fast elbows bend and straighten, radians per second.
+    clearance : ndarray, shape (5,)
+        How high toes are while they move; see `kinetograph.post.clearance.clearance_of`.
+    overlap : float, optional
+        Metres that torsos overlap with their partners'; None where nobody has a partner.
     """
 
     joints: tuple[JointRange, ...]
     turning: float
     elbows: float
+    clearance: FloatArray
+    overlap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +67,15 @@ class Fitted:
         Their segments at every legal stretch.
     notes : tuple of str
         What a person should know of how the library was read.
+    own_cost : float, optional
+        What the segments cost per second when they are explained by other takes.
     """
 
     settings: PerformanceSettings
     sources: tuple[Source, ...]
     instances: Instances
     notes: tuple[str, ...] = ()
+    own_cost: float | None = None
 
     @property
     def search(self) -> SegmentalSearch:
@@ -126,6 +136,8 @@ class Fitted:
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
             max(TURNING, *map(turning_speed, motions)),
             max(BENDING, *map(elbow_speed, motions)),
+            clearance_of(motions),
+            max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 
     @cached_property

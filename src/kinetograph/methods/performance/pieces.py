@@ -11,8 +11,9 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.kinematics import on_ground
 from kinetograph.learn import Placement, SegmentalPath, Span, padded_width, retime
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.scoring import at_rate, weights
+from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment
+from kinetograph.methods.performance.weights import weights
 from kinetograph.motion import Motion, sample
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece

@@ -40,6 +40,8 @@ class Source:
         Seconds of one cycle of a looping clip, else 0.
     grips : mapping of str to ndarray
         By a handhold's label, where the own hand is in the frame of the partner's, shape (F, 3).
+    overlap : float, optional
+        Metres by which torsos of the motion and of its partner overlap at most; None without a partner's body.
     """
 
     take: str
@@ -52,6 +54,7 @@ class Source:
     cuts: tuple[float, ...]
     period: float = 0.0
     grips: Mapping[str, FloatArray] = field(default_factory=dict)
+    overlap: float | None = None
 
 
 @dataclass(frozen=True)
