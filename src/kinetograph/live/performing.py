@@ -19,6 +19,8 @@ from kinetograph.synthesis import LivePose
 
 _SILENT = 0.3  # seconds without anything after which the control is taken to stand still
 _WINDOW = 0.6  # seconds over which the direction of a point is taken
+_NEAR, _FASTEST = 0.3, 12.0  # metres, and metres per second: what is further from the item before is a leap
+_LASTING = 10  # items, after which a leap is believed
 _SLOW = 0.25  # metres per second below which a point keeps its direction
 
 
@@ -51,6 +53,7 @@ class PathDriver:
         self._began: float | None = None
         self._taken = 0
         self._direction = 0.0
+        self._leaps = 0
         self._notes: list[str] = []
         self._said: set[str] = set()
 
@@ -65,12 +68,34 @@ class PathDriver:
             if not isinstance(item, Point | Frame):
                 continue
             time = self._clock(item.time, now)
-            if self._arrived and (time <= self._arrived[-1][0] or type(item) is not type(self._arrived[-1][1])):
+            if not self._believed(item, time):
                 continue
             if self._began is None:
                 self._began = time
                 self._notes.append(f"{device}: heard at {now:.1f} s")
             self._arrived.append((time, item))
+
+    def _believed(self, item: Point | Frame, time: float) -> bool:
+        """Whether an item may come next: finite, later, of the same kind, and not a leap that others do not confirm."""
+        place = _place(item)
+        if not np.isfinite(place).all():
+            self._note("what is not finite is left out")
+            return False
+        if not self._arrived:
+            return True
+        before, last = self._arrived[-1]
+        if time <= before or type(item) is not type(last):
+            return False
+        leaps = float(np.linalg.norm(place - _place(last))) > _NEAR + _FASTEST * (time - before)
+        self._leaps = self._leaps + 1 if leaps else 0
+        if leaps:
+            self._note("leaps are left out, unless they last")
+        return not leaps or self._leaps > _LASTING
+
+    def _note(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._notes.append(text)
 
     def advance(self, now: float) -> list[Motion]:
         """The frames that are settled by ``now`` seconds."""
@@ -82,11 +107,11 @@ class PathDriver:
             poses += self._step(self._began + self._taken / self.fps)
             self._taken += 1
         del self._arrived[: max(len(self._arrived) - round(4 * self.fps * _WINDOW) - 120, 0)]
-        return self._motions(poses)
+        return _motions(poses, self.model.fitted.sources[0].motion)
 
     def rest(self) -> list[Motion]:
         """The frames that are left."""
-        return self._motions(self.live.rest())
+        return _motions(self.live.rest(), self.model.fitted.sources[0].motion)
 
     def notes(self) -> list[str]:
         """What cannot be followed, each once."""
@@ -97,9 +122,7 @@ class PathDriver:
         try:
             return self.live.step(self._control(time))
         except KinetographError as error:
-            if str(error) not in self._said:
-                self._said.add(str(error))
-                self._notes.append(str(error))
+            self._note(str(error))
             return ()
 
     def _control(self, time: float) -> Motion | FloatArray:
@@ -128,9 +151,14 @@ class PathDriver:
         pair = Signal(np.stack([place + across, place - across])[None], ("left", "right"), "m", self.fps)
         return np.asarray(self.model.method.control_points.points(pair)[0])
 
-    def _motions(self, poses: Sequence[LivePose]) -> list[Motion]:
-        source = self.model.fitted.sources[0].motion
-        return [Motion(source.skeleton, p.translation[None], p.rotations[None], source.fps) for p in poses]
+
+def _motions(poses: Sequence[LivePose], source: Motion) -> list[Motion]:
+    """Poses as motions of one frame, of a recording's skeleton and at its rate."""
+    return [Motion(source.skeleton, p.translation[None], p.rotations[None], source.fps) for p in poses]
+
+
+def _place(item: Point | Frame) -> FloatArray:
+    return item.place if isinstance(item, Point) else item.motion.translation[0]
 
 
 def _between(one: Motion, other: Motion, share: float, fps: float) -> Motion:

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import kinetograph as kg
+from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
+from kinetograph.kinematics import role_positions
 from kinetograph.methods.performance import (
     PerformanceControl,
     PerformanceModel,
@@ -21,7 +23,8 @@ from kinetograph.methods.performance import (
 from kinetograph.methods.performance.scoring import arrivals_at
 from kinetograph.methods.performance.window import LatestWindow
 from kinetograph.motion import Motion, cut
-from kinetograph.synthesis import Synthesis
+from kinetograph.post.hand_follow import HandFollow
+from kinetograph.synthesis import LivePose, Synthesis
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -149,3 +152,88 @@ def test_what_cannot_be_live_says_so(tmp_path: Path) -> None:
     live.step(np.zeros((2, 3)))
     with pytest.raises(RequestError, match="the control is too short"):
         live.finish()
+
+
+# ---- frames ----
+
+
+def _frames(model: PerformanceModel, control: Motion, lag: float, keep: bool = True) -> list[LivePose]:
+    live = model.start(control.fps, lag, keep)
+    poses: list[LivePose] = []
+    for frame in range(len(control)):
+        poses += live.step(cut(control, frame, frame + 1))
+        assert not poses or poses[-1].time <= frame / control.fps - lag + 1e-6  # no sooner than they are decided
+    return [*poses, *live.rest()]
+
+
+def test_without_a_lag_the_whole_is_the_offline_one_bit_by_bit(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control()
+    live, offline = _live(model, control, None)[0], model.synthesize(control)
+    assert (live.motion.rotations == offline.motion.rotations).all()
+    assert (live.motion.translation == offline.motion.translation).all()
+
+
+@pytest.mark.parametrize("lag", [0.3, 0.8])
+def test_frames_come_in_order_without_gaps_and_follow_the_control(tmp_path: Path, lag: float) -> None:
+    model, control = _model(tmp_path), _control()
+    poses = _frames(model, control, lag)
+    assert np.allclose([pose.time for pose in poses], np.arange(len(poses)) / _FPS)
+    assert len(poses) == len(control)
+    hips = np.array([pose.translation for pose in poses])
+    away = np.linalg.norm((hips - control.translation)[:, [0, 2]], axis=1)
+    assert np.median(away) < 0.1
+    assert away.max() < 0.4
+    steps = np.linalg.norm(np.diff(hips, axis=0), axis=1) * _FPS
+    assert steps.max() < 2.5  # metres per second: nobody leaps at a seam
+    motion = Motion(control.skeleton, hips, np.array([pose.rotations for pose in poses]), _FPS)
+    turned = rot.angle_between(motion.rotations[1:], motion.rotations[:-1]).max() * _FPS
+    recorded = model.fitted.sources[0].motion.rotations
+    assert turned < 2.0 * rot.angle_between(recorded[1:], recorded[:-1]).max() * _FPS
+
+
+def test_what_is_forgotten_changes_no_frame_and_memory_stays_flat(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control(20.0)
+    kept, forgotten = _frames(model, control, 0.4), _frames(model, control, 0.4, keep=False)
+    assert len(kept) == len(forgotten)
+    assert all((a.rotations == b.rotations).all() for a, b in zip(kept, forgotten, strict=True))
+    assert all((a.translation == b.translation).all() for a, b in zip(kept, forgotten, strict=True))
+    live = model.start(control.fps, 0.4, keep=False)
+    sizes = []
+    for frame in range(len(control)):
+        live.step(cut(control, frame, frame + 1))
+        search = live._search
+        sizes.append(sum(x.nbytes for x in search.samples) + sum(x.nbytes for x in search._state.back))
+    assert max(sizes[300:]) < 1.5 * max(sizes[150:300])
+    with pytest.raises(RequestError, match="not kept"):
+        live.finish()
+    with pytest.raises(RequestError, match="without a lag"):
+        model.start(30.0, None, keep=False)
+
+
+def test_what_is_known_to_come_lowers_the_cost(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control(8.0)
+    points = points_of(model.method, control)
+    costs = {}
+    for known in (False, True):
+        live = model.start(control.fps, 0.2, forecast=False)
+        for i, point in enumerate(points):
+            live.step(point, points[i + 1 :] if known else None)
+        costs[known] = live.path().score
+    assert costs[True] < 0.8 * costs[False]
+    assert costs[True] <= 1.4 * model.synthesize(control).cost
+
+
+def test_a_hand_follows_what_it_holds_with_bounded_speed_and_lets_go(tmp_path: Path) -> None:
+    body = walk(2.0)
+    follow = HandFollow("left")
+    goal = role_positions(body, ("left_hand",))[0, 0] + [0.1, 0.15, 0.1]
+    shown, offsets = [], []
+    for frame in range(len(body)):
+        still = cut(body, 0, 1)
+        made = follow.step(still, goal if frame < 30 else None, 1 / _FPS)
+        shown.append(role_positions(made, ("left_hand",))[0, 0])
+        offsets.append(follow.offset)
+    changes = np.linalg.norm(np.diff(offsets, axis=0), axis=1) * _FPS
+    assert changes.max() <= follow.settings.fastest + 1e-9
+    assert np.linalg.norm(shown[29] - goal) < 0.01
+    assert np.linalg.norm(shown[-1] - role_positions(body, ("left_hand",))[0, 0]) < 0.01

@@ -10,7 +10,8 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import PreparedExamples
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.scoring import at_rate, weights
+from kinetograph.methods.performance.scoring import at_rate
+from kinetograph.methods.performance.weights import weights
 
 PAST = 1.0
 """Seconds of a control that are compared."""

@@ -20,7 +20,7 @@ from kinetograph.methods.performance.control import Control, points_of
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.forecast import Continuations
 from kinetograph.methods.performance.live_motion import LiveMotion, Partner
-from kinetograph.methods.performance.live_search import Link, LiveSearch
+from kinetograph.methods.performance.live_search import LiveSearch
 from kinetograph.methods.performance.pieces import pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.motion import Motion, concatenate
@@ -55,14 +55,14 @@ class Live:
     keep: bool = True
     forecast: bool = True
     _frames: list[Motion] = field(default_factory=list)
-    _points: list[FloatArray] = field(default_factory=list)
-    _taken: int = 0
+    _arrived: _Arrived = field(init=False)
     _search: LiveSearch = field(init=False)
     _partner: Partner | None = None
 
     def __post_init__(self) -> None:
         steps = None if self.lag is None else max(int(self.lag * self.fitted.settings.rate + 1e-6), 1)
         forecast = Continuations.of(self.fitted) if steps is not None and self.forecast else None
+        self._arrived = _Arrived(self.fps, self.keep)
         self._search = LiveSearch(self.fitted, steps, keep=self.keep, forecast=forecast)
 
     @property
@@ -71,7 +71,7 @@ class Live:
 
         A piece is placed by what has been seen of the control.
         """
-        return self._pieces(self._search.committed)
+        return _pieces(self.fitted, self._search)
 
     def step(self, frame: Motion | FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
         """Take one frame of control and give the frames of motion that it settles.
@@ -102,7 +102,7 @@ class Live:
         """The frames that are left when no more control will come; nothing without a lag."""
         if self.lag is None or self._search.latest is None:
             return ()
-        rate, end = self.fitted.settings.rate, (self._taken - 1) / self.fps
+        rate, end = self.fitted.settings.rate, (self._arrived.count - 1) / self.fps
         poses: list[LivePose] = []
         for link in self._search.rest():
             self._motion.decide(link, *self._latest_samples())
@@ -120,10 +120,10 @@ class Live:
         if not self.keep:
             raise RequestError("frames were not kept, so that there is no whole; use rest for those that are left")
         settings = self.fitted.settings
-        if len(self._points) < len(self._frames):
+        if self._arrived.count < len(self._frames):
             self._take(points_of(settings, concatenate(self._frames[-3:]))[-1])
-        partner = concatenate(self._frames) if len(self._frames) == len(self._points) > 0 else None
-        return realize(self.fitted, Control(np.stack(self._points), self.fps, partner), self.path())
+        partner = concatenate(self._frames) if len(self._frames) == self._arrived.count > 0 else None
+        return realize(self.fitted, Control(np.stack(self._arrived.points), self.fps, partner), self.path())
 
     def path(self) -> SegmentalPath:
         """The best sequence for the control so far that goes on from what is committed."""
@@ -154,26 +154,15 @@ class Live:
         expected = self.fitted.sources[0].control_points.shape[1:]
         if points.shape != expected or not np.isfinite(points).all():
             raise RequestError(f"expected a frame of finite control points {expected}, found shape {points.shape}")
-        self._points.append(points)
-        self._taken += 1
-        if not self.keep:
-            del self._points[: -round(self.fps)]
+        self._arrived.add(points)
         rate, steps = self.fitted.settings.rate, self._search.samples
         poses: list[LivePose] = []
-        while len(steps) / rate * self.fps <= self._taken - 1 + 1e-6:
+        while len(steps) / rate * self.fps <= self._arrived.count - 1 + 1e-6:
             position = len(steps) / rate * self.fps
-            known = None if ahead is None else self._known(points, ahead, position)
-            self._search.step(self._at(position), known)
+            known = None if ahead is None else self._arrived.after(ahead, position, rate)
+            self._search.step(self._arrived.at(position), known)
             poses += self._settled()
         return tuple(poses)
-
-    def _known(self, points: FloatArray, ahead: FloatArray, position: float) -> FloatArray:
-        """What is known to come after a fractional frame, at the search's rate and up to `KNOWN` seconds."""
-        line = np.concatenate([points[None], np.asarray(ahead, dtype=np.float64)])
-        per_step = self.fps / self.fitted.settings.rate
-        begin = position - (self._taken - 1) + per_step
-        count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * self.fitted.settings.rate))
-        return interpolate(line, begin + per_step * np.arange(max(count, 0)))
 
     def _settled(self) -> list[LivePose]:
         """The frames that the latest step of the search settles."""
@@ -190,20 +179,47 @@ class Live:
         first = max(first, self._search.kept_from)
         return np.stack(samples[first:]), first
 
-    def _at(self, position: float) -> FloatArray:
+
+@dataclass(eq=False)
+class _Arrived:
+    """Control points as they arrive, at ``fps``; only the latest second is kept unless all are."""
+
+    fps: float
+    keep: bool
+    points: list[FloatArray] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, points: FloatArray) -> None:
+        """Take the next frame's."""
+        self.points.append(points)
+        self.count += 1
+        if not self.keep:
+            del self.points[: -max(round(self.fps), 3)]
+
+    def at(self, position: float) -> FloatArray:
         """Control points ``(P, 3)`` at a fractional frame."""
-        position -= self._taken - len(self._points)
-        low = min(int(position + 1e-9), len(self._points) - 1)
-        near = np.stack(self._points[low : low + 2])
+        position -= self.count - len(self.points)
+        low = min(int(position + 1e-9), len(self.points) - 1)
+        near = np.stack(self.points[low : low + 2])
         return np.asarray(interpolate(near, [position - low])[0])
 
-    def _pieces(self, links: list[Link]) -> tuple[Piece, ...]:
-        first = self._search.kept_from
-        samples = self._search.samples[first:]
-        x = np.stack(samples) if samples else np.zeros((0, 0, 3))
-        rate, pieces = self.fitted.settings.rate, list[Piece]()
-        for state, start, stop in links:
-            borders = np.array([start - first, stop - first], dtype=float)
-            made = pieces_of(self.fitted, x, rate, [self.fitted.segment_of(state)], borders)
-            pieces += [replace(piece, start=start / rate, stop=stop / rate) for piece in made]
-        return tuple(pieces)
+    def after(self, ahead: FloatArray, position: float, rate: float) -> FloatArray:
+        """What is known to come after a fractional frame, at ``rate`` and up to `KNOWN` seconds: ``(H, P, 3)``."""
+        line = np.concatenate([self.points[-1][None], np.asarray(ahead, dtype=np.float64)])
+        per_step = self.fps / rate
+        begin = position - (self.count - 1) + per_step
+        count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * rate))
+        return interpolate(line, begin + per_step * np.arange(max(count, 0)))
+
+
+def _pieces(fitted: Fitted, search: LiveSearch) -> tuple[Piece, ...]:
+    """The pieces that are committed, placed by the control points that are kept."""
+    first, rate = search.kept_from, fitted.settings.rate
+    samples = search.samples[first:]
+    x = np.stack(samples) if samples else np.zeros((0, 0, 3))
+    pieces: list[Piece] = []
+    for state, start, stop in search.committed:
+        borders = np.array([start - first, stop - first], dtype=float)
+        made = pieces_of(fitted, x, rate, [fitted.segment_of(state)], borders)
+        pieces += [replace(piece, start=start / rate, stop=stop / rate) for piece in made]
+    return tuple(pieces)

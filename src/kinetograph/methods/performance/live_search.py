@@ -40,6 +40,8 @@ class LiveSearch:
         What the control may do next, for decisions.
     latest : tuple of int, optional
         The piece that was decided last, with the end that is likeliest now.
+    kept_from : int
+        The first step whose control points are kept.
     """
 
     fitted: Fitted
@@ -49,9 +51,9 @@ class LiveSearch:
     keep: bool = True
     forecast: Continuations | None = None
     latest: Link | None = None
+    kept_from: int = 0
     _state: segmental.SearchState = field(default_factory=segmental.SearchState)
     _decided: Commitment | None = None
-    _forgotten: int = 0
     _window: LatestWindow = field(init=False)
 
     def __post_init__(self) -> None:
@@ -98,11 +100,6 @@ class LiveSearch:
         path = self.path(0 if self.latest is None else self.latest[1])
         starts, stops = path.starts.tolist(), path.stops.tolist()
         return list(zip(path.states.tolist(), starts, stops, strict=True))
-
-    @property
-    def kept_from(self) -> int:
-        """The first step whose control points are kept."""
-        return self._forgotten
 
     def _may_begin(self, used: int, now: int) -> bool:
         """Whether a segment may have begun ``used`` steps before step ``now``, given what is decided."""
@@ -155,10 +152,10 @@ class LiveSearch:
     def _forget(self, start: int) -> None:
         """Let go of what lies before the piece that is decided: step numbers stay, and cost eight bytes each."""
         del self.committed[:-1]
-        for at in range(self._forgotten, start - 1):
+        for at in range(self.kept_from, start - 1):
             self._state.back[at] = _NONE
         needed = max(self.fitted.instances.longest + 1, round(_REMEMBERED * self.fitted.settings.rate))
         first = min(start, len(self.samples) - needed)
-        for at in range(self._forgotten, first):
+        for at in range(self.kept_from, first):
             self.samples[at] = _NOTHING
-        self._forgotten = max(min(start - 1, first), self._forgotten)
+        self.kept_from = max(min(start - 1, first), self.kept_from)
