@@ -18,6 +18,8 @@ _ROOMS = {
     "Commitment": "commitment",
     "Continued": "alignment",
     "Fixed": "alignment",
+    "FrameGraph": "frame_programme",
+    "FrameRules": "frame_programme",
     "Gaussian": "posterior",
     "Goal": "goals",
     "Graph": "transitions",
@@ -29,6 +31,8 @@ _ROOMS = {
     "PathState": "continuity",
     "Pca": "reduction",
     "Placement": "placement",
+    "Plan": "frame_programme",
+    "Playing": "frame_programme",
     "PreparedExamples": "alignment",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
@@ -43,6 +47,7 @@ _ROOMS = {
     "Solution": "posterior",
     "Span": "retiming",
     "UnreachableError": "markov",
+    "advance_body": "frame_programme",
     "best_paths": "continuity",
     "classes_of": "posterior",
     "complete_linkage": "linkage",
@@ -69,6 +74,7 @@ _ROOMS = {
     "mixed": "posterior",
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
+    "plan_frames": "frame_programme",
     "prove": "segmental",
     "representatives": "linkage",
     "retime": "retiming",
@@ -88,6 +94,8 @@ __all__ = [
     "Commitment",
     "Continued",
     "Fixed",
+    "FrameGraph",
+    "FrameRules",
     "Gaussian",
     "Goal",
     "Graph",
@@ -99,6 +107,8 @@ __all__ = [
     "PathState",
     "Pca",
     "Placement",
+    "Plan",
+    "Playing",
     "PreparedExamples",
     "Quantiser",
     "Rbf",
@@ -113,6 +123,7 @@ __all__ = [
     "Solution",
     "Span",
     "UnreachableError",
+    "advance_body",
     "best_paths",
     "classes_of",
     "complete_linkage",
@@ -139,6 +150,7 @@ __all__ = [
     "mixed",
     "outputs_by_bayes",
     "padded_width",
+    "plan_frames",
     "prove",
     "representatives",
     "retime",
@@ -168,6 +180,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
+    from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
     from kinetograph.learn.goals import Goal, SearchOptions, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf

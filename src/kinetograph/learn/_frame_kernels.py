@@ -1,0 +1,198 @@
+"""Compiled kernels of `kinetograph.learn.frame_programme`: arrays in, arrays out, no validation.
+
+A body is four numbers: its place on the ground z, x, its heading, and its rate of playing. ``rules`` are, in order: the
+share of a deviation that is corrected in a unit, the share of the way that a correction of place is at most, the most
+that a heading is corrected in a unit, the least and the greatest rate and the most that it changes in a unit, the
+weights of deviations of place and of heading, and the prices of corrections of place and of heading.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from kinetograph.arrays import BoolArray, FloatArray, SingleArray
+
+IndexArray = npt.NDArray[np.int32]
+
+
+@numba.njit(cache=True, nogil=True)
+def advance(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FloatArray, out: FloatArray) -> float:
+    """A body one unit later, corrected towards what is wished then, into ``out``; what the unit costs.
+
+    ``step`` is the way ``z, x`` and the turn of the recording in a unit, in the body's frame, and the planted point
+    ``z, x`` that corrections turn about; ``wish`` is a place ``z, x`` and a heading.
+    """
+    c, s = np.cos(body[2]), np.sin(body[2])
+    way = np.sqrt(step[0] * step[0] + step[1] * step[1])
+    wz, wx = wish[0] - body[0], wish[1] - body[1]
+    wanted = np.sqrt(wz * wz + wx * wx) / max(way, 1e-4)
+    rate = min(max(wanted, body[3] - rules[5]), body[3] + rules[5])
+    rate = min(max(rate, rules[3]), rules[4])
+    heading = body[2] + rate * step[2]
+    deviation = wish[2] - heading
+    deviation -= 2 * np.pi * np.round(deviation / (2 * np.pi))
+    turn = min(max(rules[0] * deviation, -rules[2]), rules[2])
+    z = body[0] + rate * (c * step[0] - s * step[1])
+    x = body[1] + rate * (s * step[0] + c * step[1])
+    c, s = np.cos(heading), np.sin(heading)
+    pz, px = c * step[3] - s * step[4], s * step[3] + c * step[4]
+    ct, st = np.cos(turn), np.sin(turn)
+    z += pz - (ct * pz - st * px)
+    x += px - (st * pz + ct * px)
+    ez, ex = wish[0] - z, wish[1] - x
+    away = np.sqrt(ez * ez + ex * ex)
+    moved = min(rules[0] * away, rules[1] * rate * way)
+    share = moved / max(away, 1e-12)
+    out[0], out[1] = z + share * ez, x + share * ex
+    out[2], out[3] = heading + turn, rate
+    left, missing = away - moved, deviation - turn
+    return (
+        rules[6] * left * left + rules[7] * missing * missing + rules[8] * moved * moved + rules[9] * turn * turn
+    )  # fmt: skip
+
+
+@numba.njit(cache=True, nogil=True)
+def follow(body: FloatArray, costs: FloatArray, steps: FloatArray, wishes: FloatArray, rules: FloatArray) -> float:
+    """What a sequence of units costs from a body on; ``costs`` are paid before each of ``steps``, ``(T, 5)``."""
+    now, then, total = body.copy(), np.empty(4), 0.0
+    for t in range(steps.shape[0]):
+        total += costs[t] + advance(now, steps[t], wishes[t], rules, then)
+        now[:] = then
+    return total
+
+
+@numba.njit(cache=True, nogil=True)
+def offer(
+    state: int, cost: float, parent: int, price: float, kept: IndexArray, costs: FloatArray, parents: IndexArray,
+    prices: FloatArray, after: IndexArray, count: int,
+) -> tuple[int, float]:  # fmt: skip
+    """Keep a hypothesis if it is among the cheapest of its state; how many there are then, and what was dropped.
+
+    ``kept`` tells how many of each state are kept, ``costs``, ``parents`` and ``prices`` are ``(states, width)``, and
+    ``after`` lists the places taken, ``width * state + k``.
+    """
+    width = costs.shape[1]
+    k = kept[state]
+    dropped = np.inf
+    if k < width:
+        kept[state] = k + 1
+        after[count] = width * state + k
+        count += 1
+    else:
+        k = int(np.argmax(costs[state]))
+        if cost >= costs[state, k]:
+            return count, cost
+        dropped = costs[state, k]
+    costs[state, k] = cost
+    parents[state, k] = parent
+    prices[state, k] = price
+    return count, dropped
+
+
+@numba.njit(cache=True, nogil=True)
+def spread(
+    arrived: FloatArray, states: IndexArray, jumps: IndexArray, jump_prices: SingleArray, near: int,
+    now_prices: SingleArray, least: float, kept: IndexArray, costs: FloatArray, parents: IndexArray,
+    prices: FloatArray, after: IndexArray,
+) -> tuple[int, float]:  # fmt: skip
+    """Hypotheses after jumps: those that stay, and those that leave their frame for a similar one.
+
+    The last state is what is playing: at the start it jumps anywhere, at ``now_prices``, and later as the frame
+    ``near`` does. Neighbours are sorted by price, so that the first too dear ends a row.
+    """
+    count, dropped = 0, np.inf
+    for a in range(arrived.shape[0]):
+        count, lost = offer(states[a], arrived[a], a, 0.0, kept, costs, parents, prices, after, count)
+        dropped = min(dropped, lost)
+    for a in range(arrived.shape[0]):
+        playing = states[a] == jumps.shape[0]
+        if playing and now_prices.shape[0] > 0:
+            for j in range(now_prices.shape[0]):
+                if arrived[a] + now_prices[j] < least:
+                    price = now_prices[j]
+                    count, _ = offer(j, arrived[a] + price, a, price, kept, costs, parents, prices, after, count)
+            continue
+        row = near if playing else states[a]
+        if row < 0:
+            continue
+        for k in range(jumps.shape[1]):
+            price = jump_prices[row, k]
+            if arrived[a] + price >= least:
+                break
+            count, lost = offer(jumps[row, k], arrived[a] + price, a, price, kept, costs, parents, prices, after, count)
+            dropped = min(dropped, lost)
+    return count, dropped
+
+
+@numba.njit(cache=True, nogil=True)
+def move_all(
+    after: IndexArray, costs: FloatArray, parents: IndexArray, prices: FloatArray, bodies: FloatArray,
+    steps: FloatArray, goes_on: BoolArray, ahead: FloatArray, wish: FloatArray, rules: FloatArray, least: float,
+    new_costs: FloatArray, new_bodies: FloatArray, new_states: IndexArray, began: IndexArray, came: IndexArray,
+    paid: FloatArray,
+) -> int:  # fmt: skip
+    """One unit of all hypotheses; how many still cost less than ``least``.
+
+    ``bodies`` are those of the parents; ``ahead`` is the unit of what is playing, empty where its recording ends.
+    """
+    count, width, playing = 0, costs.shape[1], steps.shape[0]
+    for a in range(after.shape[0]):
+        state, k = after[a] // width, after[a] % width
+        if ahead.shape[0] == 0 if state == playing else not goes_on[state]:
+            continue
+        step = ahead if state == playing else steps[state]
+        cost = costs[state, k] + advance(bodies[parents[state, k]], step, wish, rules, new_bodies[count])
+        if cost < least:
+            new_costs[count] = cost
+            new_states[count] = state if state == playing else state + 1
+            began[count], came[count], paid[count] = state, parents[state, k], prices[state, k]
+            count += 1
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def search(
+    steps: FloatArray, goes_on: BoolArray, jumps: IndexArray, jump_prices: SingleArray, body: FloatArray,
+    ahead: FloatArray, near: IndexArray, now_prices: SingleArray, wishes: FloatArray, rules: FloatArray, width: int,
+    least: float, plan: IndexArray, plan_prices: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """The cost of the cheapest plan below ``least``, or ``least``, and the least cost of what was dropped.
+
+    The plan itself is written to ``plan``: the state that each unit begins with, and what was paid before it.
+    """
+    count, most, units = steps.shape[0], (steps.shape[0] + 1) * width, wishes.shape[0]
+    kept, after = np.zeros(count + 1, dtype=np.int32), np.empty(most, dtype=np.int32)
+    costs, prices = np.empty((count + 1, width)), np.empty((count + 1, width))
+    parents = np.empty((count + 1, width), dtype=np.int32)
+    began, came = np.empty((units, most), dtype=np.int32), np.empty((units, most), dtype=np.int32)
+    paid = np.empty((units, most))
+    arrived, bodies, states = np.zeros(most), np.empty((most, 4)), np.empty(most, dtype=np.int32)
+    new_bodies, nobody = np.empty((most, 4)), np.empty(0, dtype=np.float32)
+    bodies[0], states[0], alive, dropped = body, count, 1, np.inf
+    for t in range(units):
+        here = near[t] if t < near.shape[0] else -1
+        firsts = now_prices if t == 0 else nobody
+        taken, lost = spread(
+            arrived[:alive], states[:alive], jumps, jump_prices, here, firsts, least, kept, costs, parents, prices,
+            after,
+        )  # fmt: skip
+        dropped = min(dropped, lost)
+        unit = ahead[t] if t < ahead.shape[0] else np.empty(0)
+        for a in range(taken):
+            kept[after[a] // width] = 0
+        alive = move_all(
+            after[:taken], costs, parents, prices, bodies, steps, goes_on, unit, wishes[t], rules, least, arrived,
+            new_bodies, states, began[t], came[t], paid[t],
+        )  # fmt: skip
+        bodies, new_bodies = new_bodies, bodies
+        if alive == 0:
+            return least, dropped
+    best = int(np.argmin(arrived[:alive]))
+    cost, a = arrived[best], best
+    for t in range(units - 1, -1, -1):
+        plan[t] = began[t, a] if began[t, a] < count else -1
+        plan_prices[t] = paid[t, a]
+        a = came[t, a]
+    return cost, dropped
