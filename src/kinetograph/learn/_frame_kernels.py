@@ -3,7 +3,8 @@
 A body is four numbers: its place on the ground z, x, its heading, and its rate of playing. ``rules`` are, in order: the
 share of a deviation that is corrected in a unit, the share of the way that a correction of place is at most, the most
 that a heading is corrected in a unit, the least and the greatest rate and the most that it changes in a unit, the
-weights of deviations of place and of heading, and the prices of corrections of place and of heading.
+weights of deviations of place and of heading, the prices of corrections of place and of heading, and that of a rate
+other than 1.
 """
 
 from __future__ import annotations
@@ -48,9 +49,8 @@ def advance(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FloatAr
     out[0], out[1] = z + share * ez, x + share * ex
     out[2], out[3] = heading + turn, rate
     left, missing = away - moved, deviation - turn
-    return (
-        rules[6] * left * left + rules[7] * missing * missing + rules[8] * moved * moved + rules[9] * turn * turn
-    )  # fmt: skip
+    cost = rules[6] * left * left + rules[7] * missing * missing + rules[8] * moved * moved + rules[9] * turn * turn
+    return float(cost + rules[10] * (rate - 1.0) ** 2)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -153,10 +153,52 @@ def move_all(
 
 
 @numba.njit(cache=True, nogil=True)
+def narrow_places(after: IndexArray, count: int, costs: FloatArray, most: int) -> tuple[int, float]:
+    """Keep the ``most`` cheapest of the places, in order; how many are left, and the least cost of what was dropped."""
+    if count <= most:
+        return count, np.inf
+    width = costs.shape[1]
+    values = np.empty(count)
+    for a in range(count):
+        values[a] = costs[after[a] // width, after[a] % width]
+    limit = np.partition(values, most - 1)[most - 1]
+    left = 0
+    dropped = np.inf
+    for a in range(count):
+        if values[a] <= limit and left < most:
+            after[left] = after[a]
+            left += 1
+        else:
+            dropped = min(dropped, values[a])
+    return left, dropped
+
+
+@numba.njit(cache=True, nogil=True)
+def narrow_arrived(
+    count: int, most: int, costs: FloatArray, bodies: FloatArray, states: IndexArray, began: IndexArray,
+    came: IndexArray, paid: FloatArray,
+) -> tuple[int, float]:  # fmt: skip
+    """Keep the ``most`` cheapest hypotheses, in order; how many are left, and the least cost of what was dropped."""
+    if count <= most:
+        return count, np.inf
+    limit = np.partition(costs[:count], most - 1)[most - 1]
+    left = 0
+    dropped = np.inf
+    for a in range(count):
+        if costs[a] <= limit and left < most:
+            costs[left], states[left], bodies[left] = costs[a], states[a], bodies[a]
+            began[left], came[left], paid[left] = began[a], came[a], paid[a]
+            left += 1
+        else:
+            dropped = min(dropped, costs[a])
+    return left, dropped
+
+
+@numba.njit(cache=True, nogil=True)
 def search(
     steps: FloatArray, goes_on: BoolArray, jumps: IndexArray, jump_prices: SingleArray, body: FloatArray,
     ahead: FloatArray, near: IndexArray, now_prices: SingleArray, wishes: FloatArray, rules: FloatArray, width: int,
-    least: float, plan: IndexArray, plan_prices: FloatArray,
+    beam: int, least: float, plan: IndexArray, plan_prices: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """The cost of the cheapest plan below ``least``, or ``least``, and the least cost of what was dropped.
 
@@ -182,10 +224,14 @@ def search(
         unit = ahead[t] if t < ahead.shape[0] else np.empty(0)
         for a in range(taken):
             kept[after[a] // width] = 0
+        taken, lost = narrow_places(after, taken, costs, 3 * beam)
+        dropped = min(dropped, lost)
         alive = move_all(
             after[:taken], costs, parents, prices, bodies, steps, goes_on, unit, wishes[t], rules, least, arrived,
             new_bodies, states, began[t], came[t], paid[t],
         )  # fmt: skip
+        alive, lost = narrow_arrived(alive, beam, arrived, new_bodies, states, began[t], came[t], paid[t])
+        dropped = min(dropped, lost)
         bodies, new_bodies = new_bodies, bodies
         if alive == 0:
             return least, dropped

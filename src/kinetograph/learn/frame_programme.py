@@ -5,7 +5,8 @@ any unit, has a price. A body is carried along: in a unit it goes and turns as i
 within limits, and is corrected towards what is wished. Deviations that are left, and the corrections, cost their
 squares. So a hypothesis is a state and a place, a heading and a rate that depend on all that went before; of those that
 share a state, the ``width`` cheapest are kept. Costs only grow, so that what was dropped bounds how much better the
-optimum can be: `Plan.bound`. With a width that never drops any the plan is the optimum.
+optimum can be: `Plan.bound`. With a width and a beam that drop
+none the plan is the optimum.
 """
 
 from __future__ import annotations
@@ -18,6 +19,11 @@ import numpy.typing as npt
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import _frame_kernels as kernels
+
+BEAM = 300
+"""Hypotheses kept of each unit."""
+NARROW = 40
+"""Hypotheses kept by the first, quick search."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,8 @@ class FrameRules:
         Weights of the squared deviations that are left, per square metre and square radian.
     moved, turned : float
         Prices of the squared corrections.
+    rated : float
+        Price of the square of the rate's difference from 1.
     """
 
     share: float = 0.8
@@ -52,6 +60,7 @@ class FrameRules:
     heading: float = 0.1
     moved: float = 1.0
     turned: float = 0.1
+    rated: float = 0.02
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -137,6 +146,7 @@ def plan_frames(
     rules: FrameRules,
     *,
     width: int = 1,
+    beam: int | None = BEAM,
     old: Plan | None = None,
 ) -> Plan:
     """The frames to play over a horizon.
@@ -150,20 +160,29 @@ def plan_frames(
     rules : FrameRules
     width : int
         Hypotheses kept of each frame.
+    beam : int, optional
+        Hypotheses kept of each unit; None keeps all that may be part of a better plan than is known.
     old : Plan, optional
-        That of one unit ago: its rest bounds the search from above.
+        That of one unit ago: its rest bounds the search from above, and so does a search by a narrow beam.
 
     Returns
     -------
     Plan
     """
     best = _upper(graph, playing, wishes, rules, old)
+    best = _searched(graph, playing, wishes, rules, width, min(NARROW, beam or NARROW), best)
+    return _searched(graph, playing, wishes, rules, width, beam or len(graph.steps) * width + 1, best)
+
+
+def _searched(
+    graph: FrameGraph, playing: Playing, wishes: FloatArray, rules: FrameRules, width: int, beam: int, known: Plan
+) -> Plan:
+    """A plan that is better than a known one, or that."""
     states, prices = np.empty(len(wishes), dtype=np.int32), np.empty(len(wishes))
     now = (playing.body, playing.steps, playing.near.astype(np.int32), playing.prices)
     parts = (graph.steps, graph.goes_on, graph.jumps, graph.prices, *now, wishes, rules.values)
-    cost, dropped = kernels.search(*parts, width, best.cost, states, prices)
-    if cost < best.cost:
-        best = Plan(states.astype(np.int64), float(cost), 0.0, prices)
+    cost, dropped = kernels.search(*parts, width, beam, known.cost, states, prices)
+    best = Plan(states.astype(np.int64), float(cost), 0.0, prices) if cost < known.cost else known
     return Plan(best.states, best.cost, min(best.cost, float(dropped)), best.prices)
 
 

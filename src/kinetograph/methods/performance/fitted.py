@@ -13,6 +13,7 @@ from kinetograph.learn import SegmentalSearch
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
@@ -132,6 +133,11 @@ class Fitted:
             length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
             speeds.append(length / segment.duration)
         return min(HURRY * max(speeds), self.speeds[1])
+
+    @cached_property
+    def frames(self) -> SteeringFrames:
+        """The recordings frame by frame, as steering plays them."""
+        return SteeringFrames.of(self.sources)
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""

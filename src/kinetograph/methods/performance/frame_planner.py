@@ -9,6 +9,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import FrameRules, Plan, Playing, plan_frames
+from kinetograph.learn.frame_programme import BEAM
 from kinetograph.methods.performance.steering_frames import APART, UNIT, States, SteeringFrames, make_states
 
 
@@ -26,7 +27,8 @@ class PlannerSettings:
         Frames that may be jumped to from each frame.
     width : int
         Hypotheses of each frame.
-    rules : FrameRules
+    beam : int, optional
+        Hypotheses of each unit; None keeps all that may win.
     """
 
     horizon: float = 1.5
@@ -34,7 +36,7 @@ class PlannerSettings:
     jump_constant: float = 1e-3
     neighbours: int = 64
     width: int = 1
-    rules: FrameRules = field(default_factory=FrameRules)
+    beam: int | None = BEAM
 
     def __post_init__(self) -> None:
         for name in ("horizon", "jump_weight", "jump_constant", "neighbours", "width"):
@@ -73,10 +75,13 @@ class FramePlanner:
     Parameters
     ----------
     frames : SteeringFrames
+    rules : FrameRules
+        How bodies move and are corrected; `Steering` moves them by the same.
     settings : PlannerSettings
     """
 
     frames: SteeringFrames
+    rules: FrameRules = field(default_factory=FrameRules)
     settings: PlannerSettings = field(default_factory=PlannerSettings)
     plan: Plan | None = field(default=None, init=False)
     """The last plan."""
@@ -106,7 +111,9 @@ class FramePlanner:
         """
         set_ = self.settings
         playing = self.playing(head)
-        self.plan = plan_frames(self.states.graph, playing, wishes, set_.rules, width=set_.width, old=self.plan)
+        self.plan = plan_frames(
+            self.states.graph, playing, wishes, self.rules, width=set_.width, beam=set_.beam, old=self.plan
+        )
         state = int(self.plan.states[0])
         if state < 0 and (not np.isfinite(self.plan.cost) or len(playing.steps) == 0):
             state = int(np.argmin(playing.prices))  # a recording that ends, and nothing that reaches the horizon

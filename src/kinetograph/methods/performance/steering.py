@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import FrameRules
 from kinetograph.methods.performance.frame_planner import Playhead
@@ -207,6 +207,12 @@ class Steering:
             wish = wish.later(part)
             pose = self._play(part)
         return pose
+
+    @property
+    def planted(self) -> BoolArray:
+        """Which feet and toes are in contact now in the recording that plays; see
+        `kinetograph.post.planted_roles`."""
+        return self.frames.repertoire.planted_at(self._player.recording, self._player.second)
 
     # ---- what is decided ----
 
