@@ -19,26 +19,28 @@ IndexArray = npt.NDArray[np.int32]
 
 
 @numba.njit(cache=True, nogil=True)
-def advance(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FloatArray, out: FloatArray) -> float:
-    """A body one unit later, corrected towards what is wished then, into ``out``; what the unit costs.
+def advance(
+    bodies: FloatArray, b: int, steps: FloatArray, i: int, wish: FloatArray, rules: FloatArray, out: FloatArray, o: int
+) -> float:
+    """Body ``b`` a unit later, corrected towards what is wished then, into row ``o``; what the unit costs.
 
-    ``step`` is the way ``z, x`` and the turn of the recording in a unit, in the body's frame, and the planted point
-    ``z, x`` that corrections turn about; ``wish`` is a place ``z, x`` and a heading.
+    Row ``i`` of ``steps`` is the way ``z, x`` and the turn of the recording in a unit, in the body's frame, and the
+    planted point ``z, x`` that corrections turn about; ``wish`` is a place ``z, x`` and a heading.
     """
-    c, s = np.cos(body[2]), np.sin(body[2])
-    way = np.sqrt(step[0] * step[0] + step[1] * step[1])
-    wz, wx = wish[0] - body[0], wish[1] - body[1]
+    c, s = np.cos(bodies[b, 2]), np.sin(bodies[b, 2])
+    way = np.sqrt(steps[i, 0] * steps[i, 0] + steps[i, 1] * steps[i, 1])
+    wz, wx = wish[0] - bodies[b, 0], wish[1] - bodies[b, 1]
     wanted = np.sqrt(wz * wz + wx * wx) / max(way, 1e-4)
-    rate = min(max(wanted, body[3] - rules[5]), body[3] + rules[5])
+    rate = min(max(wanted, bodies[b, 3] - rules[5]), bodies[b, 3] + rules[5])
     rate = min(max(rate, rules[3]), rules[4])
-    heading = body[2] + rate * step[2]
+    heading = bodies[b, 2] + rate * steps[i, 2]
     deviation = wish[2] - heading
     deviation -= 2 * np.pi * np.round(deviation / (2 * np.pi))
     turn = min(max(rules[0] * deviation, -rules[2]), rules[2])
-    z = body[0] + rate * (c * step[0] - s * step[1])
-    x = body[1] + rate * (s * step[0] + c * step[1])
+    z = bodies[b, 0] + rate * (c * steps[i, 0] - s * steps[i, 1])
+    x = bodies[b, 1] + rate * (s * steps[i, 0] + c * steps[i, 1])
     c, s = np.cos(heading), np.sin(heading)
-    pz, px = c * step[3] - s * step[4], s * step[3] + c * step[4]
+    pz, px = c * steps[i, 3] - s * steps[i, 4], s * steps[i, 3] + c * steps[i, 4]
     ct, st = np.cos(turn), np.sin(turn)
     z += pz - (ct * pz - st * px)
     x += px - (st * pz + ct * px)
@@ -46,8 +48,8 @@ def advance(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FloatAr
     away = np.sqrt(ez * ez + ex * ex)
     moved = min(rules[0] * away, rules[1] * rate * way)
     share = moved / max(away, 1e-12)
-    out[0], out[1] = z + share * ez, x + share * ex
-    out[2], out[3] = heading + turn, rate
+    out[o, 0], out[o, 1] = z + share * ez, x + share * ex
+    out[o, 2], out[o, 3] = heading + turn, rate
     left, missing = away - moved, deviation - turn
     cost = rules[6] * left * left + rules[7] * missing * missing + rules[8] * moved * moved + rules[9] * turn * turn
     return float(cost + rules[10] * (rate - 1.0) ** 2)
@@ -56,22 +58,23 @@ def advance(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FloatAr
 @numba.njit(cache=True, nogil=True)
 def follow(body: FloatArray, costs: FloatArray, steps: FloatArray, wishes: FloatArray, rules: FloatArray) -> float:
     """What a sequence of units costs from a body on; ``costs`` are paid before each of ``steps``, ``(T, 5)``."""
-    now, then, total = body.copy(), np.empty(4), 0.0
+    bodies, total = np.empty((2, 4)), 0.0
+    bodies[0] = body
     for t in range(steps.shape[0]):
-        total += costs[t] + advance(now, steps[t], wishes[t], rules, then)
-        now[:] = then
+        total += costs[t] + advance(bodies, t % 2, steps, t, wishes[t], rules, bodies, 1 - t % 2)
     return total
 
 
 @numba.njit(cache=True, nogil=True)
 def offer(
-    state: int, cost: float, parent: int, price: float, kept: IndexArray, costs: FloatArray, parents: IndexArray,
-    prices: FloatArray, after: IndexArray, count: int,
+    state: int, cost: float, parent: int, price: float, kept: IndexArray, worst: FloatArray, costs: FloatArray,
+    parents: IndexArray, prices: FloatArray, after: IndexArray, count: int,
 ) -> tuple[int, float]:  # fmt: skip
-    """Keep a hypothesis if it is among the cheapest of its state; how many there are then, and what was dropped.
+    """Keep a hypothesis that costs less than the worst of its state; how many there are then, and what was dropped.
 
-    ``kept`` tells how many of each state are kept, ``costs``, ``parents`` and ``prices`` are ``(states, width)``, and
-    ``after`` lists the places taken, ``width * state + k``.
+    ``kept`` tells how many of each state are kept, ``worst`` the dearest where there is no room for more, else inf;
+    ``costs``, ``parents`` and ``prices`` are ``(states, width)``; ``after`` lists the places taken, ``width * state +
+    k``.
     """
     width = costs.shape[1]
     k = kept[state]
@@ -81,21 +84,26 @@ def offer(
         after[count] = width * state + k
         count += 1
     else:
-        k = int(np.argmax(costs[state]))
-        if cost >= costs[state, k]:
-            return count, cost
+        k = 0
+        for other in range(1, width):
+            if costs[state, other] > costs[state, k]:
+                k = other
         dropped = costs[state, k]
     costs[state, k] = cost
     parents[state, k] = parent
     prices[state, k] = price
+    if kept[state] == width:
+        worst[state] = costs[state, 0]
+        for other in range(1, width):
+            worst[state] = max(worst[state], costs[state, other])
     return count, dropped
 
 
 @numba.njit(cache=True, nogil=True)
 def spread(
     arrived: FloatArray, states: IndexArray, jumps: IndexArray, jump_prices: SingleArray, near: int,
-    now_prices: SingleArray, least: float, kept: IndexArray, costs: FloatArray, parents: IndexArray,
-    prices: FloatArray, after: IndexArray,
+    now_prices: SingleArray, least: float, kept: IndexArray, worst: FloatArray, costs: FloatArray,
+    parents: IndexArray, prices: FloatArray, after: IndexArray,
 ) -> tuple[int, float]:  # fmt: skip
     """Hypotheses after jumps: those that stay, and those that leave their frame for a similar one.
 
@@ -104,7 +112,10 @@ def spread(
     """
     count, dropped = 0, np.inf
     for a in range(arrived.shape[0]):
-        count, lost = offer(states[a], arrived[a], a, 0.0, kept, costs, parents, prices, after, count)
+        if arrived[a] >= worst[states[a]]:
+            dropped = min(dropped, arrived[a])
+            continue
+        count, lost = offer(states[a], arrived[a], a, 0.0, kept, worst, costs, parents, prices, after, count)
         dropped = min(dropped, lost)
     for a in range(arrived.shape[0]):
         playing = states[a] == jumps.shape[0]
@@ -112,16 +123,20 @@ def spread(
             for j in range(now_prices.shape[0]):
                 if arrived[a] + now_prices[j] < least:
                     price = now_prices[j]
-                    count, _ = offer(j, arrived[a] + price, a, price, kept, costs, parents, prices, after, count)
+                    count, _ = offer(j, arrived[a] + price, a, price, kept, worst, costs, parents, prices, after, count)
             continue
         row = near if playing else states[a]
         if row < 0:
             continue
         for k in range(jumps.shape[1]):
-            price = jump_prices[row, k]
-            if arrived[a] + price >= least:
+            price, state = jump_prices[row, k], jumps[row, k]
+            cost = arrived[a] + price
+            if cost >= least:
                 break
-            count, lost = offer(jumps[row, k], arrived[a] + price, a, price, kept, costs, parents, prices, after, count)
+            if cost >= worst[state]:
+                dropped = min(dropped, cost)
+                continue
+            count, lost = offer(state, cost, a, price, kept, worst, costs, parents, prices, after, count)
             dropped = min(dropped, lost)
     return count, dropped
 
@@ -129,25 +144,28 @@ def spread(
 @numba.njit(cache=True, nogil=True)
 def move_all(
     after: IndexArray, costs: FloatArray, parents: IndexArray, prices: FloatArray, bodies: FloatArray,
-    steps: FloatArray, goes_on: BoolArray, ahead: FloatArray, wish: FloatArray, rules: FloatArray, least: float,
+    steps: FloatArray, goes_on: BoolArray, ahead: FloatArray, t: int, wish: FloatArray, rules: FloatArray, least: float,
     new_costs: FloatArray, new_bodies: FloatArray, new_states: IndexArray, began: IndexArray, came: IndexArray,
     paid: FloatArray,
 ) -> int:  # fmt: skip
     """One unit of all hypotheses; how many still cost less than ``least``.
 
-    ``bodies`` are those of the parents; ``ahead`` is the unit of what is playing, empty where its recording ends.
+    ``bodies`` are those of the parents; ``ahead`` are the units of what is playing.
     """
     count, width, playing = 0, costs.shape[1], steps.shape[0]
     for a in range(after.shape[0]):
         state, k = after[a] // width, after[a] % width
-        if ahead.shape[0] == 0 if state == playing else not goes_on[state]:
+        if t >= ahead.shape[0] if state == playing else not goes_on[state]:
             continue
-        step = ahead if state == playing else steps[state]
-        cost = costs[state, k] + advance(bodies[parents[state, k]], step, wish, rules, new_bodies[count])
+        parent, cost = parents[state, k], costs[state, k]
+        if state == playing:
+            cost += advance(bodies, parent, ahead, t, wish, rules, new_bodies, count)
+        else:
+            cost += advance(bodies, parent, steps, state, wish, rules, new_bodies, count)
         if cost < least:
             new_costs[count] = cost
             new_states[count] = state if state == playing else state + 1
-            began[count], came[count], paid[count] = state, parents[state, k], prices[state, k]
+            began[count], came[count], paid[count] = state, parent, prices[state, k]
             count += 1
     return count
 
@@ -205,7 +223,7 @@ def search(
     The plan itself is written to ``plan``: the state that each unit begins with, and what was paid before it.
     """
     count, most, units = steps.shape[0], (steps.shape[0] + 1) * width, wishes.shape[0]
-    kept, after = np.zeros(count + 1, dtype=np.int32), np.empty(most, dtype=np.int32)
+    kept, worst, after = np.zeros(count + 1, dtype=np.int32), np.full(count + 1, np.inf), np.empty(most, dtype=np.int32)
     costs, prices = np.empty((count + 1, width)), np.empty((count + 1, width))
     parents = np.empty((count + 1, width), dtype=np.int32)
     began, came = np.empty((units, most), dtype=np.int32), np.empty((units, most), dtype=np.int32)
@@ -217,17 +235,16 @@ def search(
         here = near[t] if t < near.shape[0] else -1
         firsts = now_prices if t == 0 else nobody
         taken, lost = spread(
-            arrived[:alive], states[:alive], jumps, jump_prices, here, firsts, least, kept, costs, parents, prices,
-            after,
+            arrived[:alive], states[:alive], jumps, jump_prices, here, firsts, least, kept, worst, costs, parents,
+            prices, after,
         )  # fmt: skip
         dropped = min(dropped, lost)
-        unit = ahead[t] if t < ahead.shape[0] else np.empty(0)
         for a in range(taken):
-            kept[after[a] // width] = 0
+            kept[after[a] // width], worst[after[a] // width] = 0, np.inf
         taken, lost = narrow_places(after, taken, costs, 3 * beam)
         dropped = min(dropped, lost)
         alive = move_all(
-            after[:taken], costs, parents, prices, bodies, steps, goes_on, unit, wishes[t], rules, least, arrived,
+            after[:taken], costs, parents, prices, bodies, steps, goes_on, ahead, t, wishes[t], rules, least, arrived,
             new_bodies, states, began[t], came[t], paid[t],
         )  # fmt: skip
         alive, lost = narrow_arrived(alive, beam, arrived, new_bodies, states, began[t], came[t], paid[t])

@@ -204,9 +204,9 @@ def advance_body(body: FloatArray, step: FloatArray, wish: FloatArray, rules: Fr
     body : ndarray, shape (4,)
     cost : float
     """
-    out = np.empty(4)
-    cost = kernels.advance(body, step, wish, rules.values, out)
-    return out, float(cost)
+    bodies = np.stack([body, body])
+    cost = kernels.advance(bodies, 0, step[None], 0, wish, rules.values, bodies, 1)
+    return bodies[1], float(cost)
 
 
 def _upper(graph: FrameGraph, playing: Playing, wishes: FloatArray, rules: FrameRules, old: Plan | None) -> Plan:
