@@ -143,8 +143,8 @@ def _gap(frames: SteeringFrames) -> None:
     over = costs[:, 0] / costs[:, 1] - 1
     proved = np.mean(costs[:, 2] >= costs[:, 0] - 1e-12)
     print(
-        f"plans: {len(costs)} compared with 8 hypotheses of a frame and 3,000 of a unit: {100 * over.mean():.2f} % dearer "
-        f"on average, {100 * np.quantile(over, 0.95):.1f} % at p95, {100 * np.mean(over < 1e-9):.0f} % the same; "
+        f"plans: {len(costs)} compared with 8 hypotheses of a frame and 3,000 of a unit: {100 * over.mean():.2f} % "
+        f"dearer on average, {100 * np.quantile(over, 0.95):.1f} % at p95, {100 * np.mean(over < 1e-9):.0f} % the same; "
         f"{100 * proved:.0f} % proved optimal"
     )
 

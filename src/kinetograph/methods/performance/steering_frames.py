@@ -85,9 +85,9 @@ class SteeringFrames:
         repertoire = Repertoire.of([s.motion for s in long], [s.annotations for s in long])
         parts = [_rows(s.motion, repertoire, i) for i, s in enumerate(long)]
         starts = np.concatenate([[0], np.cumsum([len(p[0]) for p in parts])])
-        joined = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+        second, place, facing, features, pivots = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         source = np.repeat(np.arange(len(parts)), np.diff(starts))
-        return cls(repertoire, source, *joined, starts)
+        return cls(repertoire, source, second, place, facing, features, pivots, starts)
 
     def row(self, recording: int, second: float) -> int:
         """The row nearest to a time of a recording."""
@@ -136,7 +136,8 @@ def _pivots(motion: Motion, planted: BoolArray, place: ComplexArray, facing: Flo
     flat = points[..., 2] + 1j * points[..., 0]
     count = planted.sum(axis=1)
     mean = np.where(count > 0, (flat * planted).sum(axis=1) / np.maximum(count, 1), place)
-    return _smooth((mean - place) * np.exp(-1j * facing), motion.fps)  # else the body jerks from foot to foot
+    seen = np.asarray((mean - place) * np.exp(-1j * facing))
+    return _smooth(seen, motion.fps)  # else the body jerks from foot to foot
 
 
 def smoothed_track(motion: Motion) -> tuple[ComplexArray, FloatArray]:
@@ -153,7 +154,8 @@ def smoothed_track(motion: Motion) -> tuple[ComplexArray, FloatArray]:
         Radians, unwrapped.
     """
     place = motion.translation[:, 2] + 1j * motion.translation[:, 0]
-    return _smooth(place, motion.fps), np.asarray(_smooth(facings(motion) + 0j, motion.fps).real)
+    facing = np.asarray(facings(motion), dtype=np.complex128)
+    return _smooth(np.asarray(place), motion.fps), np.asarray(_smooth(facing, motion.fps).real)
 
 
 def _smooth(values: ComplexArray, fps: float) -> ComplexArray:

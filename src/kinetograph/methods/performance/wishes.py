@@ -167,7 +167,8 @@ class PathRest:
     def after(self, path: WishedPath, dt: float) -> WishedPath:
         """See `Wish.after`."""
         at = (self.since + dt + np.array([-AROUND, 0.0, AROUND])) * self.fps
-        before, here, behind = (complex(p) for p in interpolate(self.points, at))
+        flat = interpolate(np.stack([self.points.real, self.points.imag], axis=1), at)
+        before, here, behind = (complex(z, x) for z, x in flat)
         velocity = (behind - before) / (2 * AROUND)
         return path.moved(here, velocity, direction(velocity, path.facing), dt)
 
