@@ -10,7 +10,7 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import FrameRules, Plan, Playing, plan_frames
 from kinetograph.learn.frame_programme import BEAM
-from kinetograph.methods.performance.steering_frames import APART, UNIT, States, SteeringFrames, make_states
+from kinetograph.methods.performance.steering_frames import APART, ROWS, UNIT, States, SteeringFrames, make_states
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,16 @@ class FramePlanner:
         state = int(self.plan.states[0])
         if state < 0 and (not np.isfinite(self.plan.cost) or len(playing.steps) == 0):
             state = int(np.argmin(playing.prices))  # a recording that ends, and nothing that reaches the horizon
-        return int(self.states.rows[state]) if state >= 0 else None
+        return self._alike(head, int(self.states.rows[state])) if state >= 0 else None
+
+    def _alike(self, head: Playhead, row: int) -> int:
+        """The row around a state's that is most like what plays: states are coarser than rows."""
+        frames = self.frames
+        query = np.asarray(frames.between(frames.features, head.recording, head.second), dtype=np.float32)
+        recording = frames.source[row]
+        first = max(row - ROWS // 2, int(frames.starts[recording]))
+        stop = min(row + ROWS // 2 + 1, int(frames.starts[recording + 1]))
+        return first + int(np.argmin(np.sum((frames.features[first:stop] - query) ** 2, axis=1)))
 
     def playing(self, head: Playhead) -> Playing:
         """What is playing, as the programme takes it."""
