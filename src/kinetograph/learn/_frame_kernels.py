@@ -213,6 +213,17 @@ def narrow_arrived(
 
 
 @numba.njit(cache=True, nogil=True)
+def trace_back(
+    last: int, began: IndexArray, came: IndexArray, paid: FloatArray, playing: int, plan: IndexArray, prices: FloatArray
+) -> None:  # fmt: skip
+    """The states and prices of the hypothesis that ends as number ``last``."""
+    for t in range(began.shape[0] - 1, -1, -1):
+        plan[t] = began[t, last] if began[t, last] < playing else -1
+        prices[t] = paid[t, last]
+        last = came[t, last]
+
+
+@numba.njit(cache=True, nogil=True)
 def search(
     steps: FloatArray, goes_on: BoolArray, jumps: IndexArray, jump_prices: SingleArray, body: FloatArray,
     ahead: FloatArray, near: IndexArray, now_prices: SingleArray, wishes: FloatArray, rules: FloatArray, width: int,
@@ -253,9 +264,5 @@ def search(
         if alive == 0:
             return least, dropped
     best = int(np.argmin(arrived[:alive]))
-    cost, a = arrived[best], best
-    for t in range(units - 1, -1, -1):
-        plan[t] = began[t, a] if began[t, a] < count else -1
-        plan_prices[t] = paid[t, a]
-        a = came[t, a]
-    return cost, dropped
+    trace_back(best, began, came, paid, count, plan, plan_prices)
+    return arrived[best], dropped

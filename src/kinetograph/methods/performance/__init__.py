@@ -48,7 +48,8 @@ from kinetograph.methods.performance.segments import (
     legal_steps,
 )
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.steering import Chooser, Steering, SteeringSettings
+from kinetograph.methods.performance.steered_body import SteeringSettings
+from kinetograph.methods.performance.steering import Chooser, Steering
 from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
 from kinetograph.methods.recordings import LABELS

@@ -31,7 +31,8 @@ from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
-from kinetograph.methods.performance.steering import Steering, SteeringSettings
+from kinetograph.methods.performance.steered_body import SteeringSettings
+from kinetograph.methods.performance.steering import Steering
 from kinetograph.methods.performance.transcription import Transcript, transcribe
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress

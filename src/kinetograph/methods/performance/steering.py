@@ -13,25 +13,20 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import FrameRules
 from kinetograph.methods.performance.frame_planner import Playhead
-from kinetograph.methods.performance.steering_frames import LEFT, UNIT, SteeringFrames
+from kinetograph.methods.performance.steered_body import SteeredBody, SteeringSettings
+from kinetograph.methods.performance.steering_frames import UNIT, SteeringFrames
 from kinetograph.methods.performance.wishes import (
-    HALF_LIFE,
     Goal,
     PathRest,
     Stick,
     Wish,
     WishedPath,
     ahead,
-    nearest_angle,
 )
-from kinetograph.post.foot_lock import LockSettings
 from kinetograph.post.inertialisation import Pose
-from kinetograph.post.playing import Player
 
 TICK = 1_000_000_000
 """Ticks of a second: time is counted in whole nanoseconds."""
@@ -54,31 +49,6 @@ class Chooser(Protocol):
     def choose(self, head: Playhead, wishes: FloatArray) -> int | None:
         """The row to jump to now, or None to go on; ``wishes`` are places ``z, x`` and facings, ``(units, 3)``."""
         ...
-
-
-@dataclass(frozen=True)
-class SteeringSettings:
-    """How a steered body moves, whoever chooses what it plays.
-
-    Parameters
-    ----------
-    half_life : float
-        Seconds in which half of a change of the stick is wished for.
-    joining : float
-        Seconds in which the gap at a jump halves.
-    easing : float
-        Seconds in which half of a change of the corrections is followed.
-    rules : FrameRules
-        Corrections and rates; a chooser plans with the same.
-    lock : LockSettings, optional
-        How planted feet are held; None leaves them.
-    """
-
-    half_life: float = HALF_LIFE
-    joining: float = 0.1
-    easing: float = 0.05
-    rules: FrameRules = field(default_factory=FrameRules)
-    lock: LockSettings | None = field(default_factory=LockSettings)
 
 
 @dataclass(eq=False)
@@ -106,12 +76,9 @@ class Steering:
 
     def __post_init__(self) -> None:
         self.path = WishedPath(self.settings.half_life, complex(self.place[1], self.place[0]), facing=self.facing)
-        self._player = Player(self.frames.repertoire, self.settings.joining, self.settings.lock)
-        self._angle, self._shift = 0.0, 0j
-        self._rate, self._wanted_rate = 1.0, 1.0
-        self._pull, self._turning = 0j, 0.0
+        self.body = SteeredBody(self.frames, self.settings)
+        self.body.jump(self.frames.calmest, self.path.place, self.path.facing)
         self._due = 0
-        self._jump(self._calmest(), self.path.place, self.path.facing)
 
     def step(self, velocity: npt.ArrayLike, facing: float | None, dt: float) -> Pose:
         """The pose ``dt`` seconds later, under a stick.
@@ -205,85 +172,25 @@ class Steering:
             part = ticks / TICK
             self.path = self._leashed(wish.after(self.path, part))
             wish = wish.later(part)
-            pose = self._play(part)
+            pose = self.body.play(part, self.path)
         return pose
 
     @property
     def planted(self) -> BoolArray:
         """Which feet and toes are in contact now in the recording that plays; see
         `kinetograph.post.planted_roles`."""
-        return self.frames.repertoire.planted_at(self._player.recording, self._player.second)
-
-    # ---- what is decided ----
+        return self.body.planted
 
     def _choose(self, wishes: FloatArray) -> None:
-        place, facing = self._body(0.0)
-        head = Playhead(
-            self._player.recording, self._player.second, np.array([place.real, place.imag, facing, self._rate])
-        )
-        row = self.chooser.choose(head, wishes)
+        row = self.chooser.choose(self.body.playhead, wishes)
         if row is not None:
-            self._jump(row, place, facing)
+            self.body.jump(row, *self.body.stands())
             self.jumps += 1
-        way = abs(self._body(UNIT)[0] - place)
-        self._wanted_rate = abs(complex(wishes[0, 0], wishes[0, 1]) - place) / max(way, 1e-4)
-
-    def _jump(self, row: int, place: complex, facing: float) -> None:
-        """Play a row, with its place and facing where they are given."""
-        frames = self.frames
-        self._angle = nearest_angle(facing - float(frames.facing[row]))
-        self._shift = place - complex(np.exp(1j * self._angle)) * complex(frames.place[row])
-        self._player.jump(int(frames.source[row]), float(frames.second[row]), *self._placement())
-
-    def _calmest(self) -> int:
-        """The row whose joints move least, with motion left after it."""
-        frames, joints = self.frames, len(self.frames.repertoire.skeleton)
-        speeds = np.linalg.norm(frames.features[:, 3 * joints : 6 * joints], axis=1)
-        ends = frames.second[frames.starts[1:] - 1][frames.source]
-        return int(np.argmin(np.where(ends - frames.second >= LEFT, speeds, np.inf)))
-
-    # ---- what is played ----
-
-    def _body(self, later: float) -> tuple[complex, float]:
-        """Where the body is and faces, ``later`` seconds of the recording from now, as it is placed now."""
-        frames, recording, second = self.frames, self._player.recording, self._player.second + later
-        place = complex(np.exp(1j * self._angle)) * complex(frames.between(frames.place, recording, second))
-        return place + self._shift, self._angle + float(frames.between(frames.facing, recording, second))
-
-    def _placement(self) -> tuple[FloatArray, FloatArray]:
-        return rot.about("y", self._angle), np.array([self._shift.imag, 0.0, self._shift.real])
-
-    def _play(self, dt: float) -> Pose:
-        """One pose, at the rate and with the corrections that the wish asks for."""
-        rules, before = self.settings.rules, self._body(0.0)[0]
-        change = rules.rate_change * dt / UNIT
-        rate = min(max(self._wanted_rate, self._rate - change), self._rate + change)
-        self._rate = min(max(rate, rules.slowest), rules.fastest)
-        place, facing = self._body(dt * self._rate)
-        self._correct(place, facing, abs(place - before), dt)
-        self._player.place(*self._placement())
-        return self._player.step(dt, self._rate)
-
-    def _correct(self, place: complex, facing: float, way: float, dt: float) -> None:
-        """Move the recording towards the wished path: about the planted foot, and then along the ground."""
-        rules, frames = self.settings.rules, self.frames
-        share = (1.0 - (1.0 - rules.share) ** (dt / UNIT)) / dt
-        follow = 1.0 - 0.5 ** (dt / self.settings.easing)
-        fastest = rules.turn / UNIT
-        wanted = min(max(share * nearest_angle(self.path.facing - facing), -fastest), fastest)
-        self._turning += follow * (wanted - self._turning)
-        pivot = complex(frames.between(frames.pivots, self._player.recording, self._player.second))
-        fixed = place + pivot * complex(np.exp(1j * facing))
-        turned = complex(np.exp(1j * self._turning * dt))
-        gap = self.path.place - (fixed + turned * (place - fixed))
-        pull = gap * min(share, rules.of_way * way / dt / max(abs(gap), 1e-12))
-        self._pull += follow * (pull - self._pull)
-        self._angle = nearest_angle(self._angle + self._turning * dt)
-        self._shift = fixed + turned * (self._shift - fixed) + self._pull * dt
+        self.body.keep_up_with(complex(wishes[0, 0], wishes[0, 1]))
 
     def _leashed(self, path: WishedPath) -> WishedPath:
         """The wished path, no further from the body than it can make up."""
-        gap = path.place - self._body(0.0)[0]
+        gap = path.place - self.body.stands()[0]
         return path if abs(gap) <= LEASH else replace(path, place=path.place - gap * (1.0 - LEASH / abs(gap)))
 
 

@@ -89,6 +89,14 @@ class SteeringFrames:
         source = np.repeat(np.arange(len(parts)), np.diff(starts))
         return cls(repertoire, source, second, place, facing, features, pivots, starts)
 
+    @property
+    def calmest(self) -> int:
+        """The row whose joints move least, with motion left after it."""
+        joints = len(self.repertoire.skeleton)
+        speeds = np.linalg.norm(self.features[:, 3 * joints : 6 * joints], axis=1)
+        left = self.second[self.starts[1:] - 1][self.source] - self.second
+        return int(np.argmin(np.where(left >= LEFT, speeds, np.inf)))
+
     def row(self, recording: int, second: float) -> int:
         """The row nearest to a time of a recording."""
         first, stop = self.starts[recording], self.starts[recording + 1]
