@@ -14,7 +14,9 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.learn import FrameRules
 from kinetograph.methods.performance.frame_planner import Playhead
+from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering_frames import ROWS, UNIT, SteeringFrames
 
 AHEAD = (1 / 3, 2 / 3, 1.0)
@@ -130,3 +132,13 @@ def _paths(frames: SteeringFrames, rows: IntArray, ends: IntArray) -> tuple[Comp
 def _flat(values: ComplexArray) -> FloatArray:
     """Real and imaginary parts, ``(M, 2 K)``, of ``(M, K)``."""
     return np.stack([values.real, values.imag], axis=-1).reshape(len(values), -1)
+
+
+USUAL_STEERING = SteeringSettings(rules=FrameRules(of_way=0.5, slowest=1.0, fastest=1.0, rate_change=0.0))
+"""How a body moves in the open implementation: half of its way is corrected at most, and nothing is played faster."""
+TUNED = MatchingWeights(foot_place=0.28, foot_velocity=1.64, hip_velocity=0.99, path_place=1.02, path_facing=0.91)
+"""Weights chosen by random search on the walks and sticks of ``benchmarks/steering.py``."""
+TUNED_STEERING = SteeringSettings(
+    joining=0.15, easing=0.043, rules=FrameRules(of_way=0.6, slowest=1.0, fastest=1.2, rate_change=0.1)
+)
+"""How a body moves, chosen in the same search."""

@@ -16,6 +16,8 @@ import numpy.typing as npt
 from kinetograph.arrays import BoolArray, FloatArray, SingleArray
 
 IndexArray = npt.NDArray[np.int32]
+ROOM = 3
+"""Hypotheses that are moved, per one that is kept of a unit."""
 
 
 @numba.njit(cache=True, nogil=True)
@@ -252,7 +254,7 @@ def search(
         dropped = min(dropped, lost)
         for a in range(taken):
             kept[after[a] // width], worst[after[a] // width] = 0, np.inf
-        taken, lost = narrow_places(after, taken, costs, 3 * beam)
+        taken, lost = narrow_places(after, taken, costs, ROOM * beam)
         dropped = min(dropped, lost)
         alive = move_all(
             after[:taken], costs, parents, prices, bodies, steps, goes_on, ahead, t, wishes[t], rules, least, arrived,

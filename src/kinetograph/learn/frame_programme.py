@@ -51,16 +51,16 @@ class FrameRules:
     """
 
     share: float = 0.8
-    of_way: float = 0.35
+    of_way: float = 0.45
     turn: float = 0.15
-    slowest: float = 0.8
-    fastest: float = 1.3
-    rate_change: float = 0.08
+    slowest: float = 0.72
+    fastest: float = 1.02
+    rate_change: float = 0.055
     place: float = 1.0
-    heading: float = 0.1
-    moved: float = 1.0
-    turned: float = 0.1
-    rated: float = 0.02
+    heading: float = 0.18
+    moved: float = 2.7
+    turned: float = 0.13
+    rated: float = 0.01
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -179,11 +179,20 @@ def _searched(
 ) -> Plan:
     """A plan that is better than a known one, or that."""
     states, prices = np.empty(len(wishes), dtype=np.int32), np.empty(len(wishes))
-    now = (playing.body, playing.steps, playing.near.astype(np.int32), playing.prices)
+    firsts, missed = _cheapest(playing.prices, kernels.ROOM * beam)
+    now = (playing.body, playing.steps, playing.near.astype(np.int32), firsts)
     parts = (graph.steps, graph.goes_on, graph.jumps, graph.prices, *now, wishes, rules.values)
     cost, dropped = kernels.search(*parts, width, beam, known.cost, states, prices)
     best = Plan(states.astype(np.int64), float(cost), 0.0, prices) if cost < known.cost else known
-    return Plan(best.states, best.cost, min(best.cost, float(dropped)), best.prices)
+    return Plan(best.states, best.cost, min(best.cost, float(dropped), missed), best.prices)
+
+
+def _cheapest(prices: SingleArray, count: int) -> tuple[SingleArray, float]:
+    """Prices of which all but the cheapest are inf, and the least of those; a beam would drop them anyway."""
+    if len(prices) <= count:
+        return prices, np.inf
+    limit = np.partition(prices, count)[count]
+    return np.where(prices < limit, prices, np.float32(np.inf)), float(limit)
 
 
 def advance_body(body: FloatArray, step: FloatArray, wish: FloatArray, rules: FrameRules) -> tuple[FloatArray, float]:

@@ -33,7 +33,7 @@ class PlannerSettings:
 
     horizon: float = 1.5
     jump_weight: float = 4.0
-    jump_constant: float = 1e-3
+    jump_constant: float = 1.6e-3
     neighbours: int = 64
     width: int = 1
     beam: int | None = BEAM

@@ -38,7 +38,7 @@ class SteeringSettings:
 
     half_life: float = HALF_LIFE
     joining: float = 0.1
-    easing: float = 0.05
+    easing: float = 0.045
     rules: FrameRules = field(default_factory=FrameRules)
     lock: LockSettings | None = field(default_factory=LockSettings)
 
