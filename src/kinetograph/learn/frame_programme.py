@@ -58,7 +58,7 @@ class FrameRules:
     rate_change: float = 0.055
     place: float = 1.0
     heading: float = 0.18
-    moved: float = 2.7
+    moved: float = 3.5
     turned: float = 0.13
     rated: float = 0.01
 

@@ -48,7 +48,7 @@ class LockSettings:
     """
 
     half_life: float = 0.15
-    grip: float = 0.1
+    grip: float = 0.16
     fastest: float = 1.5
     furthest: float = 0.14
     sinking: float = 0.04
