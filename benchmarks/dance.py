@@ -1,4 +1,8 @@
-"""The search at the size of the thesis' dance: about 168 segments, 150 s of control at 7.5 Hz, one thread."""
+"""The thesis' dances (6.2) on copies of seven salsa dances at 30 Hz: table 6.1, and units that overlap or do not.
+
+And the search at the size of the thesis' dance: about 168 segments, 150 s of control at 7.5 Hz, one thread. Three of
+the dances nearly repeat one another: means are given with and without them.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks._recordings import data_folder
+from kinetograph.evaluation import leave_one_dance_out, means_with_and_without, near_repeats, repeat_distances
+from kinetograph.evaluation.dance import COMMONEST
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
 from kinetograph.methods.performance import (
@@ -19,7 +25,7 @@ from kinetograph.methods.performance import (
     points_of,
 )
 from kinetograph.motion import Motion, concatenate, cut, resample
-from kinetograph.pipeline import read_take
+from kinetograph.pipeline import CutSettings, read_take, segment_library
 from kinetograph.take import Take
 
 CONTROL = ("Easy_01", "Medium_01", "Medium_02", "Easy_03")
@@ -33,10 +39,50 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as scratch:
         library = dances(folder / "salsa", Path(scratch) / "dances")
+        segment_library(library, "beats")
+        repeats = _repeats(library)
+        _table_of_names(library, repeats)
+        _overlap(library, repeats)
         model = _clustered(partner_control(), library)
         leaders = concatenate([_motion(library, name, "leader") for name in CONTROL])
         leader = cut(leaders, 0, round(SECONDS * leaders.fps) + 1)
         _time(model, leader)
+
+
+def _repeats(library: Library) -> tuple[str, ...]:
+    distances = repeat_distances(library, "follower")
+    print("2 s windows from the nearest of another take, median, cm:")
+    print("  " + ", ".join(f"{name} {100 * distance:.1f}" for name, distance in distances.items()))
+    return near_repeats(distances)
+
+
+def _table_of_names(library: Library, repeats: tuple[str, ...]) -> None:
+    """Table 6.1: which share of units, patterns and transitions is seen to be another than was danced."""
+    method = partner_control()
+    rows = leave_one_dance_out(method, library, "follower")
+    print("table 6.1, share that is seen to be another:           units  patterns  transitions")
+    for row in (*rows, *means_with_and_without(rows, repeats)):
+        if row.method in ("segments", "nearest segment", COMMONEST):
+            shares = f"{row.seen_errors:8.1%}  {row.seen_patterns:8.1%}  {row.seen_transitions:11.1%}"
+            print(f"  {row.take:22s} {row.method:26s} {shares}")
+
+
+def _overlap(library: Library, repeats: tuple[str, ...]) -> None:
+    """Units of two beats that begin at every beat, and at every second from either of the first two."""
+    print("units of two beats:                         joints cm, all takes / without repeats")
+    cuttings = {
+        "from every beat": (CutSettings(), 2),
+        "every second, from the first": (CutSettings(every=2, phase=0), 1),
+        "every second, from the next": (CutSettings(every=2, phase=1), 1),
+        "every second, most landings": (CutSettings(every=2), 1),
+    }
+    for label, (settings, span) in cuttings.items():
+        segment_library(library, "beats", settings)
+        rows = leave_one_dance_out(replace(partner_control(), span=span), library, "follower", baselines=False)
+        means = means_with_and_without(rows, repeats)
+        takes = " ".join(f"{row.joint_cm:.1f}" for row in rows)
+        print(f"  {label:30s} {' / '.join(f'{mean.joint_cm:.2f}' for mean in means)}    {takes}")
+    segment_library(library, "beats")
 
 
 def dances(folder: Path, where: Path) -> Library:

@@ -71,7 +71,10 @@ def from_lying_to_running(folder: Path) -> None:
 def pairs(folder: Path, data: Path) -> None:
     library = library_of(folder / "actions", sorted((data / "actions").glob("*.bvh")))
     print(f"data/actions: {len(GETTING_UP)} getting up x {len(RUNNING)} running")
-    print("  solver  solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm")
+    print(
+        "  solver  solved  s each  seam jump: median  p90   max   skate: median  max   untouched   key miss, mm"
+        "   below, cm   fall"
+    )
     for solver_name, solver in SOLVERS.items():
         model = KeyframeControl(solver=solver).fit(library)
         recorded = recorded_jumps(model.examples)
@@ -92,6 +95,7 @@ def _print_pairs(solver: str, rows: list[PairFigures], each: float) -> None:
         f"  {solver:7s} {len(solved)}/{len(rows)}   {each:.2f}               {np.median(jump):.2f}  "
         f"{np.quantile(jump, 0.9):.2f}  {jump.max():.2f}           {np.median(skate):.2f}  {skate.max():.2f}"
         f"        {np.mean([r.untouched for r in solved]):.2f}        {1000 * max(r.miss for r in solved):.3f}"
+        f"        {100 * max(r.below for r in solved):.1f}         {max(r.fall for r in solved):.2f}"
     )
     for row in rows:
         if not row.solved:

@@ -112,7 +112,7 @@ def size_row(label: str, segments: int, seconds: float) -> None:
 
 
 def growth() -> None:
-    model = PerformanceControl().fit(walker.library)
+    model = PerformanceControl(reuse=0.0, stand=False).fit(walker.library)
     lengths = [30, 60, 120, 300, 600, 1800]
     times = [median(lambda s=s: interpret(model.fitted, control_of(model, s)), 1 if s > 600 else 2) for s in lengths]
     slope, intercept = np.polyfit(lengths, times, 1)

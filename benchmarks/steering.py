@@ -48,7 +48,7 @@ def main() -> None:
     if not walker.real:
         print("no recordings of walks in KINETOGRAPH_DATA: the sample's few clips are too short to turn or to stop in")
     model = PerformanceControl(mirror=True).fit(walker.library)
-    frames = model.fitted.frames
+    frames = SteeringFrames.of(model.fitted.sources)
     print(f"{len(model.fitted.instances.segments)} segments, {len(frames.second) / 1800:.1f} min with mirrors")
     _recorded()
     matching, tuned = MotionMatching(frames), MotionMatching(frames, TUNED)

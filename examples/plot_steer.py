@@ -30,7 +30,7 @@ for velocity, seconds in STICK:
 # %%
 # The poses make a motion; a live session sends them on one by one instead.
 
-skeleton = model.fitted.frames.repertoire.skeleton
+skeleton = steering.frames.repertoire.skeleton
 motion = kg.Motion(skeleton, np.stack([p.translation for p in poses]), np.stack([p.rotations for p in poses]), FPS)
 kg.save(motion, OUT / "steered.bvh", force=True)
 places = motion.translation[:, [0, 2]]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from kinetograph.arrays import FloatArray, IntArray
@@ -73,6 +73,24 @@ def score(problem: Problem, sequence: list[Placed]) -> float:
             total += problem.continuity * float(np.sum((tail - head) ** 2))
         tail = np.asarray(here.tails[piece.state], dtype=np.float64)
     return total
+
+
+def reuse_cost(
+    problem: Problem, sequence: list[Placed], spans: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    """What it costs a sequence to use again what it has used: the intervals ``spans`` of its states, M pieces back."""
+    total = before = paid = 0.0
+    for i, piece in enumerate(sequence):
+        total = score(problem, sequence[: i + 1])
+        low, high = spans[piece.state]
+        share = 0.0
+        for m, weight in enumerate(weights, start=1):
+            if i >= m:
+                start, stop = spans[sequence[i - m].state]
+                share += weight * max(min(high, stop) - max(low, start), 0.0) / (high - low)
+        paid += share * (total - before)
+        before = total
+    return paid
 
 
 def enumerate_sequences(problem: Problem) -> tuple[float, list[Placed]]:
@@ -161,6 +179,28 @@ def align_with_scale(
     bounds = (max(start - step, scales[0]), min(start + step, scales[1]))
     found = minimize_scalar(at_best_turn, bounds=bounds, method="bounded", options={"xatol": 1e-9})
     return min(float(found.fun), at_best_turn(scales[0]), at_best_turn(scales[1]))
+
+
+def align_affinely(window: FloatArray, example: FloatArray, weights: FloatArray, scales: tuple[float, float]) -> float:
+    """The least residual over shifts and maps of the ground with bounded singular values, from many starts.
+
+    A map is a rotation, two scales and another rotation, so that the bounds are those of two of the variables.
+    """
+    total = weights.sum()
+    x = window - np.einsum("sp,spi->i", weights, window) / total * [1, 0, 1]
+    a = example - np.einsum("sp,spi->i", weights, example) / total * [1, 0, 1]
+
+    def left_over(values: FloatArray) -> float:
+        first, large, small, second = values
+        turns = [np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]) for t in (first, second)]
+        moved = a.copy()
+        moved[..., [0, 2]] = a[..., [0, 2]] @ (turns[0] @ np.diag([large, small]) @ turns[1]).T
+        return residual(x, moved, weights)
+
+    bounds = [(None, None), scales, scales, (None, None)]
+    middle = 0.5 * (scales[0] + scales[1])
+    starts = [(u, middle, middle, v) for u in np.arange(6) * np.pi / 3 for v in np.arange(3) * np.pi / 3]
+    return min(float(minimize(left_over, start, bounds=bounds, method="L-BFGS-B").fun) for start in starts)
 
 
 def align_rigidly(window: FloatArray, example: FloatArray, weights: FloatArray) -> float:

@@ -35,8 +35,16 @@ def viterbi(transitions: np.ndarray, outputs: np.ndarray, observed: np.ndarray, 
 def cheapest_route(graph, goals, steps: int) -> float:
     """The least cost of a route of exactly ``steps`` steps from the first goal to the last, in between at their times.
 
-    graph: a `kinetograph.learn.transitions.Graph`; goals: with exact windows and without places.
+    graph: a `kinetograph.learn.transitions.Graph`; goals: with exact windows, without places, some with tolls.
     """
+
+    def toll(stage: int, source: int, target: int) -> float:
+        tolls = goals[stage + 1].tolls
+        if tolls is None:
+            return 0.0
+        rise = max(tolls.level[target] - tolls.level[source], 0.0)
+        return float(tolls.rise * rise + tolls.step * tolls.level[target])
+
     due = [int(goal.window[0]) for goal in goals]
     costs = [dict(zip(goal.frames.tolist(), goal.costs.tolist(), strict=True)) for goal in goals]
     best = np.inf
@@ -53,10 +61,12 @@ def cheapest_route(graph, goals, steps: int) -> float:
             else:
                 go(frame, step, stage + 1, met, step + graph.commit)
         if frame < graph.last[frame]:
-            go(frame + 1, step + 1, stage, cost, free_at)
+            go(frame + 1, step + 1, stage, cost + toll(stage, frame, frame + 1), free_at)
         if step >= free_at:
             for edge in range(graph.starts[frame], graph.starts[frame + 1]):
-                go(int(graph.target[edge]), step + 1, stage, cost + graph.cost[edge], step + 1 + graph.commit)
+                target = int(graph.target[edge])
+                paid = cost + graph.cost[edge] + toll(stage, frame, target)
+                go(target, step + 1, stage, paid, step + 1 + graph.commit)
 
     for frame, cost in costs[0].items():
         go(frame, 0, 0, cost, graph.commit)

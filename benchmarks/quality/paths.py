@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks._recordings import data_folder, walker
-from kinetograph.evaluation.metrics import accelerations, control_error, jerk, joint_error
+from kinetograph.evaluation.metrics import accelerations, control_error, jerk, joint_error, low_toe_speed
 from kinetograph.formats import load
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.methods.performance import PerformanceControl, points_of
-from kinetograph.motion import Motion, resample
+from kinetograph.motion import resample
 from kinetograph.post.turning import turning_speed
 from kinetograph.signal import Signal
 
@@ -27,14 +27,14 @@ def drawn_paths() -> None:
     """Paths as hands draw them: the fastest turn, and how fast toes move while they are low."""
     model = walker()
     recorded = [take.motion() for take in map(walker.library.take, walker.library.names())]
-    turns, toes = max(map(turning_speed, recorded)), max(map(toe_speed, recorded))
+    turns, toes = max(map(turning_speed, recorded)), max(map(low_toe_speed, recorded))
     print("drawn paths         fastest turn deg/s   low toes m/s   late s")
     print(f"   recordings at most {np.rad2deg(turns):16.0f} {toes:14.3f}")
     for name, path in paths().items():
         result = model.synthesize(path)
         late = result.statistics.get("late", 0.0)
         turn = np.rad2deg(turning_speed(result.motion))
-        print(f"   {name:18s} {turn:16.0f} {toe_speed(result.motion):14.3f} {late:8.1f}")
+        print(f"   {name:18s} {turn:16.0f} {low_toe_speed(result.motion):14.3f} {late:8.1f}")
 
 
 def paths() -> dict[str, Signal]:
@@ -87,13 +87,6 @@ def rates() -> None:
             fast = resample(motion, factor * motion.fps)
             made = np.quantile(accelerations(fast), 0.999), jerk(joint_positions(fast), fast.fps)
             print(f"   {name[:12]:12s} {fast.fps:4.0f} Hz {made[0] / real[0]:12.2f} {made[1] / real[1]:16.2f}")
-
-
-def toe_speed(motion: Motion) -> float:
-    """Mean ground speed in m/s of toes while they are in the lowest 30 % of their heights."""
-    toes = role_positions(motion, ("left_toe", "right_toe"))
-    speed = np.linalg.norm(np.gradient(toes[..., [0, 2]], 1 / motion.fps, axis=0), axis=-1)
-    return float(speed[toes[..., 1] <= np.quantile(toes[..., 1], 0.3, axis=0)].mean())
 
 
 def _along(corners: list[tuple[float, float]], speed: float) -> np.ndarray:

@@ -24,7 +24,8 @@ class Piece:
     take, track : str
         Where it comes from.
     source_start, source_stop : float
-        Seconds in the take. In a looping clip they run on past its end, cycle after cycle.
+        Seconds in the take; the same where one pose is held. In a looping clip they run on past its end, cycle after
+        cycle.
     start, stop : float
         Seconds in the result.
     rotation : tuple of float, (w, x, y, z)
@@ -58,8 +59,15 @@ class Piece:
     scale: float = 1.0
 
     @property
+    def held(self) -> bool:
+        """Whether it is one pose of the take, held."""
+        return self.source_stop == self.source_start
+
+    @property
     def stretch(self) -> float:
-        """Duration in the result over duration in the recording; above 1 is slower."""
+        """Duration in the result over duration in the recording; above 1 is slower, infinite for a held pose."""
+        if self.held:
+            return float("inf")
         return (self.stop - self.start) / (self.source_stop - self.source_start)
 
     @property

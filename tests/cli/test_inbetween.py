@@ -53,6 +53,21 @@ def test_keys_from_a_file_and_what_contradicts_them(clips: Path, tmp_path: Path)
         assert wanted in str(refused)
 
 
+def test_moves_are_named_or_refused(clips: Path, tmp_path: Path):
+    made = json.loads(answer("inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "walked.bvh", "--json").stdout)
+    assert not any("jump" in piece or "punch" in piece for piece in made["pieces"])
+    named = ("--move", "jump", "--without", "walk", "--json")
+    made = json.loads(answer("inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "jumped.bvh", *named).stdout)
+    assert any("jump" in piece for piece in made["pieces"])
+    assert not any("walk" in piece for piece in made["pieces"])
+    refused = invoke("inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "no.bvh", "--move", "tango").exception
+    assert "nothing is called 'tango'; there are humanoid3d_getup_facedown, humanoid3d_jump" in str(refused)
+    refused = invoke(
+        "inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "no.bvh", "--move", "walk", "--mode", "paper"
+    ).exception
+    assert "the paper's mode knows no names" in str(refused)
+
+
 def test_held_out_takes_are_named_or_refused(clips: Path):
     refused = invoke("evaluate", "keyframe", "-l", clips, "--held-out", "*subject5").exception
     assert "no take is called *subject5; there are humanoid3d_getup_facedown" in str(refused)

@@ -86,7 +86,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
         ),
         ("leader.bvh", "pairs", (), r"several motions \(follower, leader\); name the one to make \(--target\)"),
         ("path.csv", "walks", ("--exclude", "run"), "no take 'run' to leave out; there are walk"),
-        ("path.csv", "walks", ("--alignment", "affine"), "similarity, rigid, fixed or none, found 'affine'"),
+        ("path.csv", "walks", ("--alignment", "round"), "similarity, affine, rigid, fixed or none, found 'round'"),
         (
             "gap.csv",
             "talks",
@@ -151,9 +151,9 @@ def test_every_piece_says_where_it_is_from_and_what_it_costs(run: Run) -> None:
 
 @pytest.mark.parametrize("alike", [False, True])
 def test_alternatives_are_written_next_to_the_best(run: Run, tmp_path: Path, alike: bool) -> None:
-    single = run("path.csv", "walks")
+    single = run("path.csv", "walks", "--reuse", 0)
     sharing = ("--alike",) if alike else ()
-    options = ("--alternatives", 3, *sharing, "--report", tmp_path / "r.json", "--force")
+    options = ("--reuse", 0, "--alternatives", 3, *sharing, "--report", tmp_path / "r.json", "--force")
     summary = run("path.csv", "walks", *options)
     assert {p.name for p in tmp_path.iterdir()} >= {"out.bvh", "out_2.bvh", "out_3.bvh", "r_2.json", "r_3.json"}
     assert single["optimal"]
@@ -164,6 +164,16 @@ def test_alternatives_are_written_next_to_the_best(run: Run, tmp_path: Path, ali
     (tmp_path / "out.bvh").unlink()
     with pytest.raises(KinetographError, match=r"out_2\.bvh"):
         run("path.csv", "walks", "--alternatives", 2)
+
+
+def test_reuse_costs_and_what_that_gives_up_is_said(run: Run) -> None:
+    free = run("path.csv", "walks", "--reuse", 0, "--gap")
+    assert (free["optimal"], free["gap"]) == (True, 0.0)
+    assert "cost_of_reuse" not in free
+    varied = run("path.csv", "walks", "--reuse", 3, "--gap", "--force")
+    assert not varied["optimal"]
+    assert varied["most_used"] < free["most_used"]
+    assert varied["gap"] > 0
 
 
 def test_pieces_are_listed_as_a_table_too(folder: Path, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import pytest
 import kinetograph as kg
 from kinetograph import samples
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.dance import leave_one_dance_out
+from kinetograph.evaluation.dance import COMMONEST, leave_one_dance_out
 from kinetograph.evaluation.protocol import leave_one_take_out
 from kinetograph.evaluation.reproduce.hsu2004 import dances as hsu_dances
 from kinetograph.evaluation.reproduce.hsu2004 import gaits as hsu_gaits
@@ -120,7 +120,10 @@ def test_the_page_holds_every_table_and_its_numbers(
 
 
 def _rows_are_those_of_the_protocol(walks: kg.Library, cells: list[list[str]]) -> None:
-    rows = {(r.take, r.method): r for r in leave_one_take_out(PerformanceControl(), walks, baselines=True)}
+    rows = {
+        (r.take, r.method): r
+        for r in leave_one_take_out(PerformanceControl(reuse=0.0, stand=False), walks, baselines=True)
+    }
     printed = {(c[0], c[1]): c[2:7] for c in cells[1:] if c[0] != "mean"}
     assert printed.keys() == rows.keys()
     for key, row in rows.items():
@@ -140,7 +143,7 @@ def _rows_are_those_of_the_protocol(walks: kg.Library, cells: list[list[str]]) -
 def _continuity_agrees_with_the_protocol(walks: kg.Library, rows: list[dict[str, float]]) -> None:
     """Quick: the longest take only, which is the first of the equally long ones."""
     for row in rows:
-        method = PerformanceControl(continuity=row["k, seconds"])
+        method = PerformanceControl(reuse=0.0, stand=False, continuity=row["k, seconds"])
         direct = next(r for r in leave_one_take_out(method, walks) if r.take == "a")
         assert row["joints cm"] == pytest.approx(direct.joint_cm)
         assert row["control cm"] == pytest.approx(direct.control_cm)
@@ -259,7 +262,7 @@ def test_hips_that_sway_with_the_stride_give_the_foot_at_any_length(tmp_path: Pa
 
 def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> None:
     motion = walks.take("a").motion()
-    model = PerformanceControl().fit(walks, exclude=("a",))
+    model = PerformanceControl(reuse=0.0, stand=False).fit(walks, exclude=("a",))
     result = model.synthesize(motion)
     dense = at_rate(points_of(model.method, motion), motion.fps, 30.0)
     again = hsu_models.placed_again(model, result, dense, 30.0)
@@ -271,13 +274,13 @@ def test_pieces_placed_again_cost_what_the_result_says(walks: kg.Library) -> Non
 
 
 def test_clustering_to_a_number_comes_near_it(walks: kg.Library) -> None:
-    full = PerformanceControl().fit(walks)
-    some = hsu_models.clustered(PerformanceControl(), walks, 12)
+    full = PerformanceControl(reuse=0.0, stand=False).fit(walks)
+    some = hsu_models.clustered(PerformanceControl(reuse=0.0, stand=False), walks, 12)
     assert len(full.fitted.instances.segments) > 25
     assert abs(len(some.fitted.instances.segments) - 12) <= 3
-    assert len(hsu_models.clustered(PerformanceControl(), walks, 10**6).fitted.instances.segments) == len(
-        full.fitted.instances.segments
-    )
+    assert len(
+        hsu_models.clustered(PerformanceControl(reuse=0.0, stand=False), walks, 10**6).fitted.instances.segments
+    ) == len(full.fitted.instances.segments)
 
 
 def test_jobs_are_run_in_turn() -> None:
@@ -324,7 +327,7 @@ def test_the_samples_clips_are_distinguished_by_their_paths(tmp_path: Path, clip
     recordings = collect(None, tmp_path)
     assert recordings.clips is not None
     assert recordings.walks is recordings.clips
-    errors, names = held_out_errors(recordings.clips, PerformanceControl())
+    errors, names = held_out_errors(recordings.clips, PerformanceControl(reuse=0.0))
     assert set(names) == {"walk", "turn left", "turn right"}
     assert errors.segments == len(names) > 60
     assert errors.segment_rate < 0.25  # a third of the names would be right by chance
@@ -348,6 +351,11 @@ def test_dances_are_printed_as_the_protocol_gives_them(tmp_path: Path, monkeypat
         cells = next(c for c in tables["By dance"] if c[0] == row.take)
         assert cells[2:4] == [shown(row.joint_cm), shown(row.relative_cm)]
     assert len(tables["Means over the dances"]) == 1 + 6
+    named = tables["Table 6.1: stances and transitions"]
+    assert [row[:3] for row in named[1:4]] == [
+        ["a", label, "6"] for label in ("segments", "nearest segment", COMMONEST)
+    ]
+    assert named[3][3:] == ["0", "0", "0"]  # two who walk next to each other never leave open stance
     units = hsu_dances.unit_section(library, True, lambda text: None).numbers["units"]
     assert [row["unit"] for row in units] == ["1 beat", "2 beats", "4 beats"]
     assert [row["segments"] for row in units] == [12, 11, 9]

@@ -13,10 +13,11 @@ import naive
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.learn.alignment import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
 from kinetograph.learn.placement import Placement
 
 _GROUPS = (Ground(), Similarity(), Rigid(), Fixed())
+"""Affine maps are not what bodies are placed by: their residual is tested apart."""
 _SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -165,9 +166,78 @@ def test_nothing_shrinks_to_a_point_to_fit_one_that_stands_still() -> None:
     assert costs[0, 0] == pytest.approx(4 + 1 + 0 + 1 + 4)
 
 
+# ---- affine maps ----
+
+
+@pytest.mark.parametrize("scales", [(0.5, 2.0), (0.8, 1.25), (0.97, 1.03)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_affine_agrees_with_the_naive_twin(scales: tuple[float, float], seed: int) -> None:
+    x, a, w = _random(seed, windows=2, examples=1, samples=4)
+    x[1] *= 3.0
+    group = Affine(*scales)
+    costs, _ = group.align(x, a, w)
+    linear, shift = group.maps(x, a, w)
+    for b, n in np.ndindex(costs.shape):
+        values = np.linalg.svd(linear[b, n], compute_uv=False)
+        assert scales[0] * (1 - 1e-9) <= values[1]
+        assert values[0] <= scales[1] * (1 + 1e-9)
+        assert np.linalg.det(linear[b, n]) > 0
+        moved = a[n].copy()
+        moved[..., [0, 2]] = a[n][..., [0, 2]] @ linear[b, n].T + shift[b, n]
+        assert costs[b, n] == pytest.approx(naive.residual(x[b], moved, w), rel=1e-9)
+        assert costs[b, n] <= naive.align_affinely(x[b], a[n], w, scales) * (1 + 1e-3)
+
+
+@given(seed=_SEEDS)
+@settings(max_examples=25)
+def test_a_known_affine_map_is_recovered(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    _, a, w = _random(seed, examples=1)
+    left, right = (np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]) for t in rng.uniform(-3.1, 3.1, 2))
+    values = rng.uniform(0.55, 1.9, 2)
+    known, moved = left @ np.diag(values) @ right, a.copy()
+    moved[..., [0, 2]] = a[..., [0, 2]] @ known.T + [1.0, -2.0]
+    linear, _ = Affine().maps(moved, a, w)
+    np.testing.assert_allclose(linear[0, 0], known, atol=0.02)
+    costs, placement = Affine().align(moved, a, w)
+    assert costs[0, 0] < 1e-4 * Ground().align(moved, a, w)[0][0, 0] + 1e-9
+    assert placement.scale(0, 0) == pytest.approx(values.mean(), abs=0.02)  # of the nearest similarity
+    u, _, vt = np.linalg.svd(known)
+    nearest = u @ vt
+    heading = rot.heading(placement.transform(0, 0)[0])
+    assert np.cos(heading - np.arctan2(nearest[0, 1], nearest[0, 0])) > 0.999
+
+
+def test_a_mirror_image_is_not_reached_by_reflecting() -> None:
+    x, a, w = _random(5, windows=1, examples=1)
+    x[0] = a[0] * [-1, 1, 1]
+    linear, _ = Affine().maps(x, a, w)
+    assert np.linalg.det(linear[0, 0]) >= 0.25
+    assert Affine().align(x, a, w)[0][0, 0] > 0.1
+
+
+def test_a_straight_line_is_mapped_by_a_similarity() -> None:
+    line, aslant = np.zeros((2, 1, 5, 1, 3))
+    line[0, :, 0, 2] = np.arange(5.0)
+    aslant[0, :, 0, 0] = aslant[0, :, 0, 2] = np.arange(5.0)
+    linear, _ = Affine().maps(aslant, line, np.ones((5, 1)))
+    np.testing.assert_allclose(linear[0, 0], [[1, 1], [-1, 1]], atol=1e-6)
+    still = np.zeros((1, 5, 1, 3))
+    assert Affine().align(line, still, np.ones((5, 1)))[1].scale(0, 0) == 1.0
+
+
+@given(seed=_SEEDS)
+@settings(max_examples=10)
+def test_a_larger_group_fits_no_worse(seed: int) -> None:
+    x, a, w = _random(seed)
+    affine, similar = Affine(0.7, 1.4).align(x, a, w)[0], Similarity(0.7, 1.4).align(x, a, w)[0]
+    assert np.all(affine <= similar * (1 + 1e-6))
+
+
 def test_without_room_for_scale_it_is_the_ground_group() -> None:
     x, a, w = _random(11)
-    np.testing.assert_allclose(Similarity(1.0, 1.0).align(x, a, w)[0], Ground().align(x, a, w)[0])
+    for group in (Similarity(1.0, 1.0), Affine(1.0, 1.0)):
+        np.testing.assert_allclose(group.align(x, a, w)[0], Ground().align(x, a, w)[0], rtol=1e-7)
 
 
 def test_none_is_another_name_for_fixed() -> None:
@@ -279,3 +349,5 @@ def test_scales_that_make_no_sense() -> None:
     for least, greatest in ((0.0, 2.0), (1.5, 2.0), (0.5, 0.9), (0.5, np.inf)):
         with pytest.raises(RequestError, match=r"scales run from one in \(0, 1\] to one of 1 or more"):
             Similarity(least, greatest)
+        with pytest.raises(RequestError, match=r"scales run from one in \(0, 1\] to one of 1 or more"):
+            Affine(least, greatest)

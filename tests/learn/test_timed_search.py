@@ -8,9 +8,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive_keyframe as naive
-from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_interval, least_steps
+from kinetograph.learn.goals import (
+    Goal,
+    SearchOptions,
+    Tolls,
+    costs_on_the_way,
+    costs_to_go,
+    least_interval,
+    least_steps,
+)
 from kinetograph.learn.timed_search import find_route
-from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
+from kinetograph.learn.transitions import (
+    Graph,
+    bar,
+    discourage,
+    find_transitions,
+    keep_transitions,
+    last_frames,
+    make_graph,
+)
 
 EXACT = SearchOptions(beam=100_000, warp=0.0)
 
@@ -24,7 +40,8 @@ def small_graph(rng: np.random.Generator, commit: int) -> Graph:
 
 def goal(rng: np.random.Generator, count: int, at: int) -> Goal:
     frames = rng.choice(count, 6, replace=False)
-    return Goal(frames, rng.random(6), (at, at))
+    tolls = Tolls(rng.random(count), 2.0 * rng.random(), rng.random()) if rng.random() < 0.5 else None
+    return Goal(frames, rng.random(6), (at, at), tolls=tolls)
 
 
 def flat(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
@@ -57,12 +74,14 @@ def test_bounds_never_exceed_what_a_route_costs_or_takes(seed: int, commit: int)
     start, stop = goal(rng, len(graph), 0), goal(rng, len(graph), 0)
     least = least_interval(graph, start, stop)
     for steps in range(1, 9):
-        exact = Goal(stop.frames, stop.costs, (steps, steps))
+        exact = Goal(stop.frames, stop.costs, (steps, steps), tolls=stop.tolls)
         route = find_route(graph, [start, exact], *flat(graph), EXACT)
         assert (route is None) or steps >= least
         if route is not None:
-            bound = costs_to_go(graph, [exact], [np.inf], 0.0)[0]
-            assert route.cost >= bound[route.segments[0].frame + commit] - 1e-9
+            own = costs_on_the_way(graph, exact, 0.0)
+            bound = costs_to_go(graph, [exact], [np.inf], [own])[0]
+            first = route.segments[0].frame
+            assert route.cost >= bound[first + commit] + own.start[first] - 1e-9
     if np.isfinite(least):
         least_goal = Goal(stop.frames, stop.costs, (least, least))
         assert find_route(graph, [start, least_goal], *flat(graph), EXACT) is not None
@@ -143,3 +162,32 @@ def test_transitions_leave_room_for_the_shortest_stay():
     graph = find_transitions(features, last_frames([20, 20]), 7, limit=1.0, scale=1.0, fee=0.0)
     assert len(graph.target) > 0
     assert (graph.target + 7 <= graph.last[graph.target]).all()
+
+
+def test_barred_frames_are_neither_played_nor_reached():
+    graph = bar(chain([10, 10], [(2, 12, 0.1), (2, 17, 0.2), (14, 5, 0.3), (4, 8, 0.4)]), np.arange(20) == 14)
+    assert graph.last[[0, 9, 13, 14, 15, 19]].tolist() == [9, 9, 13, 14, 19, 19]
+    # 12 may be entered, with a frame to play; 14 is not left
+    assert sorted(zip(graph.target.tolist(), graph.cost.tolist(), strict=True)) == [(8, 0.4), (12, 0.1), (17, 0.2)]
+    assert least_steps(graph, Goal(np.array([19]), np.zeros(1)))[[10, 15]].tolist() == [np.inf, 4]
+
+
+def test_some_transitions_are_kept():
+    graph = chain([10, 10], [(2, 12, 0.1), (2, 16, 0.2), (4, 12, 0.3)])
+    kept = keep_transitions(graph, np.array([False, True, True]))
+    assert kept.target.tolist() == [16, 12]
+    assert [int(kept.starts[i + 1] - kept.starts[i]) for i in (2, 3, 4)] == [1, 0, 1]
+
+
+def test_recordings_are_joined_even_where_others_are_nearer():
+    # ten stances all alike, a walk further off: by neighbours alone no stance would lead to it
+    rng = np.random.default_rng(0)
+    stances = [0.01 * rng.normal(size=(40, 3)) for _ in range(10)]
+    features = np.concatenate([*stances, 0.3 + 0.01 * rng.normal(size=(40, 3))]).astype(np.float32)
+    last = last_frames([40] * 11)
+    graph = find_transitions(features, last, 3, limit=0.7, scale=0.1, fee=0.5)
+    source = np.repeat(np.arange(len(graph)), np.diff(graph.starts))
+    for stance in range(10):
+        assert (last[graph.target[last[source] == 40 * stance + 39]] == 439).any()
+    apart = find_transitions(features, last, 3, limit=0.2, scale=0.1, fee=0.5)
+    assert not (last[apart.target[apart.starts[400] :]] < 400).any()

@@ -14,7 +14,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
-from kinetograph.post.assemble import PostSettings, constrain
+from kinetograph.post.assemble import Body, PostSettings, constrain
 from kinetograph.post.constraints import Hold
 from kinetograph.post.limbs import ARM, LEG
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
@@ -146,7 +146,8 @@ def test_a_hand_beyond_the_range_of_its_arm_falls_short() -> None:
     hold = Hold("left_hand", hand + np.array([0.0, 0.25, 0.0]), np.ones(61, dtype=bool))
     ranges = seen_ranges([motion], sum(limbs_of(motion.skeleton), ()))
     free = PostSettings(footskate=False, limits=None)
-    met, kept = (constrain(motion, (), (hold,), s, ranges) for s in (free, replace(free, limits=JointLimits())))
+    settings = (free, replace(free, limits=JointLimits()))
+    met, kept = (constrain(motion, (), (hold,), s, Body(ranges))[0] for s in settings)
     missed = [np.linalg.norm(role_positions(m, ("left_hand",))[:, 0] - hold.target, axis=1).max() for m in (met, kept)]
     assert missed[0] < 1e-6
     assert missed[1] > 0.1  # the elbow of the stick figure never bends

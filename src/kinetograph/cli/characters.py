@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kinetograph.character import Character
+    from kinetograph.motion import Motion
     from kinetograph.post import JointTable
     from kinetograph.skeleton import Skeleton
     from kinetograph.take import Annotation, Take, Track
@@ -55,10 +56,27 @@ class Body:
         The body to show, if any.
     skeleton : Skeleton or None
         The skeleton to move the motion onto, if it is another one.
+    capsules : bool
+        Whether to stand each motion's own body of capsules on the floor.
     """
 
     character: Character | None
     skeleton: Skeleton | None
+    capsules: bool = False
+
+    @property
+    def other(self) -> bool:
+        """Whether motions are moved onto anything."""
+        return self.capsules or self.character is not None or self.skeleton is not None
+
+    def target(self, motion: Motion) -> Character | Skeleton | None:
+        """What a motion is moved onto, if anything."""
+        if self.capsules:
+            from kinetograph.formats import capsule_character
+
+            legs = {"hips", "left_hip", "right_hip"} <= motion.skeleton.roles.keys()
+            return capsule_character(motion.skeleton) if legs else None
+        return self.character or self.skeleton
 
 
 def body(name: str | None, onto: Path | None = None) -> Body:
@@ -69,8 +87,10 @@ def body(name: str | None, onto: Path | None = None) -> Body:
     RequestError
         For a character and a skeleton at once, and for a name that is not known.
     """
-    if name in (None, "capsules"):
+    if name is None or (name == "capsules" and onto is not None):
         return Body(None, _skeleton(onto) if onto else None)
+    if name == "capsules":
+        return Body(None, None, capsules=True)
     if onto is not None:
         raise RequestError("--character brings its own skeleton: leave --retarget out")
     if name == "human":
@@ -141,15 +161,15 @@ def _detected(take: Take) -> Sequence[Annotation]:
     return holds
 
 
-def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, scale: float | None = None) -> Take:
-    """The take with its motions on a skeleton.
+def dressed(take: Take, worn: Body, path: Path | None = None, scale: float | None = None) -> Take:
+    """The take with its motions on a body.
 
     Parameters
     ----------
     take : Take
         What is moved.
-    skeleton : Skeleton or None
-        What its motions are moved onto; ``None`` leaves them as they are.
+    worn : Body
+        What its motions are moved onto, if anything.
     path : Path or None
         A table of joints, which is read where it exists, and written where it does not.
     scale : float or None
@@ -160,32 +180,35 @@ def dressed(take: Take, skeleton: Skeleton | None, path: Path | None = None, sca
     RequestError
         For a table or a scale without a skeleton.
     """
-    if skeleton is None:
+    if not worn.other:
         if path is not None or scale is not None:
             raise RequestError("--joint-table and --scale go with --retarget or --character")
         return take
     from kinetograph.motion import Motion
     from kinetograph.post import joint_table, parse_table
+    from kinetograph.skeleton import Skeleton
     from kinetograph.take import Take
 
     known = parse_table(path.read_text(encoding="utf-8"), path) if path and path.exists() else None
     tracks: dict[str, Track] = {}
     for name, track in take.tracks.items():
-        if not isinstance(track, Motion):
+        target = worn.target(track) if isinstance(track, Motion) else None
+        if not isinstance(track, Motion) or target is None:
             tracks[name] = track
             continue
-        pairs = known or joint_table(track.skeleton, skeleton)
-        tracks[name] = _retargeted(take, name, skeleton, pairs, scale)
+        pairs = known or joint_table(track.skeleton, target if isinstance(target, Skeleton) else target.skeleton)
+        tracks[name] = _retargeted(take, name, target, pairs, scale)
         if path and known is None:
             path.write_text(str(pairs), encoding="utf-8")
             note(f"wrote {path}: edit it and run again to map other joints")
     return Take(take.name, tracks, take.annotations)
 
 
-def _retargeted(take: Take, name: str, skeleton: Skeleton, pairs: JointTable, scale: float | None) -> Track:
+def _retargeted(take: Take, name: str, target: Character | Skeleton, pairs: JointTable, scale: float | None) -> Track:
     from kinetograph.post import retarget
 
     holds = (*take.annotated(name, "handhold"), *take.annotated(name, "contact"))
-    done = retarget(take.motion(name), skeleton, table=pairs, scale=scale, handholds=holds)
-    note(f"{name}: {len(pairs.pairs)} of {len(skeleton)} joints mapped, root path scaled by {done.scale:.3f}")
+    done = retarget(take.motion(name), target, table=pairs, scale=scale, handholds=holds)
+    joints = len(done.motion.skeleton)
+    note(f"{name}: {len(pairs.pairs)} of {joints} joints mapped, root path scaled by {done.scale:.3f}")
     return done.motion

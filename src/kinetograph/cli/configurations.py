@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetograph.cli.options import Footskate, options
+from kinetograph.cli.options import Floor, Footskate, options
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -53,6 +53,10 @@ class Search:
     ] = None
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None
     cluster: Annotated[float | None, typer.Option(help="Cluster segments closer than this (metres), for speed.")] = None
+    reuse: Annotated[
+        float | None,
+        typer.Option(help="How much dearer a step is that was used lately, a share; 0: free; default 0.5, partners 0."),
+    ] = None
 
 
 @options("After the search")
@@ -65,6 +69,7 @@ class Finish:
         True
     )
     limits: Annotated[bool, typer.Option(help="Keep arms and legs within the recorded ranges of their joints.")] = True
+    floor: Floor = True
 
 
 def performance_control(
@@ -93,7 +98,7 @@ def performance_control(
     from kinetograph.methods.performance import PerformanceControl, partner_control
 
     method = partner_control() if partners else PerformanceControl()
-    names = ("continuity", "stretch", "rate", "span")
+    names = ("continuity", "stretch", "rate", "span", "reuse")
     method = replace(method, **{name: value for name in names if (value := getattr(search, name)) is not None})
     if search.target_point:
         method = replace(method, targets=weights_by_role(search.target_point, "--target-point"))
@@ -129,6 +134,7 @@ def finished(method: PerformanceControl, alignment: str | None, finish: Finish) 
         footskate=finish.footskate,
         handholds=HoldSettings() if finish.handholds else None,
         limits=JointLimits() if finish.limits else None,
+        floor=finish.floor,
     )
     return replace(method, alignment=aligned(alignment) if alignment else method.alignment, post=post)
 
@@ -141,17 +147,18 @@ def aligned(name: str) -> Alignment:
     RequestError
         For another name; the message has them all.
     """
-    from kinetograph.methods.performance import Fixed, Ground, Rigid, Similarity
+    from kinetograph.methods.performance import Affine, Fixed, Ground, Rigid, Similarity
 
-    groups: dict[str, type[Ground | Similarity | Rigid | Fixed]] = {
+    groups: dict[str, type[Ground | Similarity | Affine | Rigid | Fixed]] = {
         "ground": Ground,
         "similarity": Similarity,
+        "affine": Affine,
         "rigid": Rigid,
         "fixed": Fixed,
         "none": Fixed,
     }
     if name not in groups:
-        raise RequestError(f"alignment must be ground, similarity, rigid, fixed or none, found {name!r}")
+        raise RequestError(f"alignment must be ground, similarity, affine, rigid, fixed or none, found {name!r}")
     return groups[name]()
 
 
@@ -190,16 +197,25 @@ class InbetweenSearch:
         0.65
     )
     rate: Annotated[float, typer.Option(help="Frames per second of the search and of the result.")] = 30.0
+    move: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Go by way of this, in place of standing, walking and turning: a take, the label of a move or style, "
+            "a word of one, or a pattern. Repeatable."
+        ),
+    ] = None
+    without: Annotated[list[str] | None, typer.Option(help="Use nothing that is called so. Repeatable.")] = None
+    filler: Annotated[bool, typer.Option(help="Let any recording fill in, at no cost.")] = False
     clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
     seed: Annotated[int, typer.Option(help="Seed of the clusters in the paper's mode.")] = 0
 
 
-def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool) -> KeyframeControl:
+def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool, floor: bool = True) -> KeyframeControl:
     """The configuration that goes from pose to pose."""
     from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.post import PostSettings
 
-    post = PostSettings(footskate=footskate)
+    post = PostSettings(footskate=footskate, floor=floor)
     return KeyframeControl(solver=_solver(search), rate=search.rate, mirror=mirror, post=post)
 
 
@@ -207,8 +223,11 @@ def _solver(search: InbetweenSearch) -> Solver:
     from kinetograph.methods.keyframe import ClusterChain, TimedSearch
 
     if search.mode == "search":
-        return TimedSearch(meet=search.meet)
+        named = TimedSearch(meet=search.meet, moves=tuple(search.move or ()), without=tuple(search.without or ()))
+        return replace(named, begin_unasked=0.0, unasked=0.0) if search.filler else named
     if search.mode == "paper":
+        if search.move or search.without:
+            raise RequestError("the paper's mode knows no names; use --move and --without with --mode search")
         return ClusterChain(clusters=search.clusters)
     raise RequestError(f"mode must be one of search, paper, found {search.mode!r}")
 

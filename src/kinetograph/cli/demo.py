@@ -24,7 +24,7 @@ WALKS = ("0walk_forward", "humanoid3d_walk", "turn_left0", "turn_left1", "turn_r
 """The clips of the sample that walk: two straight cycles and four that turn."""
 
 RISE = ("humanoid3d_getup_facedown", "humanoid3d_jump", "humanoid3d_punch", "humanoid3d_walk", "humanoid3d_run")
-"""Clips of the sample that lead from lying on the floor to running."""
+"""Clips of the sample: from lying on the floor to running, and what may lie between."""
 
 
 def register(app: typer.Typer) -> None:
@@ -79,7 +79,7 @@ def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
     from kinetograph.formats import save
 
     save(synthesis.motion, output / "walk.bvh")
-    save(synthesis.motion, output / "walk.glb")
+    save(_standing(synthesis.motion), output / "walk.glb")
     draw(synthesis, output / "walk.png", control, "a walk along a drawn path")
     strobe(synthesis.motion, output / "walk_strobe.png", path_signal=control)
     write_report(synthesis, output / "walk.json", force=True)
@@ -94,8 +94,8 @@ def _rise(output: Path) -> dict[str, Any]:
     library = _library_of(output / "clips.library", RISE)
     lying, running = (library.take(name).motion() for name in (RISE[0], RISE[-1]))
     (made,) = inbetween((key_at(lying, 0.0), key_at(running, 0.4)), library)
-    for suffix in (".bvh", ".glb"):
-        save(made.motion, output / f"rise{suffix}")
+    save(made.motion, output / "rise.bvh")
+    save(_standing(made.motion), output / "rise.glb")
     draw(made, output / "rise.png", None, "from lying to running")
     return {
         "seconds": made.motion.duration,
@@ -103,6 +103,14 @@ def _rise(output: Path) -> dict[str, Any]:
         "untouched_share": made.statistics["untouched"],
         "results": _in(output, "rise.bvh", "rise.glb", "rise.png"),
     }
+
+
+def _standing(motion: Motion) -> Motion:
+    """The motion with its body of capsules on the floor."""
+    from kinetograph.formats import capsule_character
+    from kinetograph.post import retarget
+
+    return retarget(motion, capsule_character(motion.skeleton)).motion
 
 
 def _example_files(output: Path, walk: Motion) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
     from kinetograph.cli.configurations import Synthesis
-    from kinetograph.evaluation import HeldOut
+    from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
@@ -49,6 +49,10 @@ class Compared:
     target: TargetTrack = None
     mirror: Mirror = False
     baselines: Annotated[bool, typer.Option(help="Compare with simpler methods.")] = True
+    nested: Annotated[
+        bool,
+        typer.Option("--nested", help="Also choose settings anew for each take, on the others only."),
+    ] = False
 
 
 def performance(compared: Compared, partner: Partner, search: Search, as_json: AsJson = False) -> None:
@@ -66,23 +70,62 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
     partners = has_partners(library, target)
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
-        rows = _performance_rows(method, library, target, partners, compared.baselines)
+        rows = _performance_rows(method, library, compared, partners)
     if all(row["segment_errors"] != row["segment_errors"] for row in rows):
         note("no moves are annotated: segment and pattern errors are left out (library annotate, kind 'move')")
     table([_measured(row, as_json) for row in rows], as_json)
 
 
 def _performance_rows(
-    method: PerformanceControl, library: Library, target: str | None, partners: bool, baselines: bool
+    method: PerformanceControl, library: Library, compared: Compared, partners: bool
 ) -> list[dict[str, Any]]:
-    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, mean_rows, mean_walks
+    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, means_with_and_without
 
+    target, baselines = compared.target, compared.baselines
+    repeats = _near_repeats(library, target)
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
             dances = leave_one_dance_out(method, library, target, baselines=baselines, progress=progress)
-            return [vars(row) for row in (*dances, *mean_rows(dances))]
+            dances += _nested_dances(method, library, target) if compared.nested else []
+            return [vars(row) for row in (*dances, *means_with_and_without(dances, repeats))]
         walks = leave_one_take_out(method, library, track=target, baselines=baselines, progress=progress)
-        return [vars(row) for row in (*walks, *mean_walks(walks))]
+        walks += _nested_walks(method, library, target) if compared.nested else []
+        means = means_with_and_without(walks, repeats, summed=("seconds", "pieces"))
+        return [vars(row) for row in (*walks, *means)]
+
+
+def _nested_walks(method: PerformanceControl, library: Library, track: str | None) -> list[WalkRow]:
+    """Rows of the nested protocol; what was chosen is said on stderr."""
+    from kinetograph.evaluation import nested_walks
+
+    with progress_bar("choosing settings") as progress:
+        nested = nested_walks(method, library, track=track, progress=progress)
+    for one in nested:
+        note(f"{one.row.take}: chosen on the other takes: {one.settings}")
+    return [one.row for one in nested]
+
+
+def _nested_dances(method: PerformanceControl, library: Library, target: str) -> list[DanceRow]:
+    """The same of dances."""
+    from kinetograph.evaluation import nested_dances
+
+    with progress_bar("choosing settings") as progress:
+        nested = nested_dances(method, library, target, progress=progress)
+    for one in nested:
+        note(f"{one.row.take}: chosen on the other takes: {one.settings}")
+    return [one.row for one in nested]
+
+
+def _near_repeats(library: Library, track: str | None) -> tuple[str, ...]:
+    """The takes that are near-repeats of others, said on stderr with how near they are."""
+    from kinetograph.evaluation import near_repeats, repeat_distances
+
+    distances = repeat_distances(library, track)
+    repeats = near_repeats(distances)
+    if repeats:
+        named = ", ".join(f"{name} ({100 * distances[name]:.1f} cm)" for name in repeats)
+        note(f"near-repeats of other takes, by 2 s windows: {named}; means are given with and without them")
+    return repeats
 
 
 def _measured(row: dict[str, Any], as_json: bool) -> dict[str, Any]:
@@ -183,7 +226,8 @@ def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Ins
     if instead.recordings or instead.sweep:
         table(_conditions(library, method, held, instead), as_json)
     else:
-        table(_errors(library, method, wanted, held, instead.joints), as_json)
+        rows = _errors(library, method, wanted, held, instead.joints)
+        table([_measured(row, as_json) for row in rows], as_json)
 
 
 def _conditions(library: Library, method: SensorControl, held: HeldOut, instead: Instead) -> list[dict[str, Any]]:

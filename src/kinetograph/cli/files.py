@@ -136,14 +136,14 @@ def convert(
     refuse_existing([target], writing.force)
     take = read_file(source, reading)
     worn = body(another.character, another.onto)
-    bodily = changes.fit_markers or wants_motion(target) or worn.skeleton is not None or writing.values == "angles"
+    bodily = changes.fit_markers or wants_motion(target) or worn.other or writing.values == "angles"
     take, fits = fitted(take, source) if bodily else (take, {})
     if not writing.as_json:
         list_residuals(fits)
-    if another.handholds is not None and worn.skeleton is None:
+    if another.handholds is not None and not worn.other:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
-    take = dressed(take, worn.skeleton, another.joint_table, another.scale)
+    take = dressed(take, worn, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
     save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
-from kinetograph.cli.options import Exclude, Footskate, LibraryOption, Mirror, Track, Written, add, options
+from kinetograph.cli.options import Exclude, Floor, Footskate, LibraryOption, Mirror, Track, Written, add, options
 from kinetograph.cli.output import notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
 from kinetograph.cli.reading import Reading
 from kinetograph.errors import RequestError
@@ -52,6 +52,7 @@ class Finish:
     """What happens to the recordings that are chosen."""
 
     footskate: Footskate = True
+    floor: Floor = True
 
 
 def inbetween(
@@ -68,6 +69,8 @@ def inbetween(
     Example: kinetograph inbetween --from out/rise.bvh@0 --to take:humanoid3d_run@0.4 -l out/clips.library -o out/a.bvh
 
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/b.bvh
+
+    Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/c.bvh --move walk --without punch
     """
     import numpy as np
 
@@ -77,7 +80,7 @@ def inbetween(
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
     library = open_library(ends.library)
     wanted = _keys(keys, ends, library, reading.read_options)
-    method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate)
+    method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
     rng = np.random.default_rng(search.seed)
     model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
     made = inbetween_with(model, wanted, answers.alternatives)

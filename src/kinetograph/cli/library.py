@@ -1,4 +1,4 @@
-"""Commands on libraries: create, add, remove, info, annotate, check; segment and tap are in rooms of their own."""
+"""Commands on libraries: create, add, remove, info, annotate, check; segment, label, tap are in rooms of their own."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
 from kinetograph.cli.options import AsJson, LibraryArgument, add, options
 from kinetograph.cli.output import notes, progress_bar, result, table
@@ -31,7 +32,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, tap, info, annotate, check):
+    for command in (remove, segment, label, tap, info, annotate, check):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 

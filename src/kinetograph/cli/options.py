@@ -134,6 +134,7 @@ TargetTrack = Annotated[
 Exclude = Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")]
 Mirror = Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")]
 Footskate = Annotated[bool, typer.Option(help="Hold planted feet still.")]
+Floor = Annotated[bool, typer.Option(help="Keep the body above the floor, where its recordings do.")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Contact sheet to draw, .png.")]
 
 

@@ -185,7 +185,10 @@ def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
         "costs": dict(synthesis.costs),
         "statistics": dict(synthesis.statistics),
         "warnings": synthesis.warnings,
-        "pieces": [{**asdict(piece), "stretch": piece.stretch} for piece in synthesis.pieces],
+        "pieces": [
+            {**asdict(piece), "held": piece.held, "stretch": None if piece.held else piece.stretch}
+            for piece in synthesis.pieces
+        ],
         "annotations": [asdict(annotation) for annotation in synthesis.annotations],
         "frames": _frames(synthesis),
     }
@@ -197,11 +200,18 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = [
         {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
     ]
+    for frame, row in enumerate(rows):
+        if synthesis.piece_at(frame).held:
+            row["held"] = True
     for row, weight in zip(rows, synthesis.weights, strict=False):
         row["weight"] = float(weight)
     for row, edited in zip(rows, synthesis.edited, strict=False):
         row["edited"] = float(edited)
     return rows
+
+
+SHOWN = ("handhold", "constraints", "most_used", "times_running")
+"""How the names of the statistics begin that end a command."""
 
 
 def summarize(synthesis: Synthesis) -> dict[str, Any]:
@@ -214,6 +224,6 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "takes_used": len(takes),
         "cost": synthesis.cost,
         "optimal": bool(synthesis.statistics.get("optimal", 0)),
-        **{name: value for name, value in synthesis.statistics.items() if name.startswith(("handhold", "constraints"))},
+        **{name: value for name, value in synthesis.statistics.items() if name.startswith(SHOWN)},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }

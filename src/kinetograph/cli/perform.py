@@ -60,7 +60,8 @@ class Answers(Written):
         int, typer.Option(help="How many motions to write: out.bvh, out_2.bvh, ...; the best is the first.", min=1)
     ] = 1
     alike: Annotated[
-        bool, typer.Option("--alike", help="Alternatives may share pieces; without it, they share none.")
+        bool,
+        typer.Option("--alike", help="Alternatives may share pieces, reuse being free; without it, they share none."),
     ] = False
     pieces: Annotated[
         bool, typer.Option("--pieces", help="List every piece: where it comes from and what it costs.")
@@ -87,11 +88,12 @@ class Following(Partner):
 
     alignment: Annotated[
         str | None,
-        typer.Option(help="How segments are placed: ground, similarity, rigid or none; default ground, channels none."),
+        typer.Option(help="How segments are placed: ground, similarity, affine, rigid or none; default ground."),
     ] = None
     keep_time: Annotated[
         bool, typer.Option("--keep-time", help="Keep a path's times where it is faster than the recordings.")
     ] = False
+    stand: Annotated[bool, typer.Option(help="Hold a calm pose where a path stands still for long.")] = True
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0
 
@@ -107,7 +109,7 @@ class Following(Partner):
 class RuledSearch(Search):
     """The search, with rules for parts of the control."""
 
-    gap: Annotated[bool, typer.Option("--gap", help="Report how far the beam search is from the exact score.")] = False
+    gap: Annotated[bool, typer.Option("--gap", help="Report what a beam and the cost of reuse give up.")] = False
     pin: Annotated[
         list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in seconds. Repeatable.")
     ] = None
@@ -153,8 +155,8 @@ def perform(
     performed = smoothed(wanted, following.smoothing)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = summarize(made[0])
-    if search.gap and search.beam is not None:
-        summary["beam_gap"] = model.beam_gap(performed, rules)
+    if search.gap:
+        summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):
         write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
@@ -172,7 +174,7 @@ def _configuration(
     partners = has_partners(library, inputs.target)
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
     method = performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
-    return replace(method, keep_time=following.keep_time)
+    return replace(method, keep_time=following.keep_time, stand=following.stand)
 
 
 def _synthesised(
@@ -206,7 +208,7 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
             "take": f"{piece.take}, mirrored" if piece.mirrored else piece.take,
             "from": piece.source_start,
             "to": piece.source_stop,
-            "stretch": piece.stretch,
+            "stretch": "held" if piece.held else piece.stretch,
             "interpretation": piece.cost,
             "continuity": piece.seam,
         }
@@ -215,9 +217,19 @@ def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:
 
 
 def transcribed(model: PerformanceModel, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> str:
-    """The moves of the motion that is made of a control as CSV: move, start and stop in seconds, margin."""
-    rows = [f"{row.move},{row.start:.3f},{row.stop:.3f},{row.margin:.4f}" for row in model.transcribe(control, rules)]
-    return "\n".join(["move,start,stop,margin", *rows]) + "\n"
+    """The moves of the motion that is made of a control as CSV: move, start and stop in seconds, margin.
+
+    Moves that are units of partner dances stand in the thesis' notation as well.
+    """
+    from kinetograph.segmentation import notation
+
+    moves = model.transcribe(control, rules)
+    rows = [f"{m.move},{m.start:.3f},{m.stop:.3f},{m.margin:.4f}" for m in moves]
+    symbols = [notation([m.move]) for m in moves]
+    if symbols == [m.move for m in moves]:
+        return "\n".join(["move,start,stop,margin", *rows]) + "\n"
+    rows = [f"{row},{symbol}" for row, symbol in zip(rows, symbols, strict=True)]
+    return "\n".join(["move,start,stop,margin,notation", *rows]) + "\n"
 
 
 def rule(text: str, forbid: bool) -> Rule:

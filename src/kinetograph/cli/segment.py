@@ -14,6 +14,7 @@ from kinetograph.cli.output import note, progress_bar, table
 if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import Growth
+    from kinetograph.pipeline import CutSettings
 
 
 @options()
@@ -24,6 +25,18 @@ class Cutting:
     length: Annotated[float, typer.Option(help="Length of a segment in seconds, for fixed.")] = 0.5
     label: Annotated[str, typer.Option(help="Kind of annotation whose starts and stops are cuts, for labels.")] = "move"
     parts: Annotated[int, typer.Option(help="Cuts per beat, for beats.")] = 1
+    every: Annotated[int, typer.Option(help="Beats from one cut to the next, for beats.")] = 1
+    phase: Annotated[
+        int | None,
+        typer.Option(help="Beat of the first cut, from 0, for --every; default that of most landings."),
+    ] = None
+
+    @property
+    def settings(self) -> CutSettings:
+        """The same for the pipeline."""
+        from kinetograph.pipeline import CutSettings
+
+        return CutSettings(self.length, self.label, self.parts, self.every, self.phase)
 
 
 @options("By examples")
@@ -62,14 +75,7 @@ def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json
         table(_grown(library, growing, as_json), as_json)
         return
     with progress_bar("cutting") as progress:
-        counts = segment_library(
-            library,
-            cutting.by,
-            length=cutting.length,
-            label=cutting.label,
-            parts=cutting.parts,
-            progress=progress,
-        )
+        counts = segment_library(library, cutting.by, cutting.settings, progress=progress)
     table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
     looping = [name for name, count in counts.items() if count == 0 and _loops(library, name)]
     if looping and cutting.by == "footplants":

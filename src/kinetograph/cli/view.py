@@ -104,7 +104,7 @@ def _draw_character(take: Take, picture: Picture) -> None:
     from kinetograph.formats.atomic import atomic_path
 
     worn = body(picture.character)
-    take = dressed(take, worn.skeleton)
+    take = dressed(take, worn)
     with progress_bar("drawing") as progress, atomic_path(picture.output) as draft:
         if picture.output.suffix.lower() == ".gif":
             character_film(take, draft, worn.character, seconds=picture.seconds, progress=progress)

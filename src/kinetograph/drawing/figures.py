@@ -127,7 +127,7 @@ def cast_at(stage: Stage, seconds: FloatArray) -> Cast:
     planted: list[list[FloatArray]] = [[] for _ in seconds]
     for i, (motion, notes) in enumerate(zip(stage.motions, stage.contacts, strict=True)):
         chosen = pick(motion, frames_at(motion, seconds))
-        bones = body_capsules(motion.skeleton)
+        bones = tuple(bone for bone in body_capsules(motion.skeleton) if bone.part != "heel")
         palette = [_rgb(colour) for colour in CASTS[i % len(CASTS)]]
         segments.append(_segments(chosen, bones))
         widths += [_SLIM.get(bone.part, 0.85) * sum(bone.radii) for bone in bones]

@@ -156,7 +156,7 @@ def _motions(what: Take | Motion) -> list[Motion]:
 
 def _cast(motion: Motion, character: Character | None, frames: IntArray) -> list[Figure]:
     """The figures of some frames of a motion; its last frame is repeated for those after it."""
-    skin, rest = body_of(motion.skeleton, character)
+    skin, rest = body_of(motion, character)
     picked = [cut(motion, i, i + 1) for i in np.minimum(frames, len(motion) - 1).tolist()]
     return [posed(frame, skin, rest)[0] for frame in picked]
 

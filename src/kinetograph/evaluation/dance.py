@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,12 +15,16 @@ from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guid
 from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.metrics import (
     contact_speed,
+    deepest_overlap,
     distinct_share,
     fastest_of,
     hold_errors,
     jerk,
+    low_toe_speed,
     position_errors,
 )
+from kinetograph.evaluation.partner_names import Observer
+from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -33,10 +38,14 @@ from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
 _OF_SEGMENTS = (
-    *("slide", "slide_recorded", "turning", "elbows", "distinct"),
-    *("segment_errors", "pattern_errors", "times_real_time"),
+    *("slide", "slide_recorded", "toes", "overlap_cm", "overlap_recorded_cm", "turning", "elbows"),
+    *("below_cm", "fall", "distinct", "most_used", "times_running"),
+    *("segment_errors", "pattern_errors", "seen_errors", "seen_patterns", "seen_transitions", "times_real_time"),
 )
 """Figures that frame-by-frame methods do not have."""
+
+COMMONEST = "commonest name"
+"""The baseline of names: every unit is called what most units of the other takes are."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +66,29 @@ class DanceRow:
         Where the recording holds hands, how far the hand is from where it was recorded.
     slide, slide_recorded : float
         Mean speed of planted feet in m/s, in the result and in the recording.
+    toes : float
+        Mean ground speed of toes while they are low (`low_toe_speed`), as a multiple of the recorded follower's.
+    overlap_cm, overlap_recorded_cm : float
+        How deep the torsos of the two dancers are in one another at most; negative where they are always apart.
     jerk : float
         Mean jerk of the joints, as a multiple of the recorded follower's.
     turning, elbows : float
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the recordings, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of the recordings' fastest, or of free fall if that is
+        faster.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
+    seen_errors, seen_patterns, seen_transitions : float
+        Shares of the units, of the patterns and of the transitions alone that an `Observer` of the two dancers names
+        otherwise than in the recording.
     times_real_time : float
         Duration of the take over the processor time of its synthesis.
     """
@@ -78,12 +102,22 @@ class DanceRow:
     place_median_cm: float
     slide: float
     slide_recorded: float
+    toes: float
+    overlap_cm: float
+    overlap_recorded_cm: float
     jerk: float
     turning: float
     elbows: float
+    below_cm: float
+    fall: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
+    seen_errors: float
+    seen_patterns: float
+    seen_transitions: float
     times_real_time: float
 
 
@@ -93,6 +127,7 @@ def leave_one_dance_out(
     target: str,
     *,
     baselines: bool = True,
+    without: Collection[str] = (),
     progress: Progress | None = None,
 ) -> list[DanceRow]:
     """Let each take's leader lead a follower made of the other takes (section 6.2).
@@ -105,7 +140,9 @@ def leave_one_dance_out(
         Name of the follower's track.
     baselines : bool
         Whether other methods are compared: the configured one, given which hands the recording holds and when;
-        nearest segments without continuity; and the frame-by-frame ones.
+        nearest segments without continuity; the commonest name of a unit for all; and the frame-by-frame ones.
+    without : collection of str
+        Takes that are neither held out nor in the library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -119,13 +156,16 @@ def leave_one_dance_out(
     RequestError
         For a take whose control is a signal.
     """
-    rows, names = [], library.names()
+    rows, names = [], [name for name in library.names() if name not in without]
+    observer = Observer.of(library, target, method.span)
     for done, name in enumerate(names, start=1):
-        held = _Dance.of(method, library.take(name), target)
+        dance = _Dance.of(method, library.take(name), target)
+        held = replace(dance, observer=observer, others=tuple(other for other in names if other != name))
         rows.append(_synthesized("segments", method, library, held))
         if baselines:
             rows.append(_synthesized("holds given", method, library, held, holds_given=True))
             rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, held))
+            rows += _commonest(library, held)
             rows += _frame_by_frame(method, library, held)
         if progress:
             progress(done, len(names))
@@ -140,6 +180,8 @@ class _Dance:
     target: str
     leader: Motion
     follower: Motion
+    observer: Observer | None = None
+    others: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, method: PerformanceControl, take: Take, target: str) -> _Dance:
@@ -177,33 +219,62 @@ class _Dance:
             **dict.fromkeys(_OF_SEGMENTS, NOT_A_NUMBER),
         )
 
+    def seen(self, row: DanceRow, made: Iterable[Annotation]) -> DanceRow:
+        """A row with the shares of units, patterns and transitions that are named otherwise."""
+        if self.observer is None:
+            return row
+        errors = self.observer.compare(self.take, made)
+        return replace(
+            row,
+            seen_errors=errors.names.segment_rate,
+            seen_patterns=errors.names.pattern_rate,
+            seen_transitions=errors.transitions.segment_rate,
+        )
+
 
 def _synthesized(
     label: str, method: PerformanceControl, library: Library, held: _Dance, *, holds_given: bool = False
 ) -> DanceRow:
-    model = method.fit(library, exclude=(held.take.name,), track=held.target)
+    left_out = tuple(name for name in library.names() if name not in held.others)
+    model = method.fit(library, exclude=left_out, track=held.target)
     holds = tuple(replace(note, track="control") for note in held.holds) if holds_given else ()
     began = time.process_time()
     result = model.synthesize(Take(held.take.name, {"control": held.leader}, holds))
     taken = time.process_time() - began
     sources = [source.motion for source in model.fitted.sources]
     errors = take_errors(held.take, held.target, result.annotations, method.span)
-    return replace(
+    row = replace(
         held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(held.follower, detect_contacts(held.follower)),
+        toes=low_toe_speed(result.motion) / low_toe_speed(held.follower),
+        overlap_cm=100 * deepest_overlap(resample(result.motion, held.leader.fps), held.leader),
+        overlap_recorded_cm=100 * deepest_overlap(held.follower, held.leader),
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
+        below_cm=100 * below_recordings(result.motion, sources),
+        fall=fall_ratio(result.motion, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         segment_errors=errors.segment_rate,
         pattern_errors=errors.pattern_rate,
         times_real_time=held.follower.duration / taken,
     )
+    return held.seen(row, held.observer.made(held.take, held.leader, result.motion)) if held.observer else row
+
+
+def _commonest(library: Library, held: _Dance) -> list[DanceRow]:
+    """A follower whose every unit has the commonest name, of which nothing else can be said."""
+    if held.observer is None or not held.observer.recorded(held.take):
+        return []
+    figures = {name: NOT_A_NUMBER for name, kind in DanceRow.__annotations__.items() if kind == "float"}
+    row = DanceRow(take=held.take.name, method=COMMONEST, **figures)
+    return [held.seen(row, held.observer.commonest(library, held.take))]
 
 
 def _frame_by_frame(method: PerformanceControl, library: Library, held: _Dance) -> list[DanceRow]:
-    others = [library.take(name) for name in library.names() if name != held.take.name]
-    examples = [_example(_Dance.of(method, take, held.target)) for take in others]
+    examples = [_example(_Dance.of(method, library.take(name), held.target)) for name in held.others]
     return [held.row(label, fit(examples)(guide_of_partner(held.leader))) for label, fit in FRAME_BY_FRAME]
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.evaluation.plausibility import below_recordings, fastest_fall
 from kinetograph.kinematics import forward, joint_positions, on_ground
-from kinetograph.motion import Motion, cut, transform
+from kinetograph.motion import Motion, concatenate, cut, transform
 
 PAST = 10
 """Frames of a window before its gap."""
@@ -38,6 +39,10 @@ class Score:
         How many were scored.
     refused : int
         How many of them the method refused; these are filled by interpolation.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the true windows, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of free fall.
     """
 
     npss: float
@@ -45,6 +50,8 @@ class Score:
     l2p: float
     windows: int
     refused: int = 0
+    below_cm: float = 0.0
+    fall: float = 0.0
 
 
 def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
@@ -122,6 +129,8 @@ def score(filler: Filler, windows: Sequence[Motion], gap: int, scale: tuple[Floa
         l2p=_l2(*(s.reshape(*s.shape[:2], -1) for s in spread)),
         windows=len(truths),
         refused=refused,
+        below_cm=100 * below_recordings(concatenate(guesses), truths),
+        fall=max(map(fastest_fall, guesses), default=0.0),
     )
 
 

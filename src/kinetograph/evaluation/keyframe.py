@@ -23,6 +23,7 @@ from kinetograph.evaluation.inbetweening import (
     zero_velocity,
 )
 from kinetograph.evaluation.metrics import accelerations
+from kinetograph.evaluation.plausibility import below_pieces, seam_falls
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.library import Library
@@ -65,6 +66,10 @@ class PairFigures:
         Metres, the larger of both keys' mean joint distances.
     untouched : float
         Share of the frames.
+    below : float
+        Metres, see `below_pieces`.
+    fall : float
+        The largest of ``seam_falls``; 0 without seams.
     """
 
     first: str
@@ -77,6 +82,8 @@ class PairFigures:
     skate: float = 0.0
     miss: float = 0.0
     untouched: float = 0.0
+    below: float = 0.0
+    fall: float = 0.0
 
 
 def speed_jumps(motion: Motion) -> FloatArray:
@@ -188,6 +195,8 @@ def judge_pair(model: KeyframeModel, first: Key, last: Key, recorded: Mapping[st
         skate=skate_ratio(result, model.examples),
         miss=miss,
         untouched=result.statistics["untouched"],
+        below=below_pieces(result, model.examples),
+        fall=float(seam_falls(result, model.examples).max(initial=0.0)),
     )
 
 

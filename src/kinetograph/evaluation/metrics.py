@@ -8,9 +8,10 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.kinematics import joint_positions, role_positions
-from kinetograph.motion import Motion
+from kinetograph.kinematics import joint_positions, role_positions, velocities
+from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import contact_mask
+from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
 
@@ -85,6 +86,58 @@ def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
         speeds.append(np.linalg.norm(step, axis=1)[mask[1:] & mask[:-1]])
     together = np.concatenate(speeds) if speeds else np.zeros(0)
     return float(together.mean()) if len(together) else 0.0
+
+
+def low_toe_speed(motion: Motion) -> float:
+    """Mean ground speed of toes in the lowest 30 % of their heights, in m/s; not a number without toes."""
+    roles = [role for role in ("left_toe", "right_toe") if role in motion.skeleton.roles]
+    if not roles or len(motion) < 2:
+        return float("nan")
+    toes = role_positions(motion, roles)
+    speed = np.linalg.norm(np.gradient(toes[..., [0, 2]], 1 / motion.fps, axis=0), axis=-1)
+    return float(speed[toes[..., 1] <= np.quantile(toes[..., 1], 0.3, axis=0)].mean())
+
+
+def deepest_overlap(motion: Motion, partner: Motion) -> float:
+    """How deep two torsos are in one another at most, in metres; not a number where a skeleton has no torso.
+
+    It is negative where bodies are always apart. The motions have one rate; their common frames count.
+    """
+    if not (has_torso(motion.skeleton) and has_torso(partner.skeleton)):
+        return float("nan")
+    frames = min(len(motion), len(partner))
+    return float(overlaps(torso_of(cut(motion, 0, frames)), torso_of(cut(partner, 0, frames))).max())
+
+
+def fastest_low_toe(motion: Motion) -> float:
+    """The largest ground speed in m/s of a toe in the lowest 30 % of its heights; 0 for a skeleton without toes."""
+    roles = [role for role in ("left_toe", "right_toe") if role in motion.skeleton.roles]
+    if not roles:
+        return 0.0
+    toes = role_positions(motion, roles)
+    speeds = np.linalg.norm(velocities(toes[..., [0, 2]], motion.fps), axis=-1)
+    return float(speeds[toes[..., 1] <= np.quantile(toes[..., 1], 0.3, axis=0)].max())
+
+
+def sole_level(motion: Motion, contacts: tuple[Annotation, ...]) -> float:
+    """The median height in metres of the lowest planted joint of the feet; 0 without contacts.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        Labelled with the role.
+
+    Returns
+    -------
+    float
+    """
+    roles = sorted({note.label for note in contacts if note.label in motion.skeleton.roles})
+    if not roles:
+        return 0.0
+    masks = np.stack([contact_mask(contacts, role, len(motion), motion.fps) for role in roles], axis=1)
+    lowest = np.where(masks, role_positions(motion, roles)[..., 1], np.inf).min(axis=1)
+    return float(np.median(lowest[np.isfinite(lowest)])) if np.isfinite(lowest).any() else 0.0
 
 
 def accelerations(motion: Motion) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +18,11 @@ from kinetograph.evaluation.metrics import (
     distinct_share,
     fastest_of,
     jerk,
+    low_toe_speed,
     near_seams,
     position_errors,
 )
+from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
 from kinetograph.evaluation.rows import NOT_A_NUMBER, mean_rows
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -37,8 +40,9 @@ LOOPED = 8.0
 """Seconds for which a held-out clip that loops is played: one cycle is too short a control."""
 
 _OF_SEGMENTS = (
-    *("control_cm", "slide", "slide_recorded", "distinct", "segment_errors", "pattern_errors", "times_real_time"),
-    *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows"),
+    *("control_cm", "slide", "slide_recorded", "toes", "distinct", "most_used", "times_running"),
+    *("segment_errors", "pattern_errors", "times_real_time"),
+    *("seam", "seam_recorded", "seam_all", "seam_all_recorded", "turning", "elbows", "below_cm", "fall"),
 )
 """Figures that frame-by-frame methods do not have."""
 
@@ -63,6 +67,8 @@ class WalkRow:
         Mean distance of the joints from those of the real performance, in the room and relative to the root.
     slide, slide_recorded : float
         Mean speed of planted feet in m/s, in the result and in the real performance.
+    toes : float
+        Mean ground speed of toes while they are low (`low_toe_speed`), as a multiple of the real performance's.
     jerk : float
         Mean jerk of the joints, as a multiple of the real performance's.
     seam, seam_recorded : float
@@ -73,8 +79,16 @@ class WalkRow:
         The same as multiples of the 99th percentile of all joints' accelerations.
     turning, elbows : float
         The fastest turn of the body and the fastest bend of an elbow, as multiples of the recordings' fastest.
+    below_cm : float
+        How far a point of the body is below the floor, and below where it is lowest in the recordings, at most.
+    fall : float
+        The fastest fall of the centre of mass, as a multiple of the recordings' fastest, or of free fall if that is
+        faster.
     distinct : float
         Seconds of recordings used, as a share of the seconds made.
+    most_used, times_running : float
+        The share of the pieces that the one used most often has, and how many times running one or a pair of them is
+        used.
     segment_errors, pattern_errors : float
         Shares of the labelled segments, and of the patterns they make up, that are another move (`label_errors`).
     times_real_time : float
@@ -90,6 +104,7 @@ class WalkRow:
     relative_cm: float
     slide: float
     slide_recorded: float
+    toes: float
     jerk: float
     seam: float
     seam_recorded: float
@@ -97,7 +112,11 @@ class WalkRow:
     seam_all_recorded: float
     turning: float
     elbows: float
+    below_cm: float
+    fall: float
     distinct: float
+    most_used: float
+    times_running: float
     segment_errors: float
     pattern_errors: float
     times_real_time: float
@@ -109,6 +128,7 @@ def leave_one_take_out(
     *,
     track: str | None = None,
     baselines: bool = False,
+    without: Collection[str] = (),
     progress: Progress | None = None,
 ) -> list[WalkRow]:
     """Perform the hips of each take with the other takes as the library (section 6.1).
@@ -123,6 +143,8 @@ def leave_one_take_out(
         Name of the track to make, where takes have several motions.
     baselines : bool
         Whether simpler methods are compared: nearest segments without continuity, and frame-by-frame ones.
+    without : collection of str
+        Takes that are neither held out nor in the library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -132,13 +154,13 @@ def leave_one_take_out(
         One row per take and method.
     """
     rows = []
-    names = library.names()
+    names = [name for name in library.names() if name not in without]
     for done, name in enumerate(names, start=1):
-        take = library.take(name)
-        rows.append(_synthesized("segments", method, library, take, track))
+        held = _Held(library, library.take(name), track, tuple(without))
+        rows.append(_synthesized("segments", method, held))
         if baselines:
-            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, take, track))
-            rows += _frame_by_frame(method, library, take, track)
+            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), held))
+            rows += _frame_by_frame(method, held)
         if progress:
             progress(done, len(names))
     return rows
@@ -187,19 +209,39 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         pieces=len(result.pieces),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
         slide_recorded=contact_speed(truth, detect_contacts(truth)),
+        toes=low_toe_speed(result.motion) / low_toe_speed(truth),
         seam=ours / frame_limit,
         seam_recorded=real / frame_limit,
         seam_all=ours / joint_limit,
         seam_all_recorded=real / joint_limit,
         turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
         elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
+        below_cm=100 * below_recordings(result.motion, sources),
+        fall=fall_ratio(result.motion, sources),
         distinct=distinct_share(result),
+        most_used=result.statistics["most_used"],
+        times_running=result.statistics["times_running"],
         times_real_time=truth.duration / seconds,
     )
 
 
-def _synthesized(label: str, method: PerformanceControl, library: Library, take: Take, track: str | None) -> WalkRow:
-    model = method.fit(library, exclude=(take.name,), track=track)
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A take that is held out of a library, with others that are not used at all."""
+
+    library: Library
+    take: Take
+    track: str | None
+    without: tuple[str, ...]
+
+    @property
+    def excluded(self) -> tuple[str, ...]:
+        return (self.take.name, *self.without)
+
+
+def _synthesized(label: str, method: PerformanceControl, held: _Held) -> WalkRow:
+    take, track = held.take, held.track
+    model = method.fit(held.library, exclude=held.excluded, track=track)
     truth = held_out_motion(take, track)
     began = time.process_time()
     result = model.synthesize(truth)
@@ -209,15 +251,15 @@ def _synthesized(label: str, method: PerformanceControl, library: Library, take:
     return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)
 
 
-def _frame_by_frame(method: PerformanceControl, library: Library, take: Take, track: str | None) -> list[WalkRow]:
+def _frame_by_frame(method: PerformanceControl, held: _Held) -> list[WalkRow]:
     """The baselines that see a path: they need its left and right point."""
     if not isinstance(method.control_points, GroundPath):
         return []
-    others = [library.take(name) for name in library.names() if name != take.name]
-    examples = [_example(method, other, track) for other in others]
-    truth = held_out_motion(take, track)
+    others = [held.library.take(name) for name in held.library.names() if name not in held.excluded]
+    examples = [_example(method, other, held.track) for other in others]
+    truth = held_out_motion(held.take, held.track)
     guide = guide_of_path(method.control_points.points(truth), truth.fps)
-    return [_row(take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
+    return [_row(held.take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
 
 
 def _example(method: PerformanceControl, take: Take, track: str | None) -> Example:

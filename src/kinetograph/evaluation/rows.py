@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import Field, replace
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -58,3 +58,25 @@ def mean_rows(rows: Sequence[Row], summed: Sequence[str] = ()) -> list[Row]:
         sums = {name: sum(getattr(row, name) for row in mine) for name in summed}
         means.append(replace(mine[0], take="mean", **figures, **sums))
     return means
+
+
+def means_with_and_without(rows: Sequence[Row], repeats: Collection[str], summed: Sequence[str] = ()) -> list[Row]:
+    """The means over all takes and, where some are near-repeats of others, over those that are not.
+
+    Parameters
+    ----------
+    rows : sequence of dataclass
+        One row per take and method, with fields ``take`` and ``method``.
+    repeats : collection of str
+        Takes that are near-repeats, as `near_repeats` gives them.
+    summed : sequence of str
+        Fields that are summed instead.
+
+    Returns
+    -------
+    list of dataclass
+        One or two rows per method, whose takes are ``"mean"`` and ``"mean without repeats"``.
+    """
+    others = [row for row in rows if row.take not in repeats]
+    apart = mean_rows(others, summed) if len(others) < len(rows) else []
+    return [*mean_rows(rows, summed), *(replace(row, take="mean without repeats") for row in apart)]

@@ -17,7 +17,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.sensor_baselines import BASELINES, baseline
-from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score
+from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score, with_feet
 from kinetograph.library import Library
 from kinetograph.methods.sensor import (
     SYNTHESES,
@@ -30,6 +30,7 @@ from kinetograph.methods.sensor import (
     Optimisation,
     SensorControl,
     SensorModel,
+    SensorSynthesis,
     build_examples,
     example_motions,
     fit_examples,
@@ -183,7 +184,7 @@ def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Itera
 
 def timed(
     model: SensorModel, readings: Readings, clock: Callable[[], float] = time.thread_time
-) -> tuple[FloatArray, list[float]]:
+) -> tuple[SensorSynthesis, list[float]]:
     """Run a model live, with the readings of one frame at a time.
 
     Parameters
@@ -195,7 +196,7 @@ def timed(
 
     Returns
     -------
-    rotations : ndarray, shape (F, J, 4)
+    result : SensorSynthesis
     times : list of float
         Seconds that each frame took.
     """
@@ -210,7 +211,7 @@ def timed(
         live.step(part)
         times.append(clock() - began)
         low = int(high)
-    return live.finish().motion.rotations, times
+    return live.finish(), times
 
 
 def evaluate(
@@ -250,9 +251,9 @@ def evaluate(
         readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1000 + done))
         rows += _baseline_rows(fold, method, readings)
         for name, model in fitted_to(methods, fold.examples):
-            rotations, times = timed(model, readings)
-            row, by_joint = score(name, fold.group, rotations, fold.truth, times)
-            rows.append(row)
+            made, times = timed(model, readings)
+            row, by_joint = score(name, fold.group, made.motion.rotations, fold.truth, times)
+            rows.append(with_feet(row, made, fold.truth))
             joints[name].append(by_joint)
         if progress:
             progress(done, len(todo))

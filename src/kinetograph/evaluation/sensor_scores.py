@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.evaluation.metrics import contact_speed, fastest_low_toe, sole_level
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods.sensor import without_heading
 from kinetograph.motion import Motion
+from kinetograph.post import floor_height
+from kinetograph.segmentation import detect_contacts
+from kinetograph.synthesis import Synthesis
+
+_FEET = ("slide_cm_s", "recorded_cm_s", "low_toe_cm_s", "sole_cm")
+_AVERAGED = ("angle", "rms", "position_cm", "jitter", "p50_ms", "p99_ms", *_FEET)
 
 
 @dataclass(frozen=True)
@@ -32,6 +39,13 @@ class SensorRow:
         Mean joint acceleration over the source's, likewise.
     p50_ms, p99_ms : float
         Processor time of a frame: median and 99 %.
+    slide_cm_s, recorded_cm_s : float
+        Mean ground speed of planted feet, as made and as recorded; not a number for poses without a root.
+    low_toe_cm_s : float
+        Largest ground speed of a toe in the lowest 30 % of its heights.
+    sole_cm : float
+        How far the lowest toe is over the recorded one, in the median over frames with planted feet: characters would
+        float or sink by that.
     """
 
     method: str
@@ -44,6 +58,10 @@ class SensorRow:
     jitter: float
     p50_ms: float
     p99_ms: float
+    slide_cm_s: float = float("nan")
+    recorded_cm_s: float = float("nan")
+    low_toe_cm_s: float = float("nan")
+    sole_cm: float = float("nan")
 
 
 def pose_errors(result: FloatArray, truth: FloatArray) -> FloatArray:
@@ -116,6 +134,31 @@ def score(
     return row, errors.mean(axis=0)
 
 
+def with_feet(row: SensorRow, result: Synthesis, truth: Motion) -> SensorRow:
+    """A row with what the feet of a result do.
+
+    Parameters
+    ----------
+    row : SensorRow
+    result : Synthesis
+        With the contacts of its feet.
+    truth : Motion
+
+    Returns
+    -------
+    SensorRow
+    """
+    recorded = detect_contacts(truth)
+    made = 100 * sole_level(result.motion, result.annotations)
+    return replace(
+        row,
+        slide_cm_s=100 * contact_speed(result.motion, result.annotations),
+        recorded_cm_s=100 * contact_speed(truth, recorded),
+        low_toe_cm_s=100 * fastest_low_toe(result.motion),
+        sole_cm=made - 100 * (sole_level(truth, recorded) - floor_height(truth, recorded)),
+    )
+
+
 def _acceleration(positions: FloatArray) -> float:
     """Mean size of second differences."""
     return float(np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).mean())
@@ -128,9 +171,6 @@ def averaged(rows: Sequence[SensorRow]) -> list[SensorRow]:
         alike.setdefault((row.group, row.method), []).append(row)
     out = []
     for (group, method), same in alike.items():
-        means = {
-            name: float(np.mean([getattr(r, name) for r in same]))
-            for name in ("angle", "rms", "position_cm", "jitter", "p50_ms", "p99_ms")
-        }
+        means = {name: float(np.mean([getattr(r, name) for r in same])) for name in _AVERAGED}
         out.append(SensorRow(method, group, sum(r.takes for r in same), sum(r.frames for r in same), **means))
     return out

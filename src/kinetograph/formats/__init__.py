@@ -10,7 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from kinetograph.formats.atomic import atomic_path
-from kinetograph.formats.body import body_of
+from kinetograph.formats.body import body_of, capsule_character
 from kinetograph.formats.capsules import Capsule, body_capsules, rest_positions, stature
 from kinetograph.formats.files import READERS, WRITERS, load, read, read_character, save, stream
 from kinetograph.formats.names import unique
@@ -53,6 +53,7 @@ __all__ = [
     "atomic_path",
     "body_capsules",
     "body_of",
+    "capsule_character",
     "find_pose",
     "load",
     "merge_sensors",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.character import Character, Skin
+from kinetograph.character import Character, Skin, skin_heights
 from kinetograph.errors import RequestError
-from kinetograph.formats.capsules import rest_positions
+from kinetograph.formats.capsules import TOE, rest_positions, stature
 from kinetograph.formats.surface import body_surface
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
@@ -17,13 +17,15 @@ from kinetograph.take import Take
 # linear colours: a light grey, blue and vermilion, which colour-blind people can tell apart
 _PALETTE = (("middle", (0.55, 0.55, 0.55)), ("left", (0.03, 0.22, 0.50)), ("right", (0.62, 0.13, 0.03)))
 
+_SOLES = (-0.02, 0.1)  # of the stature: a planted toe joint between these heights is over a floor at y = 0
 
-def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Skin, FloatArray]:
-    """The skin that a motion of a skeleton is written with, and the rest positions of its joints.
+
+def body_of(motion: Motion, character: Character | None = None) -> tuple[Skin, FloatArray]:
+    """The skin that a motion is written with, and the rest positions of its joints.
 
     Parameters
     ----------
-    skeleton : Skeleton
+    motion : Motion
     character : Character, optional
         Whose skin to take; without one, a body of capsules.
 
@@ -38,15 +40,15 @@ def body_of(skeleton: Skeleton, character: Character | None = None) -> tuple[Ski
     RequestError
         The skeleton is not the character's.
     """
-    return skin_of(skeleton, character), rest_positions(skeleton)
+    return skin_of(motion, character), rest_positions(motion.skeleton)
 
 
-def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
-    """The skin for a skeleton: the character's or, without one, a capsule per bone.
+def skin_of(motion: Motion, character: Character | None = None) -> Skin:
+    """The skin for a motion: the character's or, without one, a capsule per bone, with soles on the floor.
 
     Parameters
     ----------
-    skeleton : Skeleton
+    motion : Motion
     character : Character, optional
 
     Returns
@@ -58,18 +60,71 @@ def skin_of(skeleton: Skeleton, character: Character | None = None) -> Skin:
     RequestError
         The skeleton is not the character's.
     """
-    if character is not None:
-        if not character.fits(skeleton):
-            raise RequestError(
-                f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
-            )
-        return character.skin
-    surface = body_surface(skeleton)
+    if character is None:
+        return capsule_character(motion.skeleton, sole_depth(motion)).skin
+    if not character.fits(motion.skeleton):
+        raise RequestError(
+            f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
+        )
+    return character.skin
+
+
+def capsule_character(skeleton: Skeleton, sole: float | None = None) -> Character:
+    """A body of capsules for any skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    sole : float, optional
+        See `body_capsules`.
+
+    Returns
+    -------
+    Character
+    """
+    surface = body_surface(skeleton, sole)
     joints = np.zeros((len(surface.points), 4), dtype=np.int64)
     joints[:, 0] = surface.joints
     weights = np.zeros((len(surface.points), 4))
     weights[:, 0] = 1.0
-    return Skin(surface.points, surface.normals, surface.triangles, joints, weights, surface.sides, _PALETTE)
+    skin = Skin(surface.points, surface.normals, surface.triangles, joints, weights, surface.sides, _PALETTE)
+    return Character("capsules", skeleton, skin)
+
+
+def sole_depth(motion: Motion) -> float | None:
+    """How far below the toe joints capsules have their soles so that planted feet touch the floor, y = 0.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    float or None
+        Metres, by the median over planted frames; None where no foot is planted near y = 0.
+    """
+    from kinetograph.segmentation import detect_contacts  # loads SciPy, which reading files does not need
+
+    skeleton = motion.skeleton
+    body = capsule_character(skeleton)
+    times = np.arange(len(motion)) / motion.fps
+    heights = [np.zeros(0)]
+    for side in ("left", "right"):
+        roles = [f"{side}_foot", f"{side}_toe"]
+        if set(roles) <= skeleton.roles.keys():
+            contacts = [note for note in detect_contacts(motion) if note.label in roles]
+            planted = np.any(
+                [np.zeros(len(times)), *((times >= n.start) & (times <= n.stop) for n in contacts)], axis=0
+            )
+            joints = [skeleton.roles[role].joint for role in roles]
+            points = np.flatnonzero(np.isin(body.skin.joints[:, 0], joints))
+            heights.append(skin_heights(motion, body.skin, points).min(axis=1)[planted])
+    together = np.concatenate(heights)
+    if not len(together):
+        return None
+    tall = stature(skeleton)
+    depth = TOE * tall + float(np.median(together))
+    return depth if _SOLES[0] * tall < depth < _SOLES[1] * tall else None
 
 
 def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[str, Motion]]:

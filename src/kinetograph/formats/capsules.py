@@ -6,7 +6,7 @@ take the part of their parent. A skeleton without roles gets radii from the leng
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,8 +48,13 @@ _RADII = {
     "foot": (0.022, 0.020),
     "toe": (0.020, 0.015),
 }
+TOE = _RADII["toe"][0]
+"""Radius of a toe, in statures."""
 _WIDER = {"torso": 1.4, "head": 0.9, "foot": 1.1, "toe": 1.3}  # side to side over front to back
 _STUB = {"head": 0.13, "hand": 0.09, "foot": 0.13, "toe": 0.04}  # of leaf joints without an end site, in statures
+
+_HEEL = 0.03  # of the stature: how far the middle of a heel is behind the ankle
+_SHORTEST_FOOT = 0.02  # of the stature
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +74,7 @@ class Capsule:
     radii : tuple of float
         The radii of the two balls, metres.
     part : str
-        Part of the body, ``""`` where unknown.
+        Part of the body, ``""`` where unknown; ``"heel"`` for the bone from the ankle to the back of the sole.
     side : int
         0 in the middle, 1 on the left, 2 on the right.
     wider : ndarray, shape (3,)
@@ -181,15 +186,62 @@ def body_parts(skeleton: Skeleton) -> tuple[tuple[str, ...], tuple[int, ...]]:
     return tuple(parts), tuple(sides)
 
 
-def body_capsules(skeleton: Skeleton) -> tuple[Capsule, ...]:
-    """The capsules of a skeleton's body; at least one, since a lone joint gets a ball."""
+def body_capsules(skeleton: Skeleton, sole: float | None = None) -> tuple[Capsule, ...]:
+    """The capsules of a skeleton's body; at least one, since a lone joint gets a ball.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    sole : float, optional
+        Metres from the toe joints down to the undersides of the feet, when these lie flat as they do at rest; as thick
+        as the toes by default.
+
+    Returns
+    -------
+    tuple of Capsule
+    """
     body = _Body(skeleton, stature(skeleton), *body_axes(skeleton), *body_parts(skeleton))
     capsules = [
         _capsule(body, joint, child, tip, _part(body, joint, child))
         for joint in range(len(skeleton))
         for child, tip in _ends(body, joint)
     ]
+    for side, name in ((LEFT, "left"), (RIGHT, "right")):
+        capsules = _soled(body, capsules, side, name, sole)
     return tuple(capsules) or (_capsule(body, 0, -1, np.zeros(3), ""),)
+
+
+def _soled(body: _Body, capsules: list[Capsule], side: int, name: str, sole: float | None) -> list[Capsule]:
+    """The capsules with one foot flat underneath, and a heel."""
+    roles, rest = body.skeleton.roles, rest_positions(body.skeleton)
+    if not {f"{name}_foot", f"{name}_toe"} <= roles.keys():
+        return capsules
+    ankle, toe = (rest[roles[f"{name}_{part}"].joint] + roles[f"{name}_{part}"].offset for part in ("foot", "toe"))
+    ahead = toe - ankle - body.up * ((toe - ankle) @ body.up)
+    length = float(np.linalg.norm(ahead))
+    if length < 0.5 * float(np.linalg.norm(toe - ankle)) or length < _SHORTEST_FOOT * body.stature:
+        return capsules  # the rest pose is none that anyone stands in
+    thick = (TOE * body.stature) if sole is None else sole
+    plane = float(toe @ body.up) - thick
+    feet = [c for c in capsules if c.side == side and c.part in ("foot", "toe")]
+    shaped = {id(c): _flat(c, body.up, plane - float(rest[c.joint] @ body.up), ankle - rest[c.joint]) for c in feet}
+    joint, radius = roles[f"{name}_foot"].joint, TOE * body.stature
+    centre = ankle - rest[joint] - ahead / length * _HEEL * body.stature
+    centre = centre + body.up * (plane + radius - float((rest[joint] + centre) @ body.up))
+    heel = _capsule(body, joint, -1, centre, "foot")
+    heel = replace(heel, radii=(heel.radii[0], radius), part="heel", wider=body.left * _WIDER["foot"])
+    return [*(shaped.get(id(c), c) for c in capsules), heel]
+
+
+def _flat(capsule: Capsule, up: FloatArray, plane: float, ankle: FloatArray) -> Capsule:
+    """A capsule of a foot with its balls on the plane of the sole; the one at the ankle may be above it."""
+
+    def placed(centre: FloatArray, radius: float) -> FloatArray:
+        short = plane + radius - float(centre @ up)
+        return centre + up * (max(short, 0.0) if np.linalg.norm(centre - ankle) < SHORT else short)
+
+    start, stop = placed(capsule.start, capsule.radii[0]), placed(capsule.stop, capsule.radii[1])
+    return replace(capsule, start=start, stop=stop)
 
 
 def _part(body: _Body, joint: int, child: int) -> str:

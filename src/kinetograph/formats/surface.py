@@ -39,12 +39,12 @@ class Surface:
     sides: IntArray
 
 
-def body_surface(skeleton: Skeleton) -> Surface:
-    """The triangles of a skeleton's capsules in the rest pose."""
+def body_surface(skeleton: Skeleton, sole: float | None = None) -> Surface:
+    """The triangles of a skeleton's capsules in the rest pose; ``sole`` as for `body_capsules`."""
     rest = rest_positions(skeleton)
     points, normals, joints, triangles, sides = [], [], [], [], []
     count = 0
-    for capsule in body_capsules(skeleton):
+    for capsule in body_capsules(skeleton, sole):
         p, n, t = _hull(capsule)
         points.append(p + rest[capsule.joint])
         normals.append(n)

@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Affine": "alignment",
     "Alignment": "alignment",
     "Arrivals": "segmental",
     "Classes": "posterior",
@@ -36,6 +37,7 @@ _ROOMS = {
     "PreparedExamples": "alignment",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
+    "Reuse": "reuse",
     "Rigid": "alignment",
     "Route": "routes",
     "RouteSegment": "routes",
@@ -46,13 +48,16 @@ _ROOMS = {
     "Similarity": "alignment",
     "Solution": "posterior",
     "Span": "retiming",
+    "Tolls": "goals",
     "UnreachableError": "markov",
     "advance_body": "frame_programme",
+    "bar": "transitions",
     "best_paths": "continuity",
     "classes_of": "posterior",
     "complete_linkage": "linkage",
     "count_transitions": "markov",
     "discourage": "transitions",
+    "fading": "reuse",
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
@@ -63,6 +68,7 @@ _ROOMS = {
     "init_paths": "continuity",
     "join_small": "mixture",
     "k_best_paths": "k_best",
+    "keep_transitions": "transitions",
     "kmeans": "quantisation",
     "last_frames": "transitions",
     "learn_strengths": "trust",
@@ -88,6 +94,7 @@ _ROOMS = {
 }
 
 __all__ = [
+    "Affine",
     "Alignment",
     "Arrivals",
     "Classes",
@@ -112,6 +119,7 @@ __all__ = [
     "PreparedExamples",
     "Quantiser",
     "Rbf",
+    "Reuse",
     "Rigid",
     "Route",
     "RouteSegment",
@@ -122,13 +130,16 @@ __all__ = [
     "Similarity",
     "Solution",
     "Span",
+    "Tolls",
     "UnreachableError",
     "advance_body",
+    "bar",
     "best_paths",
     "classes_of",
     "complete_linkage",
     "count_transitions",
     "discourage",
+    "fading",
     "find_route",
     "find_transitions",
     "fit_gaussian",
@@ -139,6 +150,7 @@ __all__ = [
     "init_paths",
     "join_small",
     "k_best_paths",
+    "keep_transitions",
     "kmeans",
     "last_frames",
     "learn_strengths",
@@ -175,13 +187,22 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.learn.alignment import Alignment, Continued, Fixed, Ground, PreparedExamples, Rigid, Similarity
+    from kinetograph.learn.alignment import (
+        Affine,
+        Alignment,
+        Continued,
+        Fixed,
+        Ground,
+        PreparedExamples,
+        Rigid,
+        Similarity,
+    )
     from kinetograph.learn.commitment import Commitment, Hypotheses
     from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
     from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
-    from kinetograph.learn.goals import Goal, SearchOptions, least_interval, least_steps
+    from kinetograph.learn.goals import Goal, SearchOptions, Tolls, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
     from kinetograph.learn.k_best import k_best_paths
@@ -201,6 +222,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.quantisation import Quantiser, kmeans
     from kinetograph.learn.reduction import Pca, fit_pca
     from kinetograph.learn.retiming import Span, retime
+    from kinetograph.learn.reuse import Reuse, fading
     from kinetograph.learn.routes import Route, RouteSegment
     from kinetograph.learn.segmental import (
         Arrivals,
@@ -213,5 +235,13 @@ if TYPE_CHECKING:
     )
     from kinetograph.learn.smoothing import smooth_path
     from kinetograph.learn.timed_search import find_route
-    from kinetograph.learn.transitions import Graph, discourage, find_transitions, last_frames, make_graph
+    from kinetograph.learn.transitions import (
+        Graph,
+        bar,
+        discourage,
+        find_transitions,
+        keep_transitions,
+        last_frames,
+        make_graph,
+    )
     from kinetograph.learn.trust import learn_strengths, shrinkage

@@ -49,22 +49,23 @@ def relax(
     last: IntArray,
     starts: IntArray,
     target: IntArray,
-    cost: FloatArray,
+    change: FloatArray,
+    play: FloatArray,
     commit: int,
-    step: float,
 ) -> bool:
     """One backward sweep of Bellman's equation over all frames, in place; returns whether any value fell.
 
     to_go ``(N,)``; last ``(N,)``: the last frame of each frame's recording; transitions of frame i are
-    ``starts[i]`` to ``starts[i + 1]``. Playing on costs ``step``; a transition its cost and 1 + ``commit`` steps.
+    ``starts[i]`` to ``starts[i + 1]``. Playing on from i costs ``play[i]``, a transition ``change[e]``, the ``commit``
+    steps that it is followed by included.
     """
     changed = False
     for i in range(len(to_go) - 1, -1, -1):
         best = to_go[i]
         if i < last[i]:
-            best = min(best, to_go[i + 1] + step)
+            best = min(best, to_go[i + 1] + play[i])
         for e in range(starts[i], starts[i + 1]):
-            best = min(best, cost[e] + to_go[target[e] + commit] + step * (1 + commit))
+            best = min(best, change[e] + to_go[target[e] + commit])
         if best < to_go[i]:
             to_go[i] = best
             changed = True

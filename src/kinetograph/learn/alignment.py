@@ -2,12 +2,12 @@
 
 D is the weighted squared distance that is left after the best transform M of a group has been applied to the example
 (4.1, 4.2). Each group is a class: `Ground` (a rotation about the vertical and a shift on the ground), `Similarity`
-(also a scale of what lies on the ground: heights stay), `Rigid` (any rotation and shift), `Fixed` (no transform) and
-`Continued` (no transform; each piece goes on from where the one before ends). Each scores all windows against all
-examples with one matrix product.
+(also a scale of what lies on the ground: heights stay), `Affine` (any linear map of the ground without reflection, and
+a shift), `Rigid` (any rotation and shift), `Fixed` (no transform) and `Continued` (no transform; each piece goes on
+from where the one before ends). Each scores all windows against all examples with one matrix product, or two.
 
 A scale of 0 would fit any example to a control that stands still, for nothing: scales are bounded. Within the bounds
-the optimum has a closed form too: D is quadratic in the scale, whatever the rotation.
+the optimum of a similarity has a closed form too: D is quadratic in the scale, whatever the rotation.
 
 Shapes: windows ``(B, S, P, 3)`` and examples ``(N, S, P, 3)`` in metres, S samples of P points; weights ``(S, P)``,
 which carry the time step, so that D is in m^2 s. Costs come out as ``(B, N)``.
@@ -22,7 +22,7 @@ import numpy as np
 
 from kinetograph.arrays import ComplexArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import _kernels
+from kinetograph.learn import _affine_kernels, _kernels
 from kinetograph.learn.ground_examples import GroundExamples
 from kinetograph.learn.placement import GroundPlacement, Placement, RigidPlacement
 
@@ -124,10 +124,7 @@ class Similarity:
     continues = False
 
     def __post_init__(self) -> None:
-        if not 0 < self.least <= 1 <= self.greatest < np.inf:
-            raise RequestError(
-                f"scales run from one in (0, 1] to one of 1 or more, found {self.least} and {self.greatest}"
-            )
+        _require_scales(self.least, self.greatest)
 
     def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
         """See `Alignment.align`."""
@@ -151,6 +148,77 @@ class Similarity:
         scale = np.clip(best, self.least, self.greatest)
         costs = window_spread[:, None] + scale * (scale * example_spread - 2.0 * size)
         return np.maximum(costs, 0.0), scale
+
+
+@dataclass(frozen=True)
+class Affine:
+    """Any linear map of the ground without reflection, and a shift on it; heights stay (chapter 7).
+
+    The thesis calls these arbitrary homogeneous transformations in two dimensions. D is that of the affine map, which a
+    thousandth of the example's spread draws to the best similarity: a straight line says nothing about the axis across
+    it. A body
+    cannot be sheared: what is placed, the points compared across seams as well as the character, is placed by the
+    similarity nearest to the map about the middle of the example, which has its own rotation and scale; a character
+    keeps its size, and its path over the ground is scaled.
+
+    Parameters
+    ----------
+    least, greatest : float
+        Bounds of the two singular values, the scales along the axes that the map keeps square: 0 < least <= 1 <=
+        greatest.
+    """
+
+    least: float = 0.5
+    greatest: float = 2.0
+
+    moves = True
+    continues = False
+
+    def __post_init__(self) -> None:
+        _require_scales(self.least, self.greatest)
+
+    def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
+        """See `Alignment.align`."""
+        costs, direct, _, (window_means, example_means) = self._fit(windows, examples, weights)
+        shift = window_means[:, None] - direct * example_means
+        return costs + _heights(windows, examples, weights.ravel()), GroundPlacement(direct, shift)
+
+    def maps(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The maps themselves: a point (x, z) of an example goes to ``linear @ (x, z) + shift``.
+
+        Parameters
+        ----------
+        windows : ndarray, shape (B, S, P, 3)
+        examples : ndarray, shape (N, S, P, 3)
+        weights : ndarray, shape (S, P)
+
+        Returns
+        -------
+        linear : ndarray, shape (B, N, 2, 2)
+        shift : ndarray, shape (B, N, 2)
+            Metres.
+        """
+        _, p, q, (window_means, example_means) = self._fit(windows, examples, weights)
+        shift = window_means[:, None] - p * example_means - q * example_means.conj()
+        # z + i x is p (z + i x) + q (z - i x)
+        rows = ((p.real - q.real, p.imag + q.imag), (q.imag - p.imag, p.real + q.real))
+        linear = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        return linear, np.stack([shift.imag, shift.real], axis=-1)
+
+    def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
+        """See `Alignment.prepare`."""
+        return _AsTheyAre(self, examples, weights)
+
+    def _fit(
+        self, windows: FloatArray, examples: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, ComplexArray, ComplexArray, tuple[ComplexArray, ComplexArray]]:
+        """Costs on the ground, p and q of ``p z + q conj(z)``, all ``(B, N)``, and the means of both."""
+        w = weights.ravel()
+        x, a, means = _centred(windows, examples, w)
+        products = x @ (a.conj() * w).T, x @ (a * w).T
+        spreads = _power(x) @ w, _power(a) @ w
+        fit = _affine_kernels.fit_affine(products, a**2 @ w, spreads, (self.least, self.greatest))
+        return *fit, means
 
 
 @dataclass(frozen=True)
@@ -219,12 +287,24 @@ class _Plane:
     @classmethod
     def of(cls, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> _Plane:
         w = weights.ravel()
-        total = w.sum()
-        x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
-        a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
-        x_mean, a_mean = x @ w / total, a @ w / total
-        x, a = x - x_mean[:, None], a - a_mean[:, None]
-        return cls(x @ (a.conj() * w).T, (_power(x) @ w, _power(a) @ w), (x_mean, a_mean))
+        x, a, means = _centred(windows, examples, w)
+        return cls(x @ (a.conj() * w).T, (_power(x) @ w, _power(a) @ w), means)
+
+
+def _centred(
+    windows: FloatArray, examples: FloatArray, w: FloatArray
+) -> tuple[ComplexArray, ComplexArray, tuple[ComplexArray, ComplexArray]]:
+    """Windows and examples in the complex ground plane z + i x without their weighted means, and these."""
+    total = w.sum()
+    x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
+    a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
+    x_mean, a_mean = x @ w / total, a @ w / total
+    return x - x_mean[:, None], a - a_mean[:, None], (x_mean, a_mean)
+
+
+def _require_scales(least: float, greatest: float) -> None:
+    if not 0 < least <= 1 <= greatest < np.inf:
+        raise RequestError(f"scales run from one in (0, 1] to one of 1 or more, found {least} and {greatest}")
 
 
 def _power(z: ComplexArray) -> FloatArray:

@@ -20,6 +20,30 @@ _SWEEPS = 100
 
 
 @dataclass(frozen=True, eq=False)
+class Tolls:
+    """What it costs to go through frames on the way to a goal, in addition to the fees that hold everywhere.
+
+    Parameters
+    ----------
+    level : ndarray, shape (N,)
+        How much is charged for at each frame, from 0 to 1.
+    rise : float
+        Cost of going from a frame of level 0 to one of level 1.
+    step : float
+        Cost of a step to a frame of level 1.
+    """
+
+    level: FloatArray
+    rise: float
+    step: float
+
+    def between(self, source: IntArray, target: IntArray) -> FloatArray:
+        """What steps from some frames to others cost, shape ``(M,)``."""
+        level = self.level[target]
+        return self.rise * np.maximum(level - self.level[source], 0.0) + self.step * level
+
+
+@dataclass(frozen=True, eq=False)
 class Goal:
     """Frames of which a route is to pass one, and when and where.
 
@@ -37,6 +61,8 @@ class Goal:
         How the root is to face, radians; free without it.
     reach : float
         Metres that a route may end away from the place; its path is then shifted to meet it.
+    tolls : Tolls, optional
+        What the frames on the way to the goal cost.
     """
 
     frames: IntArray
@@ -45,6 +71,7 @@ class Goal:
     place: complex | None = None
     heading: float | None = None
     reach: float = 0.5
+    tolls: Tolls | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +117,47 @@ def longest_intervals(goals: list[Goal], options: SearchOptions) -> list[float]:
     ]
 
 
-def costs_to_go(graph: Graph, goals: list[Goal], most: list[float], step_fee: float) -> list[FloatArray]:
+@dataclass(frozen=True, eq=False)
+class Costs:
+    """What a route through a graph costs on the way to one goal.
+
+    Parameters
+    ----------
+    play : ndarray, shape (N,)
+        The step from each frame to the next.
+    change : ndarray, shape (E,)
+        Each transition, with the steps that the recording it leads to is then played on for.
+    start : ndarray, shape (N,)
+        The first ``graph.commit`` steps from each frame.
+    """
+
+    play: FloatArray
+    change: FloatArray
+    start: FloatArray
+
+
+def costs_on_the_way(graph: Graph, goal: Goal, step_fee: float) -> Costs:
+    """What a route costs on the way to a goal, the goal's own cost left out.
+
+    Parameters
+    ----------
+    graph : Graph
+    goal : Goal
+    step_fee : float
+        Cost of a step.
+    """
+    count, tolls = len(graph), goal.tolls
+    play, change = np.full(count, step_fee), graph.cost + step_fee
+    if tolls is not None:
+        frames = np.arange(count)
+        play += tolls.between(frames, np.minimum(frames + 1, graph.last))
+        change += tolls.between(np.repeat(frames, np.diff(graph.starts)), graph.target)
+    before = np.concatenate([[0.0], np.cumsum(play)])
+    start = before[np.minimum(np.arange(count) + graph.commit, count)] - before[:-1]
+    return Costs(play, change + start[graph.target], start)
+
+
+def costs_to_go(graph: Graph, goals: list[Goal], most: list[float], costs: list[Costs]) -> list[FloatArray]:
     """The least cost from every frame through all goals that are left, times and places forgotten.
 
     Parameters
@@ -100,8 +167,8 @@ def costs_to_go(graph: Graph, goals: list[Goal], most: list[float], step_fee: fl
         The goals to pass, in order; the frames that a route starts from are not among them.
     most : list of float
         The most steps of the interval before each goal; routes with more transitions than fit in it are left out.
-    step_fee : float
-        Cost of a step.
+    costs : list of Costs
+        Those on the way to each goal.
 
     Returns
     -------
@@ -109,13 +176,13 @@ def costs_to_go(graph: Graph, goals: list[Goal], most: list[float], step_fee: fl
         Costs from the beginning of each interval on.
     """
     after = np.zeros(len(graph))
-    costs: list[FloatArray] = []
-    for goal, steps in zip(reversed(goals), reversed(most), strict=True):
+    found: list[FloatArray] = []
+    for goal, steps, own in zip(reversed(goals), reversed(most), reversed(costs), strict=True):
         to_go = np.full(len(graph), np.inf)
         np.minimum.at(to_go, goal.frames, goal.costs + after[goal.frames])
-        costs.append(_settle(graph, to_go, graph.cost, step_fee, steps))
-        after = committed(graph, costs[-1]) + graph.commit * step_fee
-    return costs[::-1]
+        found.append(_settle(graph, to_go, own, steps))
+        after = committed(graph, found[-1]) + own.start
+    return found[::-1]
 
 
 def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
@@ -135,7 +202,8 @@ def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
     """
     steps = np.full(len(graph), np.inf)
     steps[goal.frames] = 0.0
-    return _settle(graph, steps, np.zeros(len(graph.cost)), 1.0, most)
+    one = np.ones(len(graph))
+    return _settle(graph, steps, Costs(one, np.full(len(graph.cost), 1.0 + graph.commit), graph.commit * one), most)
 
 
 def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:
@@ -157,10 +225,12 @@ def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) 
     return float(steps[start.frames].min(initial=np.inf)) + graph.commit
 
 
-def _settle(graph: Graph, to_go: FloatArray, cost: FloatArray, step: float, most: float) -> FloatArray:
+def _settle(graph: Graph, to_go: FloatArray, costs: Costs, most: float) -> FloatArray:
     """Sweep until nothing changes, or every route of up to ``most`` steps is seen: k sweeps see k transitions."""
     for _ in range(int(min(most / (1 + graph.commit), _SWEEPS)) + 1):
-        if not _graph_kernels.relax(to_go, graph.last, graph.starts, graph.target, cost, graph.commit, step):
+        if not _graph_kernels.relax(
+            to_go, graph.last, graph.starts, graph.target, costs.change, costs.play, graph.commit
+        ):
             break
     return to_go
 

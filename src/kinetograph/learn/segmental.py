@@ -30,6 +30,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
 from kinetograph.learn._kernels import Links
+from kinetograph.learn.reuse import Memory, Reuse
 from kinetograph.learn.ring import GroupedRing, Ring, inexact, predecessors
 
 GROUPED = 5000
@@ -54,6 +55,8 @@ class SegmentalSearch:
         exactly.
     share : float
         Of many states, the share of a step's states that are worked out; the others get lower bounds of their scores.
+    reuse : Reuse, optional
+        What it costs to use something again; None makes it free.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class SegmentalSearch:
     continuity: float
     beam: float | None = None
     share: float = 1.0
+    reuse: Reuse | None = None
 
     def __post_init__(self) -> None:
         durations = np.asarray(self.durations, dtype=np.int64)
@@ -119,12 +123,15 @@ class SearchState:
         The back-pointers of every step.
     pairs : int
         How many pairs of states were evaluated.
+    memory : Memory, optional
+        What has been used, where reuse costs.
     """
 
     time: int = 0
     ring: Ring | None = None
     back: list[Links] = field(default_factory=list)
     pairs: int = 0
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,11 +144,15 @@ class SegmentalPath:
     starts, stops : ndarray of int, shape (L,)
         First and last steps of the states.
     score : float
-        Equation 4.5.
+        Equation 4.5, and the cost of reuse.
     pairs : int
         How many pairs of states were evaluated.
     proved : bool
-        Whether no sequence scores less; otherwise the score is a lower bound of all, and this sequence scores more.
+        Whether no sequence scores less.
+    exact : bool
+        Whether the score is that of this sequence; otherwise it is a lower bound of all, and this sequence scores more.
+    reuse : float
+        The part of the score that reuse costs.
     """
 
     states: IntArray
@@ -150,6 +161,8 @@ class SegmentalPath:
     score: float
     pairs: int
     proved: bool = True
+    exact: bool = True
+    reuse: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,10 +222,14 @@ def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> Sea
     """
     time = state.time + 1
     state.ring = state.ring or empty_ring(search, *arrivals.heads.shape)
+    if search.reuse and state.memory is None:
+        state.memory = Memory.empty(search.reuse, len(state.ring.live))
     scores, back, pairs = _extended(search, state, arrivals, time, search.durations)
+    if state.memory:
+        state.memory.remember(time, search.durations, back)
     record(search, state.ring, time, scores, arrivals.tails)
     state.back.append(back)
-    return SearchState(time, state.ring, state.back, state.pairs + pairs)
+    return SearchState(time, state.ring, state.back, state.pairs + pairs, state.memory)
 
 
 def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arrivals] | None = None) -> SegmentalPath:
@@ -249,7 +266,7 @@ def finish(search: SegmentalSearch, state: SearchState, partial: dict[int, Arriv
             best = Ending(candidate, used, int(links[candidate]), float(values[candidate]))
     if not np.isfinite(best.score):
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
-    return replace(trace(search, state, best, state.time), pairs=pairs)
+    return replace(trace(search, state, best, state.time), pairs=pairs, reuse=_reuse_paid(state, best))
 
 
 def left_early(
@@ -341,7 +358,7 @@ def prove(
     Returns
     -------
     SegmentalPath
-        Proved to be best, unless the search has a beam.
+        Proved to be best, unless the search has a beam or a cost of reuse.
 
     Raises
     ------
@@ -350,7 +367,7 @@ def prove(
     """
     for share in SHARES[:-1] if len(search.durations) >= GROUPED and search.beam is None else ():
         path = solve(replace(search, share=share), arrivals(), partial)
-        if path.proved:
+        if path.exact:
             return path
     return solve(search, arrivals(), partial)
 
@@ -372,8 +389,18 @@ def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int) -
         starts.append(stop - int(search.durations[states[-1]]))
         stops.append(stop)
         links.append(int(state.back[stop - 1][states[-1]]))
-    proved = search.beam is None and not inexact(np.array(links)).any()
-    return SegmentalPath(np.array(states[::-1]), np.array(starts[::-1]), np.array(stops[::-1]), end.score, 0, proved)
+    exact = not inexact(np.array(links)).any()
+    proved = exact and search.beam is None and search.reuse is None
+    steps = np.array(starts[::-1]), np.array(stops[::-1])
+    return SegmentalPath(np.array(states[::-1]), *steps, end.score, 0, proved, exact)
+
+
+def _reuse_paid(state: SearchState, end: Ending) -> float:
+    """What reuse has cost a sequence that ends at the latest step."""
+    if state.memory is None or state.ring is None:
+        return 0.0
+    before = int(predecessors(np.array(end.back)))
+    return state.memory.paid_by(state.time, end.used, state.ring.scores, (end.state, before, end.score))
 
 
 def _extended(
@@ -391,4 +418,7 @@ def _extended(
     links = np.empty(len(spans), dtype=np.int32)
     last = state.back[-1] if state.back else np.full(len(spans), -1, dtype=np.int32)
     arriving = (arrivals.costs, arrivals.heads, search.continuity)
-    return scores, links, state.ring.extend(time, spans, arriving, last, (scores, links), enough)
+    pairs = state.ring.extend(time, spans, arriving, last, (scores, links), enough)
+    if state.memory:
+        state.memory.price(time, spans, state.ring.scores, (scores, links))
+    return scores, links, pairs

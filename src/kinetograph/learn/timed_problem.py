@@ -10,7 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from kinetograph.learn.goals import Goal, SearchOptions, costs_to_go, least_steps, longest_intervals
+from kinetograph.learn.goals import (
+    Costs,
+    Goal,
+    SearchOptions,
+    costs_on_the_way,
+    costs_to_go,
+    least_steps,
+    longest_intervals,
+)
 from kinetograph.learn.routes import OpenRoutes
 from kinetograph.learn.transitions import Graph
 
@@ -31,6 +39,8 @@ class TimedProblem:
     facing : ndarray of complex, shape (N,)
         The heading of each frame's root.
     options : SearchOptions
+    costs : Costs
+        Those of all stages: ``play`` and ``start`` ``(S, N)``, ``change`` ``(S, E)``.
     to_go : ndarray, shape (S, N)
         The least cost from every frame through all goals that are left.
     steps : ndarray, shape (S, N)
@@ -45,6 +55,7 @@ class TimedProblem:
     ground: ComplexArray
     facing: ComplexArray
     options: SearchOptions
+    costs: Costs
     to_go: FloatArray
     steps: FloatArray
     arrival: FloatArray
@@ -56,12 +67,14 @@ def prepare(
     """A problem and its bounds; for the arguments see `find_route`."""
     most = longest_intervals(goals, options)
     start, *later = goals
-    to_go = np.stack(costs_to_go(graph, later, most, options.step_fee))
+    each = [costs_on_the_way(graph, goal, options.step_fee) for goal in later]
+    costs = Costs(*(np.stack(rows) for rows in zip(*((c.play, c.change, c.start) for c in each), strict=True)))
+    to_go = np.stack(costs_to_go(graph, later, most, each))
     steps = np.stack([least_steps(graph, goal, longest) for goal, longest in zip(later, most, strict=True)])
     arrival = np.full((len(later), len(graph)), np.inf)
     for stage, goal in enumerate(later):
         np.minimum.at(arrival[stage], goal.frames, goal.costs)
-    return TimedProblem(graph, start, later, ground, facing, options, to_go, steps, arrival)
+    return TimedProblem(graph, start, later, ground, facing, options, costs, to_go, steps, arrival)
 
 
 def places(problem: TimedProblem, routes: OpenRoutes) -> ComplexArray:

@@ -80,6 +80,11 @@ class _Frontier:
         if len(routes):
             self.waiting.setdefault(step, []).append(routes)
 
+    def begin(self, routes: OpenRoutes, step: int, problem: TimedProblem) -> None:
+        """Let routes begin a stage: they play on for the least number of frames, until ``step``, at its cost."""
+        cost = routes.cost + problem.costs.start[routes.stage, routes.frame]
+        self.commit(routes.with_values(cost=cost), step, problem.graph)
+
     def commit(self, routes: OpenRoutes, step: int, graph: Graph) -> None:
         """Let routes play on for the least number of frames, until ``step``; those whose recording ends before go."""
         last = graph.last[routes.frame]
@@ -104,7 +109,7 @@ def _start(problem: TimedProblem) -> _Frontier:
     zeros = np.zeros(len(goal.frames), dtype=np.int64)
     node = frontier.tree.add(zeros - 1, goal.frames, 0, zeros, zeros - 1)
     routes = OpenRoutes(zeros, goal.frames, goal.costs, node, zeros, zeros.astype(np.float64), rotation, shift)
-    frontier.commit(routes, problem.graph.commit, problem.graph)
+    frontier.begin(routes, problem.graph.commit, problem)
     return frontier
 
 
@@ -128,7 +133,7 @@ def _pass_goals(problem: TimedProblem, frontier: _Frontier, routes: OpenRoutes, 
     if len(onward):
         stage = onward.stage + 1
         node = frontier.tree.add(onward.node, onward.frame, step, stage, np.full(len(onward), -1))
-        frontier.commit(onward.with_values(stage=stage, node=node), step + problem.graph.commit, problem.graph)
+        frontier.begin(onward.with_values(stage=stage, node=node), step + problem.graph.commit, problem)
 
 
 def _arrived(problem: TimedProblem, routes: OpenRoutes, step: int) -> OpenRoutes:
@@ -153,7 +158,8 @@ def _arrived(problem: TimedProblem, routes: OpenRoutes, step: int) -> OpenRoutes
 def _play_on(problem: TimedProblem, frontier: _Frontier, routes: OpenRoutes, step: int) -> None:
     """Extend routes by the next frame of their recordings."""
     routes = routes.pick(routes.frame < problem.graph.last[routes.frame])
-    frontier.add(routes.with_values(frame=routes.frame + 1, cost=routes.cost + problem.options.step_fee), step + 1)
+    cost = routes.cost + problem.costs.play[routes.stage, routes.frame]
+    frontier.add(routes.with_values(frame=routes.frame + 1, cost=cost), step + 1)
 
 
 def _change_recordings(problem: TimedProblem, frontier: _Frontier, routes: OpenRoutes, step: int) -> None:
@@ -178,10 +184,9 @@ def _landed(problem: TimedProblem, routes: OpenRoutes) -> tuple[OpenRoutes, IntA
     edge = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + graph.starts[routes.frame][row]
     routes = routes.pick(row)
     target, following = graph.target[edge], routes.frame + 1
-    spent = (1 + graph.commit) * problem.options.step_fee
     rotation = routes.rotation * facing[following] / facing[target]
     shift = routes.rotation * ground[following] + routes.shift - rotation * ground[target]
-    cost = routes.cost + graph.cost[edge] + spent
+    cost = routes.cost + problem.costs.change[routes.stage, edge]
     return routes.with_values(frame=target, cost=cost, rotation=rotation, shift=shift), edge
 
 

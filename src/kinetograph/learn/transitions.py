@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _graph_kernels
+from kinetograph.learn.distances import squared_distances
 
 _DIMENSIONS = 16
 _SAMPLE = 50_000
@@ -18,6 +20,9 @@ MOST, EACH = 8, 2
 """Matches kept of a frame, and of those in one recording."""
 APART = 5
 """Frames between two transitions from one frame into one recording; a match has a whole neighbourhood of them."""
+BRIDGES, BETWEEN = 4, 10
+"""Matches kept of any two recordings, however many others are nearer, and the frames between two of them."""
+_COMPARED = 12_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +105,9 @@ def find_transitions(
     -----
     The nearest neighbours come from a KD-tree over the principal components; their distances are then taken in full. A
     match is used in both directions, so that a frame that is among no other's neighbours can still be reached from its
-    own. In a large library not every frame is matched, but every n-th.
+    own. The best few matches of any two recordings are kept as well: the nearest neighbours of a stance are other
+    stances, and without these no walk could be reached from it but by way of them. In a large library not every frame
+    is matched, but every n-th.
     """
     frames = np.arange(len(last))
     leaving = frames[1:][last[1:] == last[:-1]]
@@ -109,8 +116,10 @@ def find_transitions(
         return make_graph(last, leaving, leaving, np.zeros(0), commit)
     near, distances = _neighbours(features, leaving)
     row, column = np.nonzero(_worthwhile(leaving, near, distances, last, limit))
-    cost = fee + (distances[row, column].astype(np.float64) / scale) ** 2
-    one, other = leaving[row], near[row, column]
+    bridges = _bridges(features, last, limit)
+    one = np.concatenate([leaving[row], bridges[0]])
+    other = np.concatenate([near[row, column], bridges[1]])
+    cost = fee + (np.concatenate([distances[row, column], bridges[2]]).astype(np.float64) / scale) ** 2
     back = (other > 0) & (last[other - 1] == last[other])  # a recording's first frame has none before it to leave
     source, target = np.concatenate([one, other[back]]) - 1, np.concatenate([other, one[back]])
     return make_graph(last, source, target, np.concatenate([cost, cost[back]]), commit)
@@ -134,6 +143,57 @@ def discourage(graph: Graph, edges: IntArray, fee: float, around: int) -> Graph:
         near = (abs(source - source[edge]) <= around) & (abs(graph.target - graph.target[edge]) <= around)
         cost[near] += fee
     return replace(graph, cost=cost)
+
+
+def keep_transitions(graph: Graph, kept: BoolArray) -> Graph:
+    """The graph with some of its transitions, ``kept`` ``(E,)``."""
+    before = np.concatenate([[0], np.cumsum(kept)])
+    return replace(graph, starts=before[graph.starts], target=graph.target[kept], cost=graph.cost[kept])
+
+
+def bar(graph: Graph, frames: BoolArray) -> Graph:
+    """The graph without some frames ``(N,)``: no recording is played through them, and no transition leads there."""
+    count = len(graph)
+    ends = np.flatnonzero(frames | np.append(frames[1:], True) | (np.arange(count) == graph.last))
+    last = ends[np.searchsorted(ends, np.arange(count))].astype(np.int64)
+    source = np.repeat(np.arange(count), np.diff(graph.starts))
+    free = ~frames[source] & ~frames[graph.target] & (graph.target + graph.commit <= last[graph.target])
+    return replace(keep_transitions(graph, free), last=last)
+
+
+def _bridges(features: SingleArray, last: IntArray, limit: float) -> tuple[IntArray, IntArray, SingleArray]:
+    """The best matches of every two recordings: frames of one, of the other, and their distances, up to a limit.
+
+    A frame that is matched is not its recording's first, which has none before it to leave.
+    """
+    stride = -(-len(last) // _COMPARED)
+    frames = np.arange(len(last))
+    frames = frames[1:][last[1:] == last[:-1]][::stride]
+    low, recordings = _project(features)[frames], last[frames]
+    parts = list(itertools.pairwise([*np.flatnonzero(np.diff(recordings, prepend=-1)), len(frames)]))
+    found: list[tuple[int, int]] = []
+    for number, (begin, end) in enumerate(parts[:-1]):
+        gaps = squared_distances(low[begin:end], low[end:])
+        for first, after in parts[number + 1 :]:
+            matches = _best_matches(gaps[:, first - end : after - end], max(BETWEEN // stride, 1))
+            found += [(frames[begin + i], frames[first + j]) for i, j in matches]
+    one, other = np.array(found, dtype=np.int64).reshape(-1, 2).T
+    apart = features[one] - features[other]
+    distances = np.sqrt(np.einsum("pd,pd->p", apart, apart))
+    near = distances <= limit
+    return one[near], other[near], distances[near]
+
+
+def _best_matches(block: FloatArray, between: int) -> list[tuple[int, int]]:
+    """The rows and columns of the least numbers of a table, in rows some apart."""
+    nearest = block.argmin(axis=1)
+    least = block[np.arange(len(block)), nearest]
+    matches: list[tuple[int, int]] = []
+    while len(matches) < BRIDGES and np.isfinite(least).any():
+        i = int(least.argmin())
+        matches.append((i, int(nearest[i])))
+        least[max(i - between + 1, 0) : i + between] = np.inf
+    return matches
 
 
 def _neighbours(features: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:

@@ -1,7 +1,8 @@
 """Whole jobs, as the command line calls them: from files and libraries to results.
 
-`perform` and `inbetween` make a motion; `segment_library` and `grow_library` cut the takes of a library; the others
-read what a person names on the command line. Rooms are imported on first use, so that a command loads what it needs.
+`perform` and `inbetween` make a motion; `segment_library` and `grow_library` cut the takes of a library, and
+`label_partners` names what is danced in them; the others read what a person names on the command line. Rooms are
+imported on first use, so that a command loads what it needs.
 """
 
 from __future__ import annotations
@@ -11,13 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
     "CUT_BY": "segmenting",
+    "CutSettings": "segmenting",
     "GrowingSettings": "growing",
+    "Labelled": "labelling",
     "Smoothing": "performing",
+    "couple_of": "labelling",
     "cut_by_hand": "segmenting",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
+    "label_partners": "labelling",
     "open_library": "libraries",
     "perform": "performing",
     "perform_alternatives": "performing",
@@ -28,18 +33,23 @@ _ROOMS = {
     "segment_library": "segmenting",
     "segment_take": "segmenting",
     "smoothed": "performing",
+    "unit_moves": "labelling",
     "winding_path": "performing",
 }
 
 __all__ = [
     "CUT_BY",
+    "CutSettings",
     "GrowingSettings",
+    "Labelled",
     "Smoothing",
+    "couple_of",
     "cut_by_hand",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
+    "label_partners",
     "open_library",
     "perform",
     "perform_alternatives",
@@ -50,6 +60,7 @@ __all__ = [
     "segment_library",
     "segment_take",
     "smoothed",
+    "unit_moves",
     "winding_path",
 ]
 
@@ -67,6 +78,7 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
+    from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
     from kinetograph.pipeline.performing import (
         Smoothing,
@@ -76,4 +88,11 @@ if TYPE_CHECKING:
         smoothed,
         winding_path,
     )
-    from kinetograph.pipeline.segmenting import CUT_BY, cut_by_hand, refuse_cuts, segment_library, segment_take
+    from kinetograph.pipeline.segmenting import (
+        CUT_BY,
+        CutSettings,
+        cut_by_hand,
+        refuse_cuts,
+        segment_library,
+        segment_take,
+    )

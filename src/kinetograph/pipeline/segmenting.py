@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from kinetograph.errors import RequestError
 from kinetograph.library import Library
@@ -15,6 +16,7 @@ from kinetograph.segmentation import (
     detect_contacts,
     detect_handholds,
     footplant_cuts,
+    strongest_phase,
     subdivide,
 )
 from kinetograph.take import Annotation, Take
@@ -23,9 +25,45 @@ CUT_BY = ("footplants", "beats", "labels", "fixed")
 """What `segment_take` cuts by. `grow_library` cuts by examples."""
 
 
-def segment_take(
-    take: Take, track: str, by: str, *, length: float = 0.5, label: str = "cut", parts: int = 1
-) -> tuple[Annotation, ...]:
+@dataclass(frozen=True)
+class CutSettings:
+    """What goes with the ways to cut.
+
+    Parameters
+    ----------
+    length : float
+        Seconds of a segment, for ``"fixed"``.
+    label : str
+        Kind of annotation whose starts and stops are cuts, for ``"labels"``.
+    parts : int
+        Cuts per beat, for ``"beats"``.
+    every : int
+        Beats from one cut to the next, for ``"beats"``: 2 makes units of two beats that do not overlap.
+    phase : int, optional
+        The beat of the first cut, from 0, where not every beat is one; by default those with most pulse are cuts.
+
+    Raises
+    ------
+    RequestError
+        For less than one beat, a phase that is not below ``every``, and beats that are both divided and left out.
+    """
+
+    length: float = 0.5
+    label: str = "cut"
+    parts: int = 1
+    every: int = 1
+    phase: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.every < 1 or (self.phase is not None and not 0 <= self.phase < self.every):
+            raise RequestError(
+                f"every 1st beat or more is a cut, from phase 0 on and below that, found {self.every} and {self.phase}"
+            )
+        if self.every > 1 and self.parts != 1:
+            raise RequestError(f"beats are divided or left out, not both; found {self.parts} parts, every {self.every}")
+
+
+def segment_take(take: Take, track: str, by: str, settings: CutSettings | None = None) -> tuple[Annotation, ...]:
     """Cuts and contacts of one motion, and the handholds with the take's other motion.
 
     Parameters
@@ -34,12 +72,7 @@ def segment_take(
     track : str
     by : str
         What to cut by: ``"footplants"``, ``"beats"`` of all the take's motions together, ``"labels"`` or ``"fixed"``.
-    length : float
-        Seconds of a segment, for ``"fixed"``.
-    label : str
-        Kind of annotation whose starts and stops are cuts, for ``"labels"``.
-    parts : int
-        Cuts per beat, for ``"beats"``.
+    settings : CutSettings, optional
 
     Returns
     -------
@@ -50,19 +83,30 @@ def segment_take(
     RequestError
         For another word, and where there is nothing to cut by.
     """
+    settings = settings or CutSettings()
     motion = take.motion(track)
     contacts = detect_contacts(motion, track=track)
     if by == "footplants":
         cuts = footplant_cuts(motion, contacts)
     elif by == "beats":
-        cuts = subdivide(detect_beats([t for t in take.tracks.values() if isinstance(t, Motion)]), parts)
+        cuts = _beats(take, settings)
     elif by == "fixed":
-        cuts = cuts_by_length(take, track, length)
+        cuts = cuts_by_length(take, track, settings.length)
     elif by == "labels":
-        cuts = cuts_at_labels(take, track, label)
+        cuts = cuts_at_labels(take, track, settings.label)
     else:
         raise RequestError(f"cut by one of {', '.join(CUT_BY)}, examples; found {by!r}")
     return (*contacts, *_handholds(take, track), *(Annotation(track, "cut", by, time, time) for time in cuts))
+
+
+def _beats(take: Take, settings: CutSettings) -> tuple[float, ...]:
+    """The beats of all of a take's motions together, or every second, or parts of them."""
+    motions = [track for track in take.tracks.values() if isinstance(track, Motion)]
+    beats = detect_beats(motions)
+    if settings.every == 1:
+        return subdivide(beats, settings.parts)
+    phase = strongest_phase(motions, beats, settings.every) if settings.phase is None else settings.phase
+    return beats[phase :: settings.every]
 
 
 def _handholds(take: Take, track: str) -> tuple[Annotation, ...]:
@@ -77,10 +121,8 @@ def _handholds(take: Take, track: str) -> tuple[Annotation, ...]:
 def segment_library(
     library: Library,
     by: str,
+    settings: CutSettings | None = None,
     *,
-    length: float = 0.5,
-    label: str = "cut",
-    parts: int = 1,
     progress: Progress | None = None,
 ) -> dict[str, int]:
     """Cut every motion of a library and store cuts, contacts and handholds.
@@ -92,10 +134,8 @@ def segment_library(
     ----------
     library : Library
     by : str
-    length : float
-    label : str
-    parts : int
-        See `segment_take` for these four.
+        See `segment_take`.
+    settings : CutSettings, optional
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -112,7 +152,7 @@ def segment_library(
         for track, value in take.tracks.items():
             if not isinstance(value, Motion) or (by == "footplants" and take.annotated(track, "loop")):
                 continue
-            notes = segment_take(take, track, by, length=length, label=label, parts=parts)
+            notes = segment_take(take, track, by, settings)
             for kind in ("contact", "handhold", "cut"):
                 library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
             counts[name] += sum(n.kind == "cut" for n in notes)

@@ -8,20 +8,27 @@ use, as it loads compiled kernels.
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kinetograph.post.assemble import Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.blend import BLENDS, Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands, hold_residuals
 from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
+from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
+from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
+from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
+from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overlaps, torso_of
 
 __all__ = [
     "BLENDS",
+    "LEG",
+    "Body",
     "Clip",
     "FootLock",
     "Hold",
@@ -38,6 +45,8 @@ __all__ = [
     "PostSettings",
     "Repertoire",
     "Retargeted",
+    "TorsoSettings",
+    "Undersides",
     "Waypoint",
     "bend",
     "carry",
@@ -47,24 +56,36 @@ __all__ = [
     "contacts_of",
     "crossfade",
     "edits",
+    "floor_height",
     "follow_hands",
+    "has_limb",
+    "has_torso",
     "hold_hands",
     "hold_residuals",
     "join",
     "join_parts",
     "joint_table",
+    "keep_above",
+    "keep_apart",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
     "merge",
     "moving",
+    "overlaps",
     "parse_table",
+    "planted_feet",
     "planted_roles",
     "pose_of",
+    "raise_feet",
+    "recorded_lows",
     "retarget",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",
+    "to_floor",
+    "torso_of",
+    "undersides",
 ]
 
 _LIVE = {

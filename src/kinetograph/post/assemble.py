@@ -14,8 +14,10 @@ from kinetograph.motion import Motion, concatenate, sample
 from kinetograph.post.blend import Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
 from kinetograph.post.contacts import contacts_of
-from kinetograph.post.footskate import clean_feet
+from kinetograph.post.footskate import clean_feet, lift_toes
 from kinetograph.post.limits import JointLimits, JointRange, limit_limbs
+from kinetograph.post.stepping import where_feet_stand, with_steps
+from kinetograph.post.torsos import TorsoSettings, keep_apart
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
 
@@ -38,6 +40,10 @@ class PostSettings:
         How hands are brought to those of the partner; None leaves them where they are.
     limits : JointLimits or None
         How far these constraints may rotate the joints of arms and legs; None for no limit.
+    floor : bool
+        Whether joints are kept from going deeper into the floor than in the recordings.
+    torsos : TorsoSettings or None
+        How a body is kept out of its partner's; None leaves it where it is.
     """
 
     blend: str = "inertialised"
@@ -46,6 +52,8 @@ class PostSettings:
     ease: float = 0.2
     handholds: HoldSettings | None = field(default_factory=HoldSettings)
     limits: JointLimits | None = field(default_factory=JointLimits)
+    floor: bool = True
+    torsos: TorsoSettings | None = field(default_factory=TorsoSettings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +72,25 @@ class Part:
     piece: Piece
     motion: Motion
     annotations: tuple[Annotation, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What the body does in the recordings, and what is in its way.
+
+    Parameters
+    ----------
+    ranges : sequence of JointRange
+        Ranges of the joints of arms and legs, within which they are kept.
+    clearance : ndarray, shape (5,), optional
+        How high toes are at their speeds, see `kinetograph.post.clearance.clearance_of`; without it none is lifted.
+    partner : Motion, optional
+        Whose body is in the way, over the frames of the result.
+    """
+
+    ranges: Sequence[JointRange] = ()
+    clearance: FloatArray | None = None
+    partner: Motion | None = None
 
 
 def join_parts(parts: list[Part], fps: float, frames: int, settings: PostSettings) -> Motion:
@@ -104,12 +131,12 @@ def constrain(
     annotations: tuple[Annotation, ...],
     holds: tuple[Hold, ...],
     settings: PostSettings,
-    ranges: Sequence[JointRange] = (),
-) -> Motion:
-    """A motion changed to meet its contacts and holds.
+    body: Body | None = None,
+) -> tuple[Motion, tuple[Annotation, ...]]:
+    """A motion changed to meet its contacts and holds, and its annotations after that.
 
-    The body is moved towards where its hands are held, planted feet are kept from sliding, and hands are brought to
-    what they hold.
+    The body is moved towards where its hands are held and out of its partner's, planted feet are kept from sliding, and
+    hands are brought to what they hold.
 
     Parameters
     ----------
@@ -118,19 +145,32 @@ def constrain(
         Those of the motion; contacts are used.
     holds : tuple of Hold
     settings : PostSettings
-    ranges : sequence of JointRange, optional
-        Ranges of the joints of arms and legs, within which ``settings.limits`` keeps them.
+    body : Body, optional
+        What the body does in the recordings, and what is in its way.
 
     Returns
     -------
-    Motion
+    motion : Motion
+    annotations : tuple of Annotation
+        Contacts only as long as feet stand: one that is carried too far while it is planted steps.
     """
+    body = body or Body()
     if settings.handholds:
         motion = follow_hands(motion, holds, settings.handholds)
-    moved = clean_feet(motion, contacts_of(annotations), ease=settings.ease) if settings.footskate else motion
+    if settings.torsos and body.partner:
+        motion = keep_apart(motion, body.partner, settings.torsos)
+    moved = motion
+    if settings.footskate:
+        annotations = with_steps(motion, annotations)
+        moved = clean_feet(motion, contacts_of(annotations), ease=settings.ease)
     if settings.handholds:
         moved = hold_hands(moved, holds, settings.handholds)
-    return limit_limbs(moved, ranges, motion, settings.limits) if settings.limits else moved
+    if settings.limits:
+        moved = limit_limbs(moved, body.ranges, motion, settings.limits)
+    if settings.footskate:
+        moved = moved if body.clearance is None else lift_toes(moved, body.clearance)
+        annotations = where_feet_stand(moved, annotations)
+    return moved, annotations
 
 
 def edits(motion: Motion, parts: list[Part]) -> FloatArray:

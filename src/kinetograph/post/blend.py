@@ -43,7 +43,7 @@ class Clip:
     source_start : float
         Second of the recording at ``start``.
     stretch : float
-        Seconds of the result per second of the recording.
+        Seconds of the result per second of the recording; infinite where one pose is held.
     """
 
     motion: Motion
@@ -185,8 +185,10 @@ def _state(clip: Clip, time: float, step: float) -> tuple[Motion, FloatArray, Fl
 
     The recording is used beyond the clip's borders; where it ends, the rate is measured on one side only.
     """
-    begin = clip.start - clip.source_start * clip.stretch
-    first, last = np.clip([time - step, time + step], begin, begin + clip.motion.duration * clip.stretch)
+    first, last = np.array([time - step, time + step])
+    if np.isfinite(clip.stretch):
+        begin = clip.start - clip.source_start * clip.stretch
+        first, last = np.clip([first, last], begin, begin + clip.motion.duration * clip.stretch)
     span = max(last - first, 1e-9)
     pose = clip.at(np.array([time, first, last]), clip.motion.fps)
     change = rot.multiply(pose.rotations[2], rot.conjugate(pose.rotations[1]))

@@ -30,6 +30,9 @@ def carry(pieces: Iterable[tuple[Piece, tuple[Annotation, ...]]], track: str = "
     moved: list[Annotation] = []
     for piece, notes in pieces:
         for note in notes:
+            if piece.held and note.start <= piece.source_start <= note.stop and piece.stop > 0:
+                moved.append(Annotation(track, note.kind, note.label, max(piece.start, 0.0), piece.stop))
+                continue
             start, stop = max(note.start, piece.source_start), min(note.stop, piece.source_stop)
             if start < stop:
                 begin = piece.start + (start - piece.source_start) * piece.stretch

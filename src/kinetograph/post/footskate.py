@@ -14,14 +14,17 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.kinematics import joint_positions, role_positions
+from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.motion import Motion
+from kinetograph.post.clearance import lift
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.limbs import LEG, has_limb, move_limb
 from kinetograph.segmentation import runs
 from kinetograph.take import Annotation
 
 SIDES = ("left", "right")
+SHARES = np.array([0.2, 1.0])
+"""How much ankle and toe count where both are planted: feet rotate about their balls."""
 STRETCHED = 0.995
 """Share of its length that a correction straightens a leg to at most. Its knee is at 169 degrees then; people walk with
 up to 170."""
@@ -61,6 +64,27 @@ def clean_feet(motion: Motion, contacts: tuple[Annotation, ...], *, ease: float 
         motion = replace(motion, translation=motion.translation - drop)
     for side, offset in offsets.items():
         motion = move_foot(motion, side, offset, lowered=drop)
+    return motion
+
+
+def lift_toes(motion: Motion, clearance: FloatArray) -> Motion:
+    """A motion whose toes are over the floor while they move.
+
+    Parameters
+    ----------
+    motion : Motion
+    clearance : ndarray, shape (5,)
+        How high toes are at their speeds; see `kinetograph.post.clearance.clearance_of`.
+
+    Returns
+    -------
+    Motion
+        Feet keep their place on the ground and their world rotations.
+    """
+    for side in (*SIDES, *SIDES):  # twice: legs that are nearly straight miss by some millimetres
+        if has_limb(motion, side, LEG) and f"{side}_toe" in motion.skeleton.roles:
+            rise = lift(role_positions(motion, (f"{side}_toe",))[:, 0], clearance, motion.fps)
+            motion = move_foot(motion, side, np.outer(rise, [0.0, 1.0, 0.0]))
     return motion
 
 
@@ -135,6 +159,38 @@ def contact_mask(contacts: tuple[Annotation, ...], role: str, frames: int, fps: 
     return mask
 
 
+def plant_masks(motion: Motion, contacts: tuple[Annotation, ...], side: str) -> BoolArray:
+    """When the ankle and the toe of a side are planted, as far as a skeleton has them, shape ``(R, F)``."""
+    roles = _roles(motion, side)
+    masks = [contact_mask(contacts, role, len(motion), motion.fps) for role in roles]
+    return np.stack(masks) if masks else np.zeros((0, len(motion)), dtype=np.bool_)
+
+
+def slides(motion: Motion, masks: BoolArray, side: str) -> FloatArray:
+    """How far the planted points of a foot slide from frame to frame.
+
+    Parameters
+    ----------
+    motion : Motion
+    masks : ndarray of bool, shape (R, F)
+        See `plant_masks`.
+    side : {"left", "right"}
+
+    Returns
+    -------
+    ndarray, shape (F - 1, 3)
+        Metres along the ground; 0 where none is planted.
+    """
+    points = np.moveaxis(role_positions(motion, _roles(motion, side)), 1, 0)
+    both = (masks[:, 1:] & masks[:, :-1]) * SHARES[: len(masks), None]
+    steps = np.einsum("rf,rfi->fi", both, np.diff(points, axis=1))
+    return on_ground(steps / np.maximum(both.sum(axis=0), 1e-12)[:, None])
+
+
+def _roles(motion: Motion, side: str) -> list[str]:
+    return [role for role in (f"{side}_foot", f"{side}_toe") if role in motion.skeleton.roles]
+
+
 def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str, ease: float) -> FloatArray:
     """How far a foot is to be moved to stand still while it is planted.
 
@@ -152,13 +208,8 @@ def foot_correction(motion: Motion, contacts: tuple[Annotation, ...], side: str,
         Metres along the ground.
     """
     frames = len(motion)
-    roles = [r for r in (f"{side}_foot", f"{side}_toe") if r in motion.skeleton.roles]
-    masks = np.stack([contact_mask(contacts, role, frames, motion.fps) for role in roles])
-    points = np.moveaxis(role_positions(motion, roles), 1, 0)
-    both = masks[:, 1:] & masks[:, :-1]
-    count = both.sum(axis=0)
-    slide = np.einsum("rf,rfi->fi", both.astype(np.float64), np.diff(points, axis=1)) / np.maximum(count, 1)[:, None]
-    slide[:, 1] = 0.0
+    masks = plant_masks(motion, contacts, side)
+    slide = slides(motion, masks, side)
     offset = np.zeros((frames, 3))
     plants = runs(np.asarray(masks.any(axis=0)))
     for start, stop in plants:

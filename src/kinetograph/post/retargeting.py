@@ -3,7 +3,8 @@
 The joints of a pair have the same world rotation, up to a constant one that makes the two rest poses agree: the
 rotation between the axes of the bodies and, for limbs, the one that takes the bone at rest to the direction of its
 partner (an A pose to a T pose). The root path and heights are scaled with the length of the legs, and inverse
-kinematics brings the ankles to the scaled positions of the source's, so that planted feet stay planted.
+kinematics brings the ankles to the scaled positions of the source's, so that planted feet stay planted. A character,
+whose skin says how thick its body is, is then stood on the floor (`kinetograph.post.grounding`).
 """
 
 from __future__ import annotations
@@ -14,14 +15,18 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.character import Character
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import SIDES, move_foot
+from kinetograph.post.grounding import stand
 from kinetograph.post.joint_tables import JointTable, joint_table
 from kinetograph.post.limbs import ARM, LEG, move_limb
 from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb_direction
+from kinetograph.post.soles import floor_height, planted_feet, undersides
+from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
 
@@ -43,20 +48,24 @@ class Retargeted:
         The pairs of joints.
     scale : float
         Factor of the root path on the ground.
+    floor : float
+        Height of the floor that the recording, and the result, stand on; metres.
     """
 
     motion: Motion
     table: JointTable
     scale: float
+    floor: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Source:
-    """The motion that is retargeted: its skeleton, world positions ``(F, J, 3)`` and the scale of its root path."""
+    """The motion that is retargeted: its skeleton, world positions ``(F, J, 3)``, scale of its root path, and floor."""
 
     skeleton: Skeleton
     positions: FloatArray
     scale: float
+    floor: float
 
     def has(self, roles: list[str], target: Skeleton) -> bool:
         """Whether both skeletons have all of some roles."""
@@ -70,13 +79,13 @@ class _Source:
         """Points, ``(F, 3)``, on the target: on the ground by the scale of the root path, in height by that of legs."""
         rise = leg_length(target) / leg_length(self.skeleton)
         goal = points * np.array([self.scale, rise, self.scale])
-        goal[:, 1] += ankle_height(target) - rise * ankle_height(self.skeleton)
+        goal[:, 1] += self.floor * (1.0 - rise) + ankle_height(target) - rise * ankle_height(self.skeleton)
         return np.asarray(goal)
 
 
 def retarget(
     motion: Motion,
-    skeleton: Skeleton,
+    target: Skeleton | Character,
     *,
     table: JointTable | None = None,
     scale: float | None = None,
@@ -88,19 +97,21 @@ def retarget(
     Parameters
     ----------
     motion : Motion
-        The floor is y = 0.
-    skeleton : Skeleton
-        The target.
+        The floor is y = 0, or where its feet are planted if that is far from it.
+    target : Skeleton or Character
+        A character is stood on the floor: its planted soles touch it, and no part of its skin goes through it.
     table : JointTable, optional
         Pairs of joints; by role and name unless given.
     scale : float, optional
         Factor of the root path on the ground; the ratio of the legs' lengths, which heights always have, unless given.
         Dancers who hold hands need 1.
     feet : bool
-        Whether inverse kinematics brings the ankles to the scaled positions of the source's.
+        Whether inverse kinematics brings the ankles to the scaled positions of the source's; and, of a character, the
+        soles to the floor.
     handholds : tuple of Annotation, optional
         Of kind ``"handhold"`` or ``"contact"``, labelled ``left_hand`` or ``right_hand``, with or without a colon and
-        what it holds. During these, the wrists are brought to the scaled positions of the source's too.
+        what it holds. During these, the wrists are brought to the scaled positions of the source's too. Contacts of
+        feet, which are detected where there are none, say when soles are on the floor.
 
     Returns
     -------
@@ -118,6 +129,7 @@ def retarget(
     >>> retarget(stand, skeleton()).motion.translation.round(6).tolist()
     [[0.0, 0.9, 0.0]]
     """
+    skeleton = target.skeleton if isinstance(target, Character) else target
     _check_roles(motion.skeleton, skeleton)
     table = table or joint_table(motion.skeleton, skeleton)
     table.check(motion.skeleton, skeleton)
@@ -125,14 +137,23 @@ def retarget(
     if not (np.isfinite(ratio) and ratio > 0):
         raise RequestError(f"the scale of the root path must be a positive number, found {ratio}")
     positions, world = forward(motion)
-    source = _Source(motion.skeleton, positions, ratio)
+    contacts = _contacts(motion, handholds)
+    source = _Source(motion.skeleton, positions, ratio, floor_height(motion, contacts))
     rotations = _rotations(motion, world, skeleton, table)
     out = _placed(source, Motion(skeleton, np.zeros((len(motion), 3)), rotations, motion.fps))
     if feet:
         out = _with_feet(source, out)
+    if feet and isinstance(target, Character):
+        out = stand(out, undersides(target), planted_feet(motion, contacts), source.floor)
     for side in SIDES:
         out = _with_hand(source, out, side, _held(handholds, f"{side}_hand", len(motion), motion.fps))
-    return Retargeted(out, table, float(ratio))
+    return Retargeted(out, table, float(ratio), source.floor)
+
+
+def _contacts(motion: Motion, notes: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
+    """The contacts of feet among some annotations, detected where there are none."""
+    given = tuple(note for note in notes if note.kind == "contact" and note.label in CONTACT_ROLES)
+    return given or detect_contacts(motion)
 
 
 def _check_roles(source: Skeleton, target: Skeleton) -> None:

@@ -71,16 +71,59 @@ def detect_beats(motions: Sequence[Motion], settings: BeatSettings | None = None
         If a motion is shorter than four of the longest periods, or no foot moves.
     """
     settings = settings or BeatSettings()
-    slow = [resample(motion, RATE) for motion in motions]
-    frames = min(len(motion) for motion in slow)
-    if frames < 4 * settings.period[1] * RATE:
-        raise RequestError(f"beats need {4 * settings.period[1]:.1f} s of motion or more, found {frames / RATE:.1f} s")
-    pulse = np.sum([landing_pulse(motion, settings.smooth)[:frames] for motion in slow], axis=0)
+    pulse = common_pulse(motions, settings.smooth)
+    if len(pulse) < 4 * settings.period[1] * RATE:
+        found = f"found {len(pulse) / RATE:.1f} s"
+        raise RequestError(f"beats need {4 * settings.period[1]:.1f} s of motion or more, {found}")
     if pulse.std() < 1e-9:
         raise RequestError("no foot ever moves, so there is no beat; cut by fixed length instead (--by fixed)")
     pulse = pulse / pulse.std()
     period = tempo(pulse, *(round(p * RATE) for p in settings.period))
     return tuple(float(frame / RATE) for frame in track_beats(pulse, period, settings.evenness))
+
+
+def common_pulse(motions: Sequence[Motion], smooth: float) -> FloatArray:
+    """The sum of the pulses of synchronised motions at `RATE`, as long as the shortest of them.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    smooth : float
+        Width in seconds of the Gaussian that smooths the speed of the feet.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+    """
+    pulses = [landing_pulse(resample(motion, RATE), smooth) for motion in motions]
+    frames = min(len(pulse) for pulse in pulses)
+    return np.asarray(np.sum([pulse[:frames] for pulse in pulses], axis=0))
+
+
+def strongest_phase(motions: Sequence[Motion], beats: Sequence[float], every: int) -> int:
+    """Which of the first beats to count from, so that every ``every``-th beat has most pulse.
+
+    A dance that rests on one beat in four, as salsa does, comes down on the others: of every second beat, those with
+    most pulse do not rest.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The dancers.
+    beats : sequence of float
+        Seconds.
+    every : int
+
+    Returns
+    -------
+    int
+        From 0 to ``every - 1``.
+    """
+    if len(beats) < 2 * every:
+        return 0
+    pulse = common_pulse(motions, BeatSettings().smooth)
+    strengths = pulse[np.clip(np.round(np.asarray(beats) * RATE).astype(np.int64), 0, len(pulse) - 1)]
+    return int(np.argmax([strengths[phase::every].mean() for phase in range(every)]))
 
 
 def landing_pulse(motion: Motion, smooth: float) -> FloatArray:

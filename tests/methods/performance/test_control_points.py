@@ -197,9 +197,16 @@ def test_the_usual_grip_is_the_mean_of_a_holds_recordings(tmp_path: Path) -> Non
 def test_leaving_dances_out_gives_a_row_a_take_and_method(tmp_path: Path) -> None:
     library = _library(tmp_path, _pair("a", 0.0), _pair("b", 0.3), _pair("c", 0.6))
     rows = leave_one_dance_out(_METHOD, library, "follower")
-    assert len(rows) == 18
+    assert len(rows) == 21
     means = {row.method: row for row in mean_rows(rows)}
-    others = {"holds given", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"}
+    others = {
+        "holds given",
+        "nearest segment",
+        "5 nearest frames",
+        "ridge regression",
+        "constant pose",
+        "commonest name",
+    }
     assert set(means) == {"segments", *others}
     assert means["segments"].joint_cm < means["constant pose"].joint_cm
     assert means["segments"].joint_cm == pytest.approx(np.mean([r.joint_cm for r in rows if r.method == "segments"]))

@@ -99,10 +99,30 @@ def test_two_points_give_the_facing_themselves() -> None:
     np.testing.assert_allclose(points, pair / 4, atol=1e-12)
 
 
-def test_a_path_without_a_direction_is_an_error() -> None:
-    for values in (np.zeros((30, 3)), np.zeros((1, 3)), _line(30, speed=0.04)):
-        with pytest.raises(RequestError, match=r"the path moves at less than 0.05 m/s throughout"):
-            path_on_ground(_path(values), 0.3)
+@pytest.mark.parametrize("values", [np.zeros((30, 3)), np.zeros((1, 3)), _line(30, speed=0.04)])
+def test_a_path_that_stays_on_the_spot_faces_along_z(values: FloatArray) -> None:
+    points = path_on_ground(_path(values), 0.3)
+    np.testing.assert_allclose(points[:, 0] - points[:, 1], np.tile([0.3, 0.0, 0.0], (len(values), 1)), atol=1e-12)
+
+
+def test_a_slow_path_that_goes_somewhere_has_its_own_direction() -> None:
+    along_x = np.outer(np.arange(600) / _FPS * 0.04, [1.0, 0.0, 0.0])
+    points = path_on_ground(_path(along_x), 0.3)
+    np.testing.assert_allclose(points[300, 0] - points[300, 1], [0.0, 0.0, -0.3], atol=1e-9)
+
+
+def test_people_turn_at_the_end_of_a_long_pause() -> None:
+    fps, pause = round(_FPS), 8.0
+    there = np.arange(2 * fps)[:, None] / fps * [0.0, 0.0, 1.0]
+    back = there[-1] + np.arange(1, 2 * fps)[:, None] / fps * [1.0, 0.0, 0.0]
+    path = np.concatenate([there, np.repeat(there[-1:], round(pause * fps), axis=0), back])
+    points = path_on_ground(_path(path), 0.3)
+    across = points[:, 0] - points[:, 1]
+    facing = np.rad2deg(np.unwrap(np.arctan2(-across[:, 2], across[:, 0])))  # left is along x where it faces z
+    start, stop = 2 * fps, 2 * fps + round(pause * fps)
+    np.testing.assert_allclose(facing[start : stop - round(2.0 * fps)], 0.0, atol=1e-6)
+    assert facing[-1] == pytest.approx(90.0, abs=1e-6)
+    assert np.abs(np.diff(facing)).max() * fps < 150.0
 
 
 def test_a_signal_that_is_not_a_path_is_an_error() -> None:

@@ -14,7 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import ComplexArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation import MotionMatching, score_steering, steer_by, sticks
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Steering
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Steering, SteeringFrames
 from kinetograph.methods.performance.steering_frames import ROWS, UNIT
 from kinetograph.methods.performance.wishes import Goal, PathRest, Stick, WishedPath, ahead
 from kinetograph.post import Pose
@@ -187,7 +187,7 @@ def test_memory_and_work_are_flat(model: PerformanceModel) -> None:
 
 
 def test_motion_matching_steers_too_and_is_scored_alike(model: PerformanceModel) -> None:
-    frames = model.fitted.frames
+    frames = SteeringFrames.of(model.fitted.sources)
     for made in (sticks(3, 4.0), sticks(3, 4.0)):
         results = [steer_by(Steering(frames, MotionMatching(frames)), stick) for stick in made[:2]]
         scores = score_steering(results)
@@ -199,7 +199,7 @@ def test_motion_matching_steers_too_and_is_scored_alike(model: PerformanceModel)
 
 
 def test_frames_are_found_by_recording_and_time(model: PerformanceModel) -> None:
-    frames = model.fitted.frames
+    frames = SteeringFrames.of(model.fitted.sources)
     row = frames.row(1, 2.0)
     assert frames.source[row] == 1
     assert frames.second[row] == pytest.approx(2.0, abs=0.5 * UNIT / ROWS)

@@ -59,7 +59,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         raise RequestError(f"FBX has one rate; found motions of {sorted(rates)} fps: resample them first")
     scene = _Scene(name, next(iter(motions.values())).fps, max(len(motion) for motion in motions.values()))
     for track, motion in motions.items():
-        scene.add(track, motion, skin_of(motion.skeleton, options.character))
+        scene.add(track, motion, skin_of(motion, options.character))
     Path(path).write_bytes(pack(scene.nodes()))
 
 

@@ -77,7 +77,7 @@ def encode(what: Take | Motion | Signal, character: Character | None = None) -> 
     name, motions = named_motions(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
-        _add_character(document, track, motion, skin_of(motion.skeleton, character))
+        _add_character(document, track, motion, skin_of(motion, character))
     return document.pack()
 
 

@@ -11,6 +11,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.library import Library
 from kinetograph.methods.recordings import (
+    LABELS,
     Recording,
     adopt,
     collect,
@@ -41,6 +42,8 @@ class Example:
         In the motion's seconds.
     period : float
         Seconds of one cycle of a looping clip, which is played several times; else 0.
+    labels : tuple of Annotation
+        The moves and styles that people named, in seconds of one cycle.
     """
 
     take: str
@@ -49,6 +52,7 @@ class Example:
     motion: Motion
     contacts: tuple[Annotation, ...]
     period: float = 0.0
+    labels: tuple[Annotation, ...] = ()
 
 
 def collect_examples(
@@ -95,12 +99,14 @@ def collect_examples(
 def _example(recording: Recording, skeleton: Skeleton, rate: float) -> Example:
     adopted = looped(replace(recording, motion=rigid(adopt(recording.motion, skeleton))))
     even = resample(adopted.motion, rate)
-    return Example(recording.name, recording.track, False, even, adopted.contacts(), adopted.period)
+    labels = tuple(note for kind in LABELS for note in recording.take.annotated(recording.track, kind))
+    return Example(recording.name, recording.track, False, even, adopted.contacts(), adopted.period, labels)
 
 
 def _mirrored(example: Example) -> Example:
     contacts = tuple(mirrored_annotations(example.contacts))
-    return replace(example, mirrored=True, motion=mirror(example.motion), contacts=contacts)
+    labels = tuple(mirrored_annotations(example.labels))
+    return replace(example, mirrored=True, motion=mirror(example.motion), contacts=contacts, labels=labels)
 
 
 def rigid(motion: Motion) -> Motion:

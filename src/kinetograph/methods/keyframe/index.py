@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import IntArray
-from kinetograph.learn import Graph, find_transitions, last_frames
+from kinetograph.arrays import BoolArray, IntArray
+from kinetograph.learn import Graph, find_transitions, keep_transitions, last_frames
 from kinetograph.methods.keyframe.examples import Example
+from kinetograph.methods.keyframe.falls import falls_freely
 from kinetograph.methods.keyframe.features import PoseFeatures, fastest_step, pose_features
 from kinetograph.skeleton import Skeleton
 
@@ -27,6 +28,8 @@ class PoseIndex:
         Where each example begins.
     speed : float
         Metres that a recording moves in a frame at most.
+    barred : ndarray of bool, shape (N,)
+        The frames that are not used.
     """
 
     examples: tuple[Example, ...]
@@ -34,6 +37,7 @@ class PoseIndex:
     graph: Graph
     offsets: IntArray
     speed: float
+    barred: BoolArray
 
     @property
     def fps(self) -> float:
@@ -57,5 +61,7 @@ def build_index(examples: tuple[Example, ...], *, meet: float, shortest: float, 
     lengths = [len(example.motion) for example in examples]
     commit = max(round(shortest * examples[0].motion.fps), 1)
     graph = find_transitions(features.together(), last_frames(lengths), commit, meet, scale, fee)
+    graph = keep_transitions(graph, falls_freely(examples, graph))
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    return PoseIndex(examples, features, graph, offsets, fastest_step(examples))
+    barred = np.zeros(len(graph), dtype=np.bool_)
+    return PoseIndex(examples, features, graph, offsets, fastest_step(examples), barred)

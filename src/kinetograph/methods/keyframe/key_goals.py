@@ -48,7 +48,7 @@ def goals_of(
     goals, nearest = [], []
     before: complex | None = None
     for number, key in enumerate(keys):
-        distances = key_distances(index.features, key, index.skeleton)
+        distances = np.where(index.barred, np.inf, key_distances(index.features, key, index.skeleton))
         count = min(candidates, len(distances))
         frames = np.argpartition(distances, count - 1)[:count].astype(np.int64)
         nearest.append(float(distances[frames].min()))

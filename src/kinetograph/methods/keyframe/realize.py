@@ -14,6 +14,7 @@ from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.methods.keyframe.key_goals import pinned
 from kinetograph.post.assemble import Part, PostSettings, edits, join_parts
 from kinetograph.post.contacts import carry
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.skeleton import Skeleton, same_shape
@@ -59,6 +60,8 @@ def realize_route(
     if post.footskate:
         # held feet move the keys' own poses a little: those are met again, over a shorter time
         motion = meet_poses(clean_feet(motion, contacts, ease=post.ease), points, 0.5 * decay)
+    if post.floor:
+        motion = keep_above(motion, recorded_lows(motion, parts), [point.frame for point in points])
     edited = edits(motion, parts)
     seams = sum(piece.seam for piece in pieces)
     return Synthesis(

@@ -6,16 +6,20 @@ and places.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn import Goal, Route, SearchOptions, discourage, find_route, least_steps
+from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route, least_steps
+from kinetograph.methods.keyframe.everyday import everyday_frames
 from kinetograph.methods.keyframe.examples import Example
+from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
 from kinetograph.methods.keyframe.index import PoseIndex, build_index
 from kinetograph.methods.keyframe.key_goals import goals_of, require_time
+from kinetograph.methods.keyframe.named import named_frames
 from kinetograph.methods.keyframe.realize import SHAPE, realize_route
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import same_shape
@@ -62,6 +66,14 @@ class TimedSearch:
         bent there.
     decay : float
         Seconds over which the edit that meets a key fades.
+    begin_unasked, unasked : float
+        Cost of beginning what neither of two keys asks for, and of a second of it, see
+        ``kinetograph.methods.keyframe.filler``; 0 for both lets any recording fill in.
+    moves : tuple of str
+        What to go by in place of standing, walking and turning: names of takes, labels of moves and styles, words of
+        these, or patterns. Other motion counts as unasked.
+    without : tuple of str
+        What not to use, named likewise.
 
     Raises
     ------
@@ -83,6 +95,10 @@ class TimedSearch:
     off_place: float = 0.3
     off_share: float = 0.3
     decay: float = 0.5
+    begin_unasked: float = 30.0
+    unasked: float = 10.0
+    moves: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("meet", "shortest", "scale", "pose_scale", "longest", "decay"):
@@ -90,17 +106,41 @@ class TimedSearch:
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
         if not 0 <= self.warp < 0.5:
             raise RequestError(f"warp is a share of the time from 0 to below 0.5, found {self.warp}")
+        if not (self.begin_unasked >= 0 and self.unasked >= 0):
+            raise RequestError(
+                f"begin_unasked and unasked are costs of 0 or more, found {self.begin_unasked} and {self.unasked}"
+            )
         if self.beam < 1 or self.candidates < 1:
             raise RequestError("expected a beam and candidates of 1 or more")
 
     def fit(self, examples: tuple[Example, ...], rng: np.random.Generator) -> FittedTimedSearch:
-        """Build the index of the examples' frames; nothing is left to chance, and ``rng`` is not used."""
+        """Build the index of the examples' frames; nothing is left to chance, and ``rng`` is not used.
+
+        Raises
+        ------
+        RequestError
+            For a move that nothing is called by, and where no frames are left.
+        """
         index = build_index(examples, meet=self.meet, shortest=self.shortest, scale=self.scale, fee=self.fee)
-        fitted = FittedTimedSearch(self, index)
+        barred = named_frames(examples, self.without)
+        if barred.all():
+            raise RequestError(f"without {', '.join(self.without)} nothing is left to use")
+        index = replace(index, graph=bar(index.graph, barred), barred=barred) if barred.any() else index
+        compared = self._familiar(examples, index)
+        fitted = FittedTimedSearch(self, index, compared)
         # compiled kernels are loaded by their first call: not while someone waits for an answer
         fitted.goals((Key(examples[0].motion),))
         least_steps(index.graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
         return fitted
+
+    def _familiar(self, examples: tuple[Example, ...], index: PoseIndex) -> Familiar:
+        """How far the frames are from the moves that are asked for, or from everyday motion."""
+        if self.moves:
+            walking = running = named_frames(examples, self.moves)
+        else:
+            walking, running = (np.concatenate(parts) for parts in zip(*map(everyday_frames, examples), strict=True))
+        free = ~index.barred
+        return familiar(index.features.together(), index.graph.last, walking & free, running & free, index.fps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +152,13 @@ class FittedTimedSearch:
     settings : TimedSearch
     index : PoseIndex
         Features and transitions of every frame.
+    familiar : Familiar
+        How far every frame is from what needs no asking.
     """
 
     settings: TimedSearch
     index: PoseIndex
+    familiar: Familiar
 
     @property
     def meets_times(self) -> bool:
@@ -152,14 +195,20 @@ class FittedTimedSearch:
 
     def goals(self, keys: tuple[Key, ...]) -> tuple[list[Goal], list[float]]:
         """What keys ask of the search, and the metres between each and the recorded pose that is nearest to it."""
-        return goals_of(
+        settings = self.settings
+        goals, nearest = goals_of(
             self.index,
             keys,
-            candidates=self.settings.candidates,
-            slack=self.settings.slack,
-            scale=self.settings.pose_scale,
-            reach=(self.settings.off_place, self.settings.off_share),
+            candidates=settings.candidates,
+            slack=settings.slack,
+            scale=settings.pose_scale,
+            reach=(settings.off_place, settings.off_share),
         )
+        if settings.begin_unasked or settings.unasked:
+            fees = (settings.begin_unasked, settings.unasked, self.index.fps)
+            tolls = [tolls_between(self.familiar, a, b, *fees) for a, b in itertools.pairwise(goals)]
+            goals = [goals[0], *(replace(goal, tolls=toll) for goal, toll in zip(goals[1:], tolls, strict=True))]
+        return goals, nearest
 
     def _routes(self, goals: list[Goal], count: int) -> list[Route]:
         """Up to ``count`` different routes, the best first."""

@@ -5,7 +5,7 @@ configuration, fitting it to a library gives a `PerformanceModel`, and that turn
 frame of control after another. `Steering` follows a stick without one.
 """
 
-from kinetograph.learn import Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
 from kinetograph.methods.performance.clustering import segment_distances
 from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
 from kinetograph.methods.performance.control_points import (
@@ -37,6 +37,7 @@ from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
+from kinetograph.methods.performance.repetition import most_used, times_running
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
@@ -58,6 +59,7 @@ __all__ = [
     "GROWN",
     "LABELS",
     "LIMB_ENDS",
+    "Affine",
     "Alignment",
     "Channels",
     "Chooser",
@@ -105,6 +107,7 @@ __all__ = [
     "interpret",
     "left_early",
     "legal_steps",
+    "most_used",
     "only_track",
     "partner_control",
     "path_on_ground",
@@ -117,6 +120,7 @@ __all__ = [
     "segment_distances",
     "short_pieces",
     "smooth_path",
+    "times_running",
     "transcribe",
     "usual_grip",
 ]

@@ -8,10 +8,13 @@ import numpy as np
 
 from kinetograph.library import Library
 from kinetograph.methods.performance.clustering import cluster_segments
+from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.segments import build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.sources import sources_of
+from kinetograph.methods.performance.standing import calm_poses
 from kinetograph.methods.recordings import collect
 from kinetograph.progress import Progress
 
@@ -38,5 +41,8 @@ def fit(
         kept = cluster_segments(tuple(sources), segments, settings, rng)
         notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
         segments = kept
+    if settings.stand and isinstance(settings.control_points, GroundPath) and settings.alignment.moves:
+        segments = (*segments, *calm_poses(sources))
     instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
-    return Fitted(settings, tuple(sources), instances, tuple(notes))
+    own = own_cost(settings, tuple(sources), instances)
+    return Fitted(settings, tuple(sources), instances, tuple(notes), own)

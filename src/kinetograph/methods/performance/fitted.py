@@ -9,22 +9,27 @@ from functools import cached_property
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn import SegmentalSearch
+from kinetograph.learn import Reuse, SegmentalSearch, fading
 from kinetograph.methods.performance.ground_path import TURNING
+from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.steering_frames import SteeringFrames
+from kinetograph.post.clearance import clearance_of
 from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
 from kinetograph.post.turning import turning_speed
 
 HURRY = 1.25
 """How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
+REMEMBERED = 40
+"""Pieces for which a step is remembered."""
+AGAIN = 1.6
+"""How much more the reuse of a step costs that is one of the last stride."""
 BENDING = float(np.deg2rad(300.0))
 """Radians per second that elbows may bend at least, where those of the recordings hang still."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BodyLimits:
     """What a body may do at most.
 
@@ -36,11 +41,17 @@ class BodyLimits:
         How fast it turns, radians per second.
     elbows : float
         How fast elbows bend and straighten, radians per second.
+    clearance : ndarray, shape (5,)
+        How high toes are while they move; see `kinetograph.post.clearance.clearance_of`.
+    overlap : float, optional
+        Metres that torsos overlap with their partners'; None where nobody has a partner.
     """
 
     joints: tuple[JointRange, ...]
     turning: float
     elbows: float
+    clearance: FloatArray
+    overlap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +67,36 @@ class Fitted:
         Their segments at every legal stretch.
     notes : tuple of str
         What a person should know of how the library was read.
+    own_cost : float, optional
+        What the segments cost per second when they are explained by other takes.
     """
 
     settings: PerformanceSettings
     sources: tuple[Source, ...]
     instances: Instances
     notes: tuple[str, ...] = ()
+    own_cost: float | None = None
 
     @property
     def search(self) -> SegmentalSearch:
         """The segmental search of section 4.3 over the states."""
-        return SegmentalSearch(self.instances.states[:, 1], self.settings.continuity, self.settings.beam)
+        return SegmentalSearch(
+            self.instances.states[:, 1], self.settings.continuity, self.settings.beam, reuse=self.reuse
+        )
+
+    @cached_property
+    def reuse(self) -> Reuse | None:
+        """What it costs to use a segment of a recording again, mirrored or not; None where that is free."""
+        if self.settings.reuse == 0:
+            return None
+        segments = self.instances.segments
+        recordings = {name: i for i, name in enumerate(dict.fromkeys(source.take for source in self.sources))}
+        stops = np.array([segment.stop for segment in segments])
+        offsets = np.array([recordings[self.sources[segment.source].take] for segment in segments]) * (stops.max() + 1)
+        starts = np.array([segment.start for segment in segments])
+        weights = fading(self.settings.reuse, REMEMBERED)
+        weights[:STRIDE] *= AGAIN
+        return Reuse(self.instances.states[:, 0], offsets + starts, offsets + stops, weights)
 
     @cached_property
     def basis(self) -> FloatArray:
@@ -106,6 +136,8 @@ class Fitted:
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
             max(TURNING, *map(turning_speed, motions)),
             max(BENDING, *map(elbow_speed, motions)),
+            clearance_of(motions),
+            max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 
     @cached_property
@@ -127,17 +159,14 @@ class Fitted:
         """
         speeds = []
         for segment in self.instances.segments:
+            if segment.held:
+                continue
             source = self.sources[segment.source]
             fps = source.motion.fps
             middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)
             length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
             speeds.append(length / segment.duration)
         return min(HURRY * max(speeds), self.speeds[1])
-
-    @cached_property
-    def frames(self) -> SteeringFrames:
-        """The recordings frame by frame, as steering plays them."""
-        return SteeringFrames.of(self.sources)
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import correlate1d, gaussian_filter1d
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
@@ -14,7 +14,13 @@ from kinetograph.signal import Signal
 STANDING = 0.25
 """Metres per second below which a path's direction is not taken from its velocity; less for a path that is slow."""
 STILL = 0.05
-"""Metres per second: a path that nowhere moves faster has no direction."""
+"""Metres per second: a path that nowhere moves faster, and stays on the spot, has no direction."""
+SPOT = 0.3
+"""Metres: how far such a path goes at most."""
+PAUSE = 1.0
+"""Seconds after which people who stand have stopped turning."""
+TURN = 1.2
+"""Seconds in which they turn to where they go next, before they go."""
 WINDOW = 0.3
 """Seconds before and after that a path's velocity is taken over."""
 TURNING = float(np.deg2rad(150.0))
@@ -32,8 +38,9 @@ def path_on_ground(path: Signal, distance: float) -> FloatArray:
     """The Frenet frame of a path as two points: left and right of it, square to its velocity.
 
     The direction is that of a person who walks along it: the velocity is taken over a short while, so that a trembling
-    hand does not show; where the path pauses, the direction is interpolated between those before and after; and it
-    changes no faster than people turn.
+    hand does not show; where the path pauses, the direction passes from that before to that after, and where it pauses
+    for long it does so at the end; and it changes no faster than people turn. A path that stays where it is faces along
+    z.
 
     Parameters
     ----------
@@ -50,7 +57,7 @@ def path_on_ground(path: Signal, distance: float) -> FloatArray:
     Raises
     ------
     RequestError
-        For a signal that is not one or two points, or a path that never moves.
+        For a signal that is not one or two points.
     """
     if not path.spatial or path.values.shape[1] > 2:
         raise RequestError(
@@ -70,11 +77,19 @@ def _headings(middle: FloatArray, fps: float) -> FloatArray:
     reach = min(max(round(WINDOW * fps), 1), (len(middle) - 1) // 2)
     velocity = _velocities(middle, fps, reach)
     speed = np.hypot(velocity[:, 0], velocity[:, 2])
-    if speed.max() < STILL:
-        raise RequestError(f"the path moves at less than {STILL} m/s throughout; a direction cannot be taken from it")
+    if speed.max() < STILL and np.ptp(on_ground(middle), axis=0).max() < SPOT:
+        return np.zeros(len(middle))
     moving = np.flatnonzero(speed > min(STANDING, 0.5 * float(speed.max())))
     direction = np.unwrap(np.arctan2(velocity[moving, 0], velocity[moving, 2]))
-    return _turned_slowly(_ended(np.interp(np.arange(len(middle)), moving, direction), reach), fps)
+    between = np.interp(np.arange(len(middle)), *_turned_late(moving, direction, fps))
+    return _turned_slowly(_ended(between, reach), fps)
+
+
+def _turned_late(moving: IntArray, direction: FloatArray, fps: float) -> tuple[IntArray, FloatArray]:
+    """Frames and directions with one more for each long pause: up to there the direction is that before it."""
+    pauses = np.flatnonzero(np.diff(moving) > (PAUSE + TURN) * fps)
+    frames = np.insert(moving, pauses + 1, moving[pauses + 1] - round(TURN * fps))
+    return frames, np.insert(direction, pauses + 1, direction[pauses])
 
 
 def _velocities(middle: FloatArray, fps: float, reach: int) -> FloatArray:

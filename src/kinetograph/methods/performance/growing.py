@@ -113,7 +113,7 @@ def fit_examples(settings: PerformanceSettings, takes: Sequence[Take], track: st
     sources = tuple(_source(settings, points, take, track) for take in takes)
     segments = cut_segments(sources, settings.longest, settings.span)
     instances = build_instances(sources, segments, settings.rate, settings.stretch)
-    return Fitted(replace(settings, control_points=points), sources, instances)
+    return Fitted(replace(settings, control_points=points, reuse=0.0), sources, instances)
 
 
 def _source(settings: PerformanceSettings, points: PointsByRole, take: Take, track: str) -> Source:

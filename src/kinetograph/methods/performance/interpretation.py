@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import SegmentalPath, k_best_paths, prove
+from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, prove
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.rules import Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
+from kinetograph.methods.performance.standing import only_standing, only_standing_early
 from kinetograph.progress import Progress
 
 
@@ -35,15 +36,20 @@ def interpret(
         For a control shorter than any segment can be made.
     """
     _check_length(fitted, len(x) - 1)
-    partial = left_early(fitted, x)
-    if not rules:
-        return prove(fitted.search, lambda: arrivals(fitted, x, progress), partial)
-    bound = bind_partial(fitted, rules, partial, len(x) - 1)
-    return prove(fitted.search, lambda: bind(fitted, rules, arrivals(fitted, x, progress)), bound)
+    partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
+    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress), partial)
+
+
+def _legal(
+    fitted: Fitted, x: FloatArray, rules: Sequence[Rule], progress: Progress | None = None
+) -> Iterable[Arrivals]:
+    """The arrivals of steps 1, 2, ..., of which only those are legal that rules allow and, of poses, that stand."""
+    each = only_standing(fitted, x, arrivals(fitted, x, progress))
+    return bind(fitted, rules, each) if rules else each
 
 
 def _check_length(fitted: Fitted, steps: int) -> None:
-    rate, shortest = fitted.settings.rate, int(fitted.instances.states[0, 1])
+    rate, shortest = fitted.settings.rate, int(fitted.search.durations[~fitted.instances.held][0])
     if steps < 1:
         raise RequestError(f"the control is too short: expected 2 samples at {rate:g} Hz or more")
     if steps < shortest:
@@ -53,10 +59,14 @@ def _check_length(fitted: Fitted, steps: int) -> None:
         )
 
 
-def beam_gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
-    """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
-    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None)), x, rules=rules).score
-    return interpret(fitted, x, rules=rules).score / exact - 1.0 if exact > 0 else 0.0
+def gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
+    """How much the configured search's sequence costs above the optimum, as a share of that, reuse being free.
+
+    It is what a beam and a cost of reuse give up; 0 without both.
+    """
+    exact = interpret(replace(fitted, settings=replace(fitted.settings, beam=None, reuse=0.0)), x, rules=rules).score
+    path = interpret(fitted, x, rules=rules)
+    return (path.score - path.reuse) / exact - 1.0 if exact > 0 else 0.0
 
 
 def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
@@ -88,9 +98,9 @@ def _forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
 
 
 def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
-    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only.
+    """The ``count`` best sequences of all, the best first; neighbours may differ by one border only. Reuse is free.
 
     See `interpret` for the arguments. Sequences that differ more: `alternatives`.
     """
-    bound = list(bind(fitted, rules, arrivals(fitted, x)))
-    return k_best_paths(fitted.search, bound, bind_partial(fitted, rules, left_early(fitted, x), len(x) - 1), count)
+    partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
+    return k_best_paths(replace(fitted.search, reuse=None), list(_legal(fitted, x, rules)), partial, count)

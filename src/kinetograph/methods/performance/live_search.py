@@ -10,6 +10,7 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import Arrivals, Commitment, SegmentalPath, commitment, segmental, unfinished
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.standing import only_standing_now
 from kinetograph.methods.performance.window import LatestWindow
 
 Link = tuple[int, int, int]
@@ -77,6 +78,7 @@ class LiveSearch:
 
     def _bound(self, arrivals: Arrivals, origins: IntArray) -> Arrivals:
         """Arrivals of which only those are legal that go on from what is decided. origins: their first steps."""
+        arrivals = only_standing_now(self.fitted, self.samples, arrivals, origins)
         if self._decided is None:
             return arrivals
         legal = self._decided.allows(self.fitted.instances.states[:, 0], origins)

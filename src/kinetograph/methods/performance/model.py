@@ -33,6 +33,7 @@ from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
 from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering import Steering
+from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, transcribe
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -173,9 +174,9 @@ class PerformanceModel:
         """The moves of a control in order (chapter 7). Raises RequestError where the recordings name no moves."""
         return transcribe(self.fitted, _samples(self.method, self._read(control)), rules)
 
-    def beam_gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
-        """How much worse than the optimum the configured beam scores on a control, as a share of the optimum."""
-        return interpretation.beam_gap(self.fitted, _samples(self.method, self._read(control)), rules)
+    def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
+        """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
+        return interpretation.gap(self.fitted, _samples(self.method, self._read(control)), rules)
 
     def start(self, fps: float, lag: float | None = None) -> Live:
         """Begin a control that arrives frame by frame.
@@ -232,8 +233,9 @@ class PerformanceModel:
             Where no recording is long enough.
         """
         settings = settings or SteeringSettings()
-        chooser = FramePlanner(self.fitted.frames, settings.rules, planner or PlannerSettings())
-        return Steering(self.fitted.frames, chooser, settings, place, facing)
+        frames = SteeringFrames.of(self.fitted.sources)
+        chooser = FramePlanner(frames, settings.rules, planner or PlannerSettings())
+        return Steering(frames, chooser, settings, place, facing)
 
     def _read(self, control: Take | Signal | Motion) -> Control:
         """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept."""
@@ -248,13 +250,17 @@ def _samples(settings: PerformanceSettings, control: Control) -> FloatArray:
 
 
 def partner_control() -> PerformanceControl:
-    """The configuration for partner dance, chosen on held-out dances: two-beat segments that overlap."""
+    """The configuration for partner dance, chosen on held-out dances: two-beat segments that overlap.
+
+    Reuse is free: a dance repeats itself, and a follower who would not is 1 to 3 mm further from the recorded one.
+    """
     return PerformanceControl(
         continuity=0.1,
         stretch=0.15,
         rate=7.5,
         control_points=PointsByRole(velocity=0.2),
         span=2,
+        reuse=0.0,
         targets=BODY,
     )
 

@@ -11,8 +11,9 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.kinematics import on_ground
 from kinetograph.learn import Placement, SegmentalPath, Span, padded_width, retime
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.scoring import at_rate, weights
+from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment
+from kinetograph.methods.performance.weights import weights
 from kinetograph.motion import Motion, sample
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece
@@ -84,7 +85,7 @@ def _span(fitted: Fitted, x: FloatArray, rate: float, segment: Segment, starts: 
     most = fitted.settings.stretch + 1.01 / rate
     for a, start in enumerate(starts):
         for b, stop in enumerate(stops):
-            if stop - start < 2 or abs((stop - start) / rate - segment.duration) > most:
+            if stop - start < 2 or (not segment.held and abs((stop - start) / rate - segment.duration) > most):
                 continue
             if max(start, 0) >= min(stop, len(x) - 1):
                 continue

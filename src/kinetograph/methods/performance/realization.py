@@ -12,12 +12,17 @@ from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
+from kinetograph.methods.performance.own_cost import STRANGE
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
-from kinetograph.motion import Motion
-from kinetograph.post.assemble import Part, constrain, edits, join_parts
+from kinetograph.methods.performance.repetition import most_used, times_running
+from kinetograph.methods.performance.standing import joined_holds, standing_warnings
+from kinetograph.motion import Motion, sample
+from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.breathing import breathe
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
 from kinetograph.post.elbows import limit_elbows
+from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.turning import limit_turning
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
@@ -34,29 +39,38 @@ class _Recorded:
 
 def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
+    path = joined_holds(fitted, path)
     pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     recorded = _recorded(fitted, control, pieces, path, frames)
-    joined = limit_turning(join_parts(recorded.parts, fps, frames, fitted.settings.post), fitted.limits.turning)
-    motion = constrain(joined, recorded.annotations, recorded.holds, fitted.settings.post, fitted.limits.joints)
+    held = [(piece.start, piece.stop) for piece in pieces if piece.held]
+    joined = breathe(join_parts(recorded.parts, fps, frames, fitted.settings.post), held)
+    joined = limit_turning(joined, fitted.limits.turning)
+    body = Body(fitted.limits.joints, fitted.limits.clearance, _body_in_the_way(fitted, control, frames))
+    motion, annotations = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), body)
     motion = limit_elbows(motion, fitted.limits.elbows)
+    if fitted.settings.post.floor:
+        motion = keep_above(motion, recorded_lows(motion, recorded.parts))
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
+    repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
+    reuse = {"reuse": path.reuse} if fitted.reuse else {}
     late = {"late": control.late} if control.late else {}
     return Synthesis(
         motion,
         tuple(pieces),
         cost=path.score,
-        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces)},
-        annotations=recorded.annotations,
+        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces), **reuse},
+        annotations=annotations,
         statistics={
             **statistics,
+            **repetition,
             **late,
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
         },
-        warnings=_warnings(fitted, control),
+        warnings=(*_warnings(fitted, control), *standing_warnings(fitted, pieces), *_strange(fitted, pieces)),
         edited=edits(motion, recorded.parts),
     )
 
@@ -82,6 +96,22 @@ def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: Segme
     return _Recorded(parts, annotations, holds)
 
 
+def _body_in_the_way(fitted: Fitted, control: Control, frames: int) -> Motion | None:
+    """The control at the result's frames, where the recordings have partners: a walker's control is the walker."""
+    if control.partner is None or fitted.limits.overlap is None:
+        return None
+    fps = fitted.sources[0].motion.fps
+    return sample(control.partner, np.arange(frames) / fps, fps)
+
+
+def _post(fitted: Fitted) -> PostSettings:
+    """The settings of what happens afterwards: partners who were recorded closer may be as close."""
+    post, seen = fitted.settings.post, fitted.limits.overlap
+    if post.torsos is None or seen is None:
+        return post
+    return replace(post, torsos=replace(post.torsos, deepest=max(post.torsos.deepest, seen)))
+
+
 def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
     warnings = fitted.settings.control_points.warnings(control.points, control.fps, fitted.speeds)
     if not control.late:
@@ -90,6 +120,19 @@ def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
         f"the path is faster than the library's people can hurry, {fitted.fastest:.2f} m/s: it is followed in "
         f"space and its end is reached {control.late:.1f} s late; keep_time (--keep-time) keeps its times",
         *warnings,
+    )
+
+
+def _strange(fitted: Fitted, pieces: list[Piece]) -> tuple[str, ...]:
+    """A warning where a control is explained far worse than the library's recordings explain each other."""
+    if not fitted.own_cost:
+        return ()
+    times = sum(piece.cost for piece in pieces) / (pieces[-1].stop - pieces[0].start) / fitted.own_cost
+    if times <= STRANGE:
+        return ()
+    return (
+        f"the library has nothing like parts of this control: it costs {times:.1f} times what the library's takes cost "
+        "each other; the motion may do something else than is right there (add recordings of such moves)",
     )
 
 

@@ -78,7 +78,7 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
         source = fitted.sources[segment.source]
         matches.append(
             (rule.take is None or source.take == rule.take)
-            and (rule.source is None or segment.start <= rule.source < segment.stop)
+            and (rule.source is None or segment.start <= rule.source < segment.stop or rule.source == segment.start)
             and (rule.move is None or rule.move in moves_of(source, segment.start, segment.stop))
         )
     if not any(matches):
@@ -96,6 +96,8 @@ def bind(fitted: Fitted, rules: Sequence[Rule], arrivals: Iterable[Arrivals]) ->
 
 def bind_partial(fitted: Fitted, rules: Sequence[Rule], partial: dict[int, Arrivals], time: int) -> dict[int, Arrivals]:
     """The same for segments left early at the control's end, step ``time``."""
+    if not rules:
+        return partial
     masks = [matching(fitted, rule) for rule in rules]
     bound = {}
     for used, arrival in partial.items():

@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import Arrivals, Placement, padded_width
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.performance.weights import weights
 from kinetograph.progress import Progress
 from kinetograph.sampling import interpolate
 
@@ -21,13 +21,6 @@ def at_rate(points: FloatArray, fps: float, rate: float) -> FloatArray:
     """Control points ``(F, P, 3)`` at ``fps``, resampled to ``rate``: ``(T + 1, P, 3)``."""
     count = int(np.floor((len(points) - 1) / fps * rate + 1e-6)) + 1
     return interpolate(points, np.arange(count) / rate * fps)
-
-
-def weights(settings: PerformanceSettings, samples: int, rate: float | None = None) -> FloatArray:
-    """Weights ``(samples, P)`` of the trapezium rule in seconds: neighbours share the sample on their border."""
-    w = np.full(samples, 1.0 / (rate or settings.rate))
-    w[[0, -1]] *= 0.5
-    return np.outer(w, settings.control_points.weights())
 
 
 def arrivals(fitted: Fitted, x: FloatArray, progress: Progress | None = None) -> Iterator[Arrivals]:

@@ -8,11 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
 from kinetograph.sampling import interpolate
 from kinetograph.take import Annotation
+
+HELD = (2, 3)
+"""Steps of the shortest parts in which a pose is held; together with one of a second they add up to any number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +40,8 @@ class Source:
         Seconds of one cycle of a looping clip, else 0.
     grips : mapping of str to ndarray
         By a handhold's label, where the own hand is in the frame of the partner's, shape (F, 3).
+    overlap : float, optional
+        Metres by which torsos of the motion and of its partner overlap at most; None without a partner's body.
     """
 
     take: str
@@ -49,18 +54,19 @@ class Source:
     cuts: tuple[float, ...]
     period: float = 0.0
     grips: Mapping[str, FloatArray] = field(default_factory=dict)
+    overlap: float | None = None
 
 
 @dataclass(frozen=True)
 class Segment:
-    """An interval of a source.
+    """An interval of a source, or one pose of it that is held.
 
     Parameters
     ----------
     source : int
         Which source it is of.
     start, stop : float
-        Seconds in the source.
+        Seconds in the source; the same for a pose.
     """
 
     source: int
@@ -71,6 +77,11 @@ class Segment:
     def duration(self) -> float:
         """Seconds."""
         return self.stop - self.start
+
+    @property
+    def held(self) -> bool:
+        """Whether it is a pose, held for as long as it takes."""
+        return self.stop == self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +109,11 @@ class Instances:
     def places(self) -> dict[Segment, int]:
         """Where in ``segments`` each of them is."""
         return {segment: place for place, segment in enumerate(self.segments)}
+
+    @cached_property
+    def held(self) -> BoolArray:
+        """The states ``(S,)`` that are held poses."""
+        return np.array([segment.held for segment in self.segments])[self.states[:, 0]]
 
     @property
     def longest(self) -> int:
@@ -167,8 +183,9 @@ def legal_steps(duration: float, rate: float, stretch: float) -> list[int]:
 def build_instances(
     sources: tuple[Source, ...], segments: tuple[Segment, ...], rate: float, stretch: float
 ) -> Instances:
-    """Every segment at every legal number of steps; see `legal_steps`."""
-    states = sorted((steps, i) for i, s in enumerate(segments) for steps in legal_steps(s.duration, rate, stretch))
+    """Every segment at every legal number of steps; see `legal_steps`. Poses are held for any, in parts."""
+    legal = [[*HELD, max(round(rate), 4)] if s.held else legal_steps(s.duration, rate, stretch) for s in segments]
+    states = sorted((steps, i) for i, each in enumerate(legal) for steps in each)
     controls: dict[int, FloatArray] = {}
     for steps in sorted({steps for steps, _ in states}):
         rows = [_samples(sources[segments[i].source], segments[i], steps) for d, i in states if d == steps]

@@ -40,7 +40,8 @@ class PerformanceSettings:
     fine_rate : float, optional
         Rate of the constrained search that adjusts durations, Hz (section 4.4.3); None leaves them.
     alignment : Alignment
-        Group of transforms by which segments are placed: `Ground`, `Similarity`, `Rigid`, `Fixed` or `Continued`.
+        Group of transforms by which segments are placed: `Ground`, `Similarity`, `Affine`, `Rigid`,
+        `Fixed` or `Continued`.
     control_points : ControlPoints
         What of a control is compared with the recordings: `GroundPath` for walks, `PointsByRole` for partners,
         `Channels` for what does not lie in space.
@@ -58,6 +59,11 @@ class PerformanceSettings:
         Words in the names of moves that are each other's mirror image.
     longest : float
         Longest segment used, seconds.
+    reuse : float
+        How much dearer a segment is that was used lately, as a share of its cost: 1.6 times this within a stride, and
+        then less and less until 40 pieces later. 0 searches without, and exactly.
+    stand : bool
+        Hold a calm pose of the recordings where a path stands still for long; otherwise steps are taken on the spot.
     keep_time : bool
         Follow a drawn path at its own times, even where it is faster than anybody in the recordings walks; otherwise
         it is followed in space there, and its end is reached later.
@@ -83,13 +89,15 @@ class PerformanceSettings:
     mirror: bool = False
     sides: tuple[tuple[str, str], ...] = SIDES
     longest: float = 2.5
+    reuse: float = 0.5
+    stand: bool = True
     keep_time: bool = False
     post: PostSettings = field(default_factory=PostSettings)
 
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("continuity", "stretch"):
+        for name in ("continuity", "stretch", "reuse"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
         for name in ("rate", "longest"):
@@ -97,7 +105,8 @@ class PerformanceSettings:
                 raise RequestError(f"{name} must be a positive number, found {getattr(self, name)}")
         if not callable(getattr(self.alignment, "align", None)):
             raise RequestError(
-                f"alignment must be Ground(), Similarity(), Rigid(), Fixed() or Continued(), found {self.alignment!r}"
+                "alignment must be Ground(), Similarity(), Affine(), Rigid(), Fixed() or Continued(), "
+                f"found {self.alignment!r}"
             )
         if self.alignment.moves and not self.control_points.spatial:
             raise RequestError(

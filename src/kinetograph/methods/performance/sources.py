@@ -15,7 +15,8 @@ from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations
 from kinetograph.mirroring import mirror
-from kinetograph.motion import Motion, resample
+from kinetograph.motion import Motion, resample, sample
+from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.sampling import interpolate
 from kinetograph.segmentation import detect_beats, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
@@ -117,7 +118,16 @@ def _source(
         cuts,
         recording.period,
         grips(motion, partner, annotations) if isinstance(partner, Motion) else {},
+        _overlap(motion, partner) if isinstance(partner, Motion) else None,
     )
+
+
+def _overlap(motion: Motion, partner: Motion) -> float | None:
+    """How deep two torsos are in one another at most; None where either body has none."""
+    if not (has_torso(motion.skeleton) and has_torso(partner.skeleton)):
+        return None
+    resampled = sample(partner, np.arange(len(motion)) / motion.fps, motion.fps)
+    return float(overlaps(torso_of(motion), torso_of(resampled)).max())
 
 
 def _control_points(settings: PerformanceSettings, recording: Recording, partner: Track | None) -> FloatArray:

@@ -11,6 +11,7 @@ from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.interpretation import interpret
 from kinetograph.methods.performance.rules import Rule, moves_of
+from kinetograph.methods.performance.segments import Source
 
 
 @dataclass(frozen=True)
@@ -81,10 +82,18 @@ def _runs(fitted: Fitted, path: SegmentalPath) -> list[tuple[str, float, float]]
     rate = fitted.settings.rate
     for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):
         segment = fitted.segment_of(state)
-        move = min(moves_of(fitted.sources[segment.source], segment.start, segment.stop), default="")
+        move = _move_of(fitted.sources[segment.source], segment.start, segment.stop)
         begin, end = max(float(start), 0.0) / rate, float(stop) / rate
         if runs and runs[-1][0] == move:
             runs[-1] = (move, runs[-1][1], end)
         else:
             runs.append((move, begin, end))
     return runs
+
+
+def _move_of(source: Source, start: float, stop: float) -> str:
+    """The move that fills most of an interval, half of it or more; of two halves, the first."""
+    found = moves_of(source, start, stop)
+    notes = [note for note in source.annotations if note.kind == "move" and note.label in found]
+    shares = [(min(note.stop, stop) - max(note.start, start), -note.start, note.label) for note in notes]
+    return max(shares)[2] if shares else ""

@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.learn import Arrivals, Placement, PreparedExamples, padded_width
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.scoring import weights
+from kinetograph.methods.performance.weights import weights
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,13 +10,13 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.methods.sensor.estimators import Estimate, Estimator
+from kinetograph.methods.sensor.feet import finished_feet
 from kinetograph.methods.sensor.fitted import SensorFit
 from kinetograph.methods.sensor.pieces import pieces_of
 from kinetograph.methods.sensor.result import SensorSynthesis, warnings_of
 from kinetograph.methods.sensor.root import RootIntegrator
 from kinetograph.methods.sensor.smoothing import Smoother
 from kinetograph.motion import Motion
-from kinetograph.post import clean_feet
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import LiveUniform, Readings, Resampling, renumbered
@@ -268,9 +268,10 @@ class LiveSensor:
             np.array([pose.rotations for pose in self._poses]),
             examples.fps,
         )
-        contacts = detect_contacts(motion)
         if self._clean:
-            motion = clean_feet(motion, contacts)
+            motion, contacts = finished_feet(motion, examples.root)
+        else:
+            contacts = detect_contacts(motion)
         cost = float(np.mean(self._costs))
         statistics = self._statistics()
         return SensorSynthesis(

@@ -16,7 +16,7 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.sensor._root_kernels import landmarks_of_pose
 from kinetograph.motion import Motion, unwrapped_headings
-from kinetograph.post import contact_mask
+from kinetograph.post import contact_mask, floor_height
 from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
 
@@ -38,6 +38,8 @@ class RootModel:
         Metres in the joints' frames.
     ground : ndarray, shape (L,)
         Height in metres of each point when it is planted.
+    level : float
+        Height in metres of the lowest point of the feet over the floor: joints are above the soles.
     """
 
     skeleton: Skeleton
@@ -45,14 +47,16 @@ class RootModel:
     joints: IntArray
     offsets: FloatArray
     ground: FloatArray
+    level: float = 0.0
 
 
 def fit_root_model(motions: list[Motion]) -> RootModel:
-    """The feet of motions of one skeleton; each recording's own ground is level 0."""
+    """The feet of motions of one skeleton, as high over the floor as the recordings have them in the median."""
     skeleton = motions[0].skeleton
     roles = tuple(role for role in CONTACT_ROLES if role in skeleton.roles)
     landmarks = [skeleton.roles[role] for role in roles]
     levels: list[list[float]] = [[] for _ in roles]
+    level = float(np.median([ground_level(motion) - floor_height(motion) for motion in motions])) if roles else 0.0
     for motion in motions:
         if roles:
             heights = role_positions(motion, roles)[..., 1] - ground_level(motion)
@@ -63,7 +67,8 @@ def fit_root_model(motions: list[Motion]) -> RootModel:
         roles,
         np.array([landmark.joint for landmark in landmarks], dtype=np.int64),
         np.array([landmark.offset for landmark in landmarks]).reshape(-1, 3),
-        np.array([np.median(level) for level in levels]),
+        np.array([np.median(own) + level for own in levels]),
+        level,
     )
 
 
@@ -91,7 +96,7 @@ def root_features(motion: Motion, model: RootModel) -> FloatArray:
     heading = unwrapped_headings(motion)
     velocity = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
     yaw_rate = velocities(heading, motion.fps)
-    height = motion.translation[:, 1] - ground_level(motion)
+    height = motion.translation[:, 1] - ground_level(motion) + model.level
     contacts = detect_contacts(motion)
     masks = [contact_mask(contacts, role, len(motion), motion.fps).astype(np.float64) for role in model.roles]
     return np.stack([velocity[:, 0], velocity[:, 2], yaw_rate, height, *masks], axis=1)

@@ -60,7 +60,10 @@ class Walked:
 
 def methods() -> dict[str, PerformanceControl]:
     """The two controls that are compared."""
-    return {HIPS: PerformanceControl(), PATH: PerformanceControl(control_points=CalmPath())}
+    return {
+        HIPS: PerformanceControl(reuse=0.0, stand=False),
+        PATH: PerformanceControl(reuse=0.0, stand=False, control_points=CalmPath()),
+    }
 
 
 def fit_all(library: Library) -> Models:
@@ -156,7 +159,9 @@ def in_phase_by_smoothing(
     """
     rows = []
     for sigma in SIGMAS:
-        method = PerformanceControl(control_points=CalmPath(seconds=sigma) if sigma else GroundPath())
+        method = PerformanceControl(
+            reuse=0.0, stand=False, control_points=CalmPath(seconds=sigma) if sigma else GroundPath()
+        )
         walked = [walk_again(method.fit(library, exclude=(name,)), name, "", motion) for name, motion in takes]
         known = [w for w in walked if w is not None]
         if known:

@@ -32,7 +32,7 @@ COLUMNS = (
 PAPER = """The thesis, 6.2: in three test dances the follower's pattern was another than the real one's in 5 of 91
 (5.5 %), each by one of its four two-beat segments: 5 of 364 (1.4 %). The names were given by eye. (Figure 6-2 counts
 380 segments, and the text 13 new patterns of the 14 in table 6.1.)"""
-OURS = """The dances at hand have no move names. So walks are named by rule: every step between two footplants by the
+OURS = """Dances are in the section on dances. Here walks are named by rule: every step between two footplants by the
 foot that begins it, and by how far the hips turn within it (left or right from 15° on, else straight); the clips of
 the sample by their own names. A segment is wrong where the pieces that fill most of it carry another name; a pattern
 is four segments in a row, wrong if any is."""
@@ -56,7 +56,11 @@ def label_section(walks: Library | None, clips: Library | None, tick: Report) ->
 def _rows(library: Library, recordings: str, names: str) -> list[tuple[Value, ...]]:
     rows: list[tuple[Value, ...]] = []
     for label, k in (("segments", None), ("nearest segment", 0.0)):
-        method = PerformanceControl() if k is None else PerformanceControl(continuity=k)
+        method = (
+            PerformanceControl(reuse=0.0, stand=False)
+            if k is None
+            else PerformanceControl(reuse=0.0, stand=False, continuity=k)
+        )
         rates, truth = held_out_errors(library, method)
         commonest = max(Counter(truth).values()) / len(truth) if truth else float("nan")
         rows.append(

@@ -189,7 +189,7 @@ def _recordings(recordings: Recordings, waiting: list[str], quick: bool) -> Sect
 
 def _settings(recordings: Recordings) -> Section:
     """Each setting that had to be chosen, with the thesis' where it gives one."""
-    walk, dance = PerformanceControl(), partner_control()
+    walk, dance = PerformanceControl(reuse=0.0, stand=False), partner_control()
     chosen = [
         f"k = {walk.continuity:g} s for walks, {dance.continuity:g} s for dances, D integrated over time; the thesis "
         "gives no value and says it was found by experiment.",

@@ -61,7 +61,7 @@ def cluster_section(library: Library, quick: bool, tick: Report) -> Section:
     """What clustering costs and saves, over all held-out takes."""
     rows: list[tuple[Value, ...]] = []
     for threshold in CLUSTERS:
-        held = held_models(library, PerformanceControl(cluster=threshold), quick)
+        held = held_models(library, PerformanceControl(reuse=0.0, stand=False, cluster=threshold), quick)
         rows.append(("none" if threshold is None else f"{100 * threshold:g} cm", *_cost_and_error(held)))
     tick("clustering")
     caption = "Clustering, means over the held-out takes; the score is that of equation 4.5"
@@ -89,7 +89,7 @@ def rate_section(library: Library, quick: bool, tick: Report) -> Section:
     rows: list[tuple[Value, ...]] = []
     for rate in RATES:
         for fine in (None, FINE) if rate < FINE else (None,):
-            held = held_models(library, PerformanceControl(rate=rate, fine_rate=fine), quick)
+            held = held_models(library, PerformanceControl(reuse=0.0, stand=False, rate=rate, fine_rate=fine), quick)
             means = np.mean([_at_rate(model, motion) for model, motion in held], axis=0)
             rows.append((f"{rate:g} Hz", f"{fine:g} Hz" if fine else "none", *(float(value) for value in means)))
         tick(f"search at {rate:g} Hz")
@@ -117,7 +117,7 @@ def _at_rate(model: PerformanceModel, motion: Motion) -> tuple[float, ...]:
 
 def continuity_section(library: Library, quick: bool, tick: Report) -> Section:
     """The constant k, over all held-out takes."""
-    held = held_models(library, PerformanceControl(), quick)
+    held = held_models(library, PerformanceControl(reuse=0.0, stand=False), quick)
     values = CONTINUITY[::2] if quick else CONTINUITY
     rows: list[tuple[float, ...]] = []
     for k in values:

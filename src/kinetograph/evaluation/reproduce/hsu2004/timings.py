@@ -53,7 +53,7 @@ def timing_section(library: Library, quick: bool, tick: Report) -> Section:
         ("thesis, beam", SEGMENTS, None, 1200.0, None, 400.0, 1100.0, None, 47.0),
     ]
     for label, segments in (("clustered", SEGMENTS), ("all segments", 10**9)):
-        model = clustered(PerformanceControl(), library, segments, exclude=(name,))
+        model = clustered(PerformanceControl(reuse=0.0, stand=False), library, segments, exclude=(name,))
         rows += timed(model, control, label, BEAMS, 3 if quick else 7)
         tick(f"timings, {label}")
     caption = f"Processor time, medians, all jobs in turn; control: {name}, {SECONDS:g} s"
@@ -121,7 +121,7 @@ def _over(score: float, best: float) -> str:
 def growth_section(library: Library, quick: bool, tick: Report) -> Section:
     """Time against length of the control."""
     name, motion = held_out(library)[0]
-    model = PerformanceControl().fit(library, exclude=(name,))
+    model = PerformanceControl(reuse=0.0, stand=False).fit(library, exclude=(name,))
     kinds = {"exact": model, "beam": with_method(model, beam=0.01)}
     lengths = LENGTHS[:4] if quick else LENGTHS
     jobs: Jobs = {}

@@ -31,7 +31,7 @@ DRAWN = """The thesis, 6.1 and figure 6-1: mouse trajectories at 30 Hz, Frenet f
 
 def held_out_section(library: Library, tick: Report) -> Section:
     """Leave one take out, with the baselines."""
-    rows = leave_one_take_out(PerformanceControl(), library, baselines=True)
+    rows = leave_one_take_out(PerformanceControl(reuse=0.0, stand=False), library, baselines=True)
     rows += mean_walks(rows)
     tick("held-out walks")
     parts = (
@@ -62,7 +62,7 @@ def _side_by_side(library: Library, path: Path) -> None:
 
     name, motion = held_out(library)[0]
     motion = cut(motion, 0, min(len(motion), round(12 * motion.fps)))
-    result = PerformanceControl().fit(library, exclude=(name,)).synthesize(motion)
+    result = PerformanceControl(reuse=0.0, stand=False).fit(library, exclude=(name,)).synthesize(motion)
     travel = motion.translation[len(motion) // 4] - motion.translation[0]
     aside = on_ground(1.2 * travel / max(float(np.hypot(travel[0], travel[2])), 1e-9))
     contact_sheet(
@@ -81,7 +81,7 @@ def path_section(library: Library, tick: Report) -> Section:
     from kinetograph.pipeline import winding_path
 
     control = winding_path()
-    model = PerformanceControl(mirror=True).fit(library)
+    model = PerformanceControl(reuse=0.0, stand=False, mirror=True).fit(library)
     result = model.synthesize(control)
     error = 100 * control_error(result.motion, points_of(model.method, control), control.fps)
     tick("drawn path")

@@ -100,7 +100,8 @@ def run_methods(fold: Fold, settings: LocalModelSettings, layout: Layout) -> dic
     readings = simulate(fold.truth, layout, np.random.default_rng(0))
     results = {}
     for name, model in fitted_to(configurations(layout, settings), fold.examples):
-        rotations, times = timed(model, readings)
+        made, times = timed(model, readings)
+        rotations = made.motion.rotations
         row = score(name, "all", rotations, fold.truth)[0]
         seconds = float(np.sum(times))
         results[name] = TakeRow(fold.take, name, row.frames, row.rms, row.angle, row.jitter, seconds), rotations

@@ -1,0 +1,110 @@
+"""The command library label: names of what is done."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetograph.cli.options import AsJson, LibraryArgument, options
+from kinetograph.cli.output import note, notes, result, table
+from kinetograph.errors import RequestError
+
+if TYPE_CHECKING:
+    from kinetograph.pipeline import Labelled
+
+
+@options()
+class Naming:
+    """What is named."""
+
+    by: Annotated[str, typer.Option(help="What names are found by: partner, the stances of two dancers.")] = "partner"
+    target: Annotated[str, typer.Option("--target", "--track", help="The follower's track, which gets the names.")] = (
+        "follower"
+    )
+    span: Annotated[int, typer.Option(help="Cuts that a unit goes on for.")] = 2
+    first: Annotated[int, typer.Option(help="The cut at which the first unit begins, from 0.")] = 0
+    force: Annotated[bool, typer.Option("--force", help="Put the names in the place of moves that are there.")] = False
+
+
+@options("Thresholds")
+class Thresholds:
+    """What parts one stance from another; what is not given is a gap in the recordings' own measures."""
+
+    distance: Annotated[
+        float | None, typer.Option(help="Metres between the chests up to which a couple is in closed stance.")
+    ] = None
+    facing: Annotated[
+        float | None, typer.Option(help="Degrees by which each may face away in closed stance; default 60.")
+    ] = None
+    rotation: Annotated[
+        float | None, typer.Option(help="Degrees of the follower's rotation within a unit that are a turn.")
+    ] = None
+
+
+def label(folder: LibraryArgument, naming: Naming, thresholds: Thresholds, as_json: AsJson = False) -> None:
+    """Name the units of partner dances by stance and transition, as Hsu (2004) does; people can edit the names.
+
+    A unit's name is the stance that it begins in, its transition and the stance that it ends in: "open inside turn
+    closed crosshand". Stances are open or closed; crosshand where a hand holds the partner's of the same side.
+    Transitions are a step, an inside turn (the follower turns to the left) or an outside turn. Names are annotations of
+    kind 'move' (library annotate).
+
+    Example: kinetograph library label dances --by partner
+    """
+    from kinetograph.pipeline import label_partners, open_library
+
+    if naming.by != "partner":
+        raise RequestError(f"label by partner, found {naming.by!r}")
+    labelled = label_partners(
+        open_library(folder),
+        naming.target,
+        span=naming.span,
+        first=naming.first,
+        given=_given(thresholds),
+        force=naming.force,
+    )
+    notes(labelled.skipped.values())
+    _show(labelled, as_json)
+
+
+def _given(thresholds: Thresholds) -> dict[str, float]:
+    """The thresholds that were given, in metres and radians."""
+    import math
+
+    given = {
+        "distance": thresholds.distance,
+        "facing": None if thresholds.facing is None else math.radians(thresholds.facing),
+        "rotation": None if thresholds.rotation is None else math.radians(thresholds.rotation),
+    }
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _show(labelled: Labelled, as_json: bool) -> None:
+    import math
+
+    used = labelled.thresholds
+    values = {
+        "distance_m": used.distance,
+        "facing_deg": math.degrees(used.facing),
+        "rotation_deg": math.degrees(used.rotation),
+        "found_in_the_recordings": ", ".join(used.found) or "none",
+    }
+    if as_json:
+        result({"thresholds": values, "takes": labelled.names}, as_json)
+        return
+    table([_row(take, names) for take, names in labelled.names.items()], as_json)
+    result(values, as_json, title="thresholds:")
+    note("look them over: kinetograph library annotate LIB --export moves.csv --kind move")
+
+
+def _row(take: str, names: list[str]) -> dict[str, Any]:
+    """How many units of a take are of each transition, and how many end in each kind of stance."""
+    counts: Counter[str] = Counter()
+    for name in names:
+        counts[next(kind for kind in ("inside turn", "outside turn", "step") if kind in name)] += 1
+        counts["closed"] += "closed" in name.split()[-2:]
+        counts["crosshand"] += name.endswith("crosshand")
+    kinds = ("step", "inside turn", "outside turn", "closed", "crosshand")
+    return {"take": take, "units": len(names), **{kind.replace(" ", "_"): counts[kind] for kind in kinds}}
