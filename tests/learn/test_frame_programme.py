@@ -93,7 +93,7 @@ def test_a_recording_that_ends_is_left() -> None:
 
 
 def test_a_body_is_corrected_in_part_and_within_limits() -> None:
-    rules = FrameRules(of_way=0.35, fastest=1.3, rate_change=0.08, heading=0.1, moved=1.0, turned=0.1)
+    rules = FrameRules(of_way=0.35, fastest=1.3, rate_change=0.08, place=1.0, heading=0.1, moved=1.0, turned=0.1)
     step = np.array([0.1, 0.0, 0.0, 0.0, 0.0])
     near, cost = advance_body(np.array([0.0, 0.0, 0.0, 1.0]), step, np.array([0.1, 0.01, 0.05]), rules)
     assert near == pytest.approx([0.1 + 0.8 * (0.1 - 0.1005), 0.8 * 0.01, 0.04, 1.005], abs=1e-3)

@@ -56,7 +56,7 @@ class FrameRules:
     slowest: float = 0.72
     fastest: float = 1.02
     rate_change: float = 0.055
-    place: float = 1.0
+    place: float = 2.0
     heading: float = 0.18
     moved: float = 3.5
     turned: float = 0.13
