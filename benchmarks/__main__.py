@@ -22,6 +22,7 @@ TABLES = (
     "retarget",
     "startup",
     "quality",
+    "steering",
 )
 ON_REQUEST = ("stream", "large", "live")  # 800 MB on disk; some minutes each
 

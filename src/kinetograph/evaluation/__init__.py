@@ -18,6 +18,8 @@ _ROOMS = {
     "HeldOut": "sensor",
     "LabelErrors": "labels",
     "Locking": "phase",
+    "MatchingWeights": "motion_matching",
+    "MotionMatching": "motion_matching",
     "Nested": "nested",
     "Observer": "partner_names",
     "PairFigures": "keyframe",
@@ -27,6 +29,9 @@ _ROOMS = {
     "Score": "inbetweening",
     "SeenErrors": "partner_names",
     "SensorRow": "sensor_scores",
+    "Steered": "steering",
+    "SteeringScores": "steering",
+    "StickScript": "steering",
     "SweepRow": "sensor_sweep",
     "WalkRow": "protocol",
     "accelerations": "metrics",
@@ -82,12 +87,15 @@ _ROOMS = {
     "recorded_jumps": "keyframe",
     "repeat_distances": "repeats",
     "ridge_regression": "baselines",
+    "score_steering": "steering",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
     "slips": "phase",
     "sole_level": "metrics",
     "seam_falls": "plausibility",
     "speed_jumps": "keyframe",
+    "steer_by": "steering",
+    "sticks": "steering",
     "sweep": "sensor_sweep",
     "take_errors": "labels",
     "timed": "sensor",
@@ -102,6 +110,8 @@ __all__ = [
     "HeldOut",
     "LabelErrors",
     "Locking",
+    "MatchingWeights",
+    "MotionMatching",
     "Nested",
     "Observer",
     "PairFigures",
@@ -110,6 +120,9 @@ __all__ = [
     "Score",
     "SeenErrors",
     "SensorRow",
+    "Steered",
+    "SteeringScores",
+    "StickScript",
     "SweepRow",
     "WalkRow",
     "accelerations",
@@ -165,12 +178,15 @@ __all__ = [
     "recorded_jumps",
     "repeat_distances",
     "ridge_regression",
+    "score_steering",
     "seam_falls",
     "seam_jump",
     "skate_ratio",
     "slips",
     "sole_level",
     "speed_jumps",
+    "steer_by",
+    "sticks",
     "sweep",
     "take_errors",
     "timed",
@@ -225,6 +241,7 @@ if TYPE_CHECKING:
         position_errors,
         sole_level,
     )
+    from kinetograph.evaluation.motion_matching import MatchingWeights, MotionMatching
     from kinetograph.evaluation.nested import Candidate, Nested, candidates_around, nested_dances, nested_walks
     from kinetograph.evaluation.partner_names import Observer, SeenErrors
     from kinetograph.evaluation.phase import (
@@ -253,3 +270,4 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep
+    from kinetograph.evaluation.steering import Steered, SteeringScores, StickScript, score_steering, steer_by, sticks

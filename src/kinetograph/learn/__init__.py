@@ -19,6 +19,8 @@ _ROOMS = {
     "Commitment": "commitment",
     "Continued": "alignment",
     "Fixed": "alignment",
+    "FrameGraph": "frame_programme",
+    "FrameRules": "frame_programme",
     "Gaussian": "posterior",
     "Goal": "goals",
     "Graph": "transitions",
@@ -30,6 +32,8 @@ _ROOMS = {
     "PathState": "continuity",
     "Pca": "reduction",
     "Placement": "placement",
+    "Plan": "frame_programme",
+    "Playing": "frame_programme",
     "PreparedExamples": "alignment",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
@@ -46,6 +50,7 @@ _ROOMS = {
     "Span": "retiming",
     "Tolls": "goals",
     "UnreachableError": "markov",
+    "advance_body": "frame_programme",
     "bar": "transitions",
     "best_paths": "continuity",
     "classes_of": "posterior",
@@ -75,6 +80,7 @@ _ROOMS = {
     "mixed": "posterior",
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
+    "plan_frames": "frame_programme",
     "prove": "segmental",
     "representatives": "linkage",
     "retime": "retiming",
@@ -95,6 +101,8 @@ __all__ = [
     "Commitment",
     "Continued",
     "Fixed",
+    "FrameGraph",
+    "FrameRules",
     "Gaussian",
     "Goal",
     "Graph",
@@ -106,6 +114,8 @@ __all__ = [
     "PathState",
     "Pca",
     "Placement",
+    "Plan",
+    "Playing",
     "PreparedExamples",
     "Quantiser",
     "Rbf",
@@ -122,6 +132,7 @@ __all__ = [
     "Span",
     "Tolls",
     "UnreachableError",
+    "advance_body",
     "bar",
     "best_paths",
     "classes_of",
@@ -151,6 +162,7 @@ __all__ = [
     "mixed",
     "outputs_by_bayes",
     "padded_width",
+    "plan_frames",
     "prove",
     "representatives",
     "retime",
@@ -189,6 +201,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
+    from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
     from kinetograph.learn.goals import Goal, SearchOptions, Tolls, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf

@@ -21,7 +21,7 @@ from kinetograph.post._vector_kernels import (
     rotated,
     smallest_rotation,
 )
-from kinetograph.post.footskate import BOWED, DEEPEST, REACHED, STRETCHED
+from kinetograph.post.footskate import BOWED, REACHED, STRETCHED
 from kinetograph.post.inverse_kinematics import PLAIN, STRAIGHT, TURNED
 
 
@@ -155,14 +155,14 @@ def hold_foot(
 
 
 @numba.njit(cache=True, nogil=True)
-def needed_drop(hip: FloatArray, straight: float, ankle: FloatArray, offset: FloatArray) -> float:
+def needed_drop(hip: FloatArray, straight: float, ankle: FloatArray, offset: FloatArray, deepest: float) -> float:
     """How far a hip has to go down for its leg to reach the ankle with its offset."""
     if length(offset) < 1e-7:
         return 0.0
     furthest = max(REACHED * straight, length(ankle - hip))
     leg = ankle + offset - hip
     lowest = np.sqrt(max(furthest**2 - leg[0] ** 2 - leg[2] ** 2, 0.0))
-    return float(min(max(-leg[1] - lowest, 0.0), DEEPEST))
+    return float(min(max(-leg[1] - lowest, 0.0), deepest))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -212,7 +212,7 @@ def lock_feet(
         if begun:
             planted, slide = planted_slide(now, points, flags, were, feet, s)
             hold_foot(slide, planted, held[s], dt, limits[0], limits[1], limits[2], limits[3])
-        needed = max(needed, needed_drop(hip, straights[s], ankle, held[s, :3]))
+        needed = max(needed, needed_drop(hip, straights[s], ankle, held[s, :3], limits[5]))
     points[:] = now
     were[:] = flags
     sink(drop, needed, limits[4], dt if begun else 0.0)

@@ -2,7 +2,7 @@
 
 `kinetograph.post.footskate` knows a plant from its start to its end and spreads its correction over both. Here a foot
 is held from first contact by exactly what its planted point would have slid; once it is lifted, the correction that has
-built up is let go. Where a leg does not reach, the hips go down, as far as `footskate.DEEPEST`, and the rest is slid.
+built up is let go. Where a leg does not reach, the hips go down, a little, and the rest is slid.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.post import _leg_kernels as kernels
-from kinetograph.post.footskate import SIDES
+from kinetograph.post.footskate import DEEPEST, SIDES
 from kinetograph.post.limbs import LEG
 from kinetograph.skeleton import Skeleton
 
@@ -38,6 +38,8 @@ class LockSettings:
         Metres that a foot is moved at most; beyond, it slides along.
     sinking : float
         Seconds in which the hips go half as far down as a leg needs.
+    deepest : float
+        Metres that the hips go down at most.
 
     Raises
     ------
@@ -45,11 +47,12 @@ class LockSettings:
         Unless all are positive and finite.
     """
 
-    half_life: float = 0.1
-    grip: float = 0.05
+    half_life: float = 0.15
+    grip: float = 0.16
     fastest: float = 1.5
-    furthest: float = 0.2
-    sinking: float = 0.05
+    furthest: float = 0.14
+    sinking: float = 0.04
+    deepest: float = DEEPEST
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -59,7 +62,7 @@ class LockSettings:
     @property
     def limits(self) -> FloatArray:
         """The settings as an array, in the order of the fields."""
-        return np.array([self.half_life, self.grip, self.fastest, self.furthest, self.sinking])
+        return np.array(list(vars(self).values()))
 
 
 def planted_roles(skeleton: Skeleton) -> tuple[str, ...]:

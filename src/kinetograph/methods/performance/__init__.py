@@ -2,7 +2,7 @@
 
 A walk follows a drawn path or another walker's hips; a dance follower answers a leader. `PerformanceControl` is the
 configuration, fitting it to a library gives a `PerformanceModel`, and that turns whole controls into motion, or one
-frame of control after another.
+frame of control after another. `Steering` follows a stick without one.
 """
 
 from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
@@ -16,6 +16,7 @@ from kinetograph.methods.performance.control_points import (
     PointsByRole,
 )
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
 from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
 from kinetograph.methods.performance.growing import (
     GROWN,
@@ -48,6 +49,9 @@ from kinetograph.methods.performance.segments import (
     legal_steps,
 )
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.methods.performance.steered_body import SteeringSettings
+from kinetograph.methods.performance.steering import Chooser, Steering
+from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
 from kinetograph.methods.recordings import LABELS
 
@@ -58,11 +62,13 @@ __all__ = [
     "Affine",
     "Alignment",
     "Channels",
+    "Chooser",
     "Continued",
     "Control",
     "ControlPoints",
     "Fitted",
     "Fixed",
+    "FramePlanner",
     "Ground",
     "GroundPath",
     "Grown",
@@ -72,12 +78,17 @@ __all__ = [
     "PerformanceControl",
     "PerformanceModel",
     "PerformanceSettings",
+    "PlannerSettings",
+    "Playhead",
     "PointsByRole",
     "Rigid",
     "Rule",
     "Segment",
     "Similarity",
     "Source",
+    "Steering",
+    "SteeringFrames",
+    "SteeringSettings",
     "Transcript",
     "arrivals",
     "at_rate",

@@ -25,11 +25,15 @@ from kinetograph.methods.performance.control import Control, read_control, walka
 from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
 from kinetograph.methods.performance.fit import fit
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings
 from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Rule
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
+from kinetograph.methods.performance.steered_body import SteeringSettings
+from kinetograph.methods.performance.steering import Steering
+from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, transcribe
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -156,7 +160,7 @@ class PerformanceModel:
         """
         read = self._read(control)
         search = interpretation.best_sequences if alike else interpretation.alternatives
-        paths = search(self.fitted, self._samples(read), count, rules)
+        paths = search(self.fitted, _samples(self.method, read), count, rules)
         return tuple(realize(self.fitted, replace(read, handholds=()), path) for path in paths)
 
     def interpret(
@@ -164,15 +168,15 @@ class PerformanceModel:
     ) -> SegmentalPath:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
         read = control if isinstance(control, Control) else self._read(control)
-        return interpretation.interpret(self.fitted, self._samples(read), progress, rules)
+        return interpretation.interpret(self.fitted, _samples(self.method, read), progress, rules)
 
     def transcribe(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> list[Transcript]:
         """The moves of a control in order (chapter 7). Raises RequestError where the recordings name no moves."""
-        return transcribe(self.fitted, self._samples(self._read(control)), rules)
+        return transcribe(self.fitted, _samples(self.method, self._read(control)), rules)
 
     def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
-        return interpretation.gap(self.fitted, self._samples(self._read(control)), rules)
+        return interpretation.gap(self.fitted, _samples(self.method, self._read(control)), rules)
 
     def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool = True) -> Live:
         """Begin a control that arrives frame by frame: ``step`` gives the frames of motion that are settled.
@@ -205,15 +209,50 @@ class PerformanceModel:
             raise RequestError(f"fps must be positive and lag 0 or more, found {fps} and {lag}")
         return Live(self.fitted, fps, lag, keep, forecast)
 
+    def steer(
+        self,
+        settings: SteeringSettings | None = None,
+        planner: PlannerSettings | None = None,
+        *,
+        place: tuple[float, float] = (0.0, 0.0),
+        facing: float = 0.0,
+    ) -> Steering:
+        """Begin to steer a body by a stick, goal points or drawn paths.
+
+        Parameters
+        ----------
+        settings : SteeringSettings, optional
+        planner : PlannerSettings, optional
+            How far it is planned ahead, and what that costs.
+        place : tuple of (float, float)
+            Metres, x and z, where the body stands at first.
+        facing : float
+            Radians from z to x, where it faces.
+
+        Returns
+        -------
+        Steering
+
+        Raises
+        ------
+        RequestError
+            Where no recording is long enough.
+        """
+        settings = settings or SteeringSettings()
+        frames = SteeringFrames.of(self.fitted.sources)
+        chooser = FramePlanner(frames, settings.rules, planner or PlannerSettings())
+        return Steering(frames, chooser, settings, place, facing)
+
     def _read(self, control: Take | Signal | Motion) -> Control:
         """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept."""
         read = read_control(self.method, control)
         drawn = read.partner is None and isinstance(self.method.control_points, GroundPath)
         return walkable(read, self.fitted.fastest) if drawn and not self.method.keep_time else read
 
-    def _samples(self, control: Control) -> FloatArray:
-        """The control's points at the search's rate, ``(T + 1, P, 3)``."""
-        return at_rate(control.points, control.fps, self.method.rate)
+
+def _samples(settings: PerformanceSettings, control: Control) -> FloatArray:
+    """The control's points at the search's rate, ``(T + 1, P, 3)``."""
+    return at_rate(control.points, control.fps, settings.rate)
 
 
 def partner_control() -> PerformanceControl:
