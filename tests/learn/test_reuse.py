@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import naive
 from kinetograph.errors import DataError
-from kinetograph.learn import Arrivals, Reuse, SegmentalPath, SegmentalSearch, fading, segmental, solve
+from kinetograph.learn import Arrivals, Reuse, SegmentalPath, SegmentalSearch, fading, prove, segmental, solve
 
 WEIGHTS = np.array([0.5, 0.3, 0.1])
 
@@ -95,6 +95,18 @@ def test_without_weight_nothing_changes(seed: int) -> None:
     free = solve(replace(search, reuse=None), problem.arrivals, problem.partial)
     assert (path.score, path.reuse) == (free.score, 0.0)
     np.testing.assert_array_equal(path.states, free.states)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=10)
+def test_what_reuse_gives_up_is_told(seed: int) -> None:
+    problem = _problem(seed, [2, 2, 3, 4], 20)
+    search = _search(problem, _spans(4), WEIGHTS)
+    path = prove(search, lambda: problem.arrivals, problem.partial)
+    free = solve(replace(search, reuse=None), problem.arrivals, problem.partial)
+    assert path.optimum == free.score
+    assert path.gap == pytest.approx((path.score - path.reuse) / free.score - 1, abs=1e-9)
+    assert path.proved == (path.gap == 0.0)
 
 
 @pytest.mark.parametrize(("other", "repeats"), [(1.2, False), (1.4, False), (1.6, True)])

@@ -210,7 +210,7 @@ def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
     return rows
 
 
-SHOWN = ("handhold", "constraints", "most_used", "times_running")
+SHOWN = ("gap", "handhold", "constraints", "most_used", "times_running")
 """How the names of the statistics begin that end a command."""
 
 

@@ -109,7 +109,9 @@ class Following(Partner):
 class RuledSearch(Search):
     """The search, with rules for parts of the control."""
 
-    gap: Annotated[bool, typer.Option("--gap", help="Report what a beam and the cost of reuse give up.")] = False
+    gap: Annotated[bool, typer.Option("--gap", help="Report what a beam gives up, and reuse in a large library.")] = (
+        False
+    )
     pin: Annotated[
         list[str] | None, typer.Option(help="Use only this take there: take@start-stop, in seconds. Repeatable.")
     ] = None
@@ -155,7 +157,7 @@ def perform(
     performed = smoothed(wanted, following.smoothing)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = summarize(made[0])
-    if search.gap:
+    if search.gap and "gap" not in summary:
         summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
     for number, synthesis in enumerate(made, start=1):

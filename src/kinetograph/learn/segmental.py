@@ -153,6 +153,8 @@ class SegmentalPath:
         Whether the score is that of this sequence; otherwise it is a lower bound of all, and this sequence scores more.
     reuse : float
         The part of the score that reuse costs.
+    optimum : float
+        The least score of any sequence, reuse being free; NaN where it was not worked out.
     """
 
     states: IntArray
@@ -163,6 +165,14 @@ class SegmentalPath:
     proved: bool = True
     exact: bool = True
     reuse: float = 0.0
+    optimum: float = np.nan
+
+    @property
+    def gap(self) -> float:
+        """How much this sequence costs above the optimum without its reuse, as a share of that; NaN where unknown."""
+        if self.proved:
+            return 0.0
+        return (self.score - self.reuse) / self.optimum - 1.0 if self.optimum > 0 else np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,7 +379,21 @@ def prove(
         path = solve(replace(search, share=share), arrivals(), partial)
         if path.exact:
             return path
+    if search.reuse and search.beam is None and len(search.durations) < GROUPED:
+        return _with_bound(search, arrivals(), partial)
     return solve(search, arrivals(), partial)
+
+
+def _with_bound(
+    search: SegmentalSearch, arrivals: Iterable[Arrivals], partial: dict[int, Arrivals] | None
+) -> SegmentalPath:
+    """The best sequence that is found with a cost of reuse, and the score of the optimum, reuse being free."""
+    free = replace(search, reuse=None)
+    state, lower = init(search), init(free)
+    for each in arrivals:
+        state, lower = step(search, state, each), step(free, lower, each)
+    path, optimum = finish(search, state, partial), finish(free, lower, partial).score
+    return replace(path, optimum=optimum, proved=path.score - path.reuse <= optimum * (1 + 1e-9))
 
 
 def record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:

@@ -54,6 +54,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
         motion = keep_above(motion, recorded_lows(motion, recorded.parts))
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
+    gap = {} if np.isnan(path.gap) else {"gap": path.gap}
     repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
     reuse = {"reuse": path.reuse} if fitted.reuse else {}
     late = {"late": control.late} if control.late else {}
@@ -65,6 +66,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
         annotations=annotations,
         statistics={
             **statistics,
+            **gap,
             **repetition,
             **late,
             **_moved(joined, motion),
