@@ -68,8 +68,8 @@ def endurance(model: SensorModel, motion: Motion, seconds: float = 600.0, speed:
     receiver.close()
     due = seconds * model.method.rate
     print(
-        f"{seconds:.0f} s at {speed:g} times the speed, 30 % of the rows lost: {session.frames} frames made of {due:.0f} due, "
-        f"{len(receiver.arrived)} arrived; memory +{_memory() - before:.0f} MB, the rows themselves included"
+        f"{seconds:.0f} s at {speed:g} times the speed, 30 % of the rows lost: {session.frames} frames made of "
+        f"{due:.0f} due, {len(receiver.arrived)} arrived; memory +{_memory() - before:.0f} MB"
     )
 
 
