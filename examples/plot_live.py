@@ -20,8 +20,8 @@ points = read_control(model.method, path).points
 
 # %%
 # ``step`` takes a frame of control points, and gives the frames of motion that it settles, which are never revised;
-# ``finish`` gives the whole, made once more with all that is known by then. The control points of a path are two points,
-# left and right of it on the ground. What is known to come may be given with them.
+# ``finish`` gives the whole, made once more with all that is known by then. The control points of a path are two: left
+# and right of it on the ground. What is known to come may be given with them.
 
 results = {}
 for lag in (0.5, 1.0, 2.0):
