@@ -117,7 +117,8 @@ def _without(
     own = [note for note in annotations if note.kind == "contact" and note.label.startswith(label)]
     kept = [note for note in annotations if not (note.kind == "contact" and note.label.startswith(label))]
     for start, stop in spans:
-        before = [replace(note, stop=min(note.stop, start)) for note in own if note.start < start]
-        after = [replace(note, start=max(note.start, stop)) for note in own if note.stop > stop]
-        own = [*before, *after]
+        cut = [note for note in own if note.start < stop and note.stop > start]
+        own = [note for note in own if not (note.start < stop and note.stop > start)]
+        own += [replace(note, stop=start) for note in cut if note.start < start]
+        own += [replace(note, start=stop) for note in cut if note.stop > stop]
     return tuple(sorted((*kept, *own), key=lambda note: (note.start, note.label)))
