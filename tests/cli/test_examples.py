@@ -19,6 +19,7 @@ from kinetograph.samples import fetching as samples
 DANCES = "needs a library of partner dances, of which the sample has none"
 PERSON = "needs the sample 'character'"
 SPORTS = "needs a library of sports"
+DEVICE = "needs a device that sends"
 
 NOT_AFTER_THE_DEMO = {
     "perform leader.bvh -l dances --target follower -o follower.bvh": DANCES,
@@ -26,6 +27,8 @@ NOT_AFTER_THE_DEMO = {
     "library label dances --by partner": DANCES,
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,
     "sense swing.csv -l golf --layout mine.toml -o swing.bvh": SPORTS,
+    "live sense -l golf --layout mine.toml --from slimevr:// --to vmc://": DEVICE,
+    "live perform -l dances --target follower --from mocopi:// --to vmc://": DEVICE,
     'evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"': SPORTS,
     "reproduce xie2009 -l sports -o xie2009 --serves data/c3d": SPORTS,
     "calibrate worn.csv -l golf --still 0:3 -o mine.toml": "needs readings that begin with standing still",

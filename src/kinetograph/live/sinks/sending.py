@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 from urllib.parse import urlsplit
 
 from kinetograph.errors import RequestError
@@ -45,20 +45,16 @@ class VmcSink:
 
     host: str
     port: int
-    lost: int = 0
-    _socket: socket.socket = field(init=False)
-    _address: tuple[Any, ...] = field(init=False)
-    _body: Humanoid | None = None
+    lost: int = field(default=0, init=False)
+    _socket: socket.socket | None = field(default=None, init=False)
+    _body: Humanoid | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         try:
-            family, kind, protocol, _, self._address = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[
-                0
-            ]
+            found = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[0]
         except OSError as error:
             raise RequestError(f"{self.name}: cannot find that address: {error.strerror or error}") from None
-        self._socket = socket.socket(family, kind, protocol)
-        self._socket.setblocking(False)
+        self._family, self._address = found[0], found[4]
 
     @property
     def name(self) -> str:
@@ -67,6 +63,9 @@ class VmcSink:
 
     def send(self, frame: Motion, time: float) -> None:
         """Send a frame; what the network does not take at once is lost, and counted."""
+        if self._socket is None:
+            self._socket = socket.socket(self._family, socket.SOCK_DGRAM)
+            self._socket.setblocking(False)
         if self._body is None or self._body.skeleton is not frame.skeleton:
             self._body = Humanoid(frame.skeleton)
         for datagram in vmc.datagrams(self._body, frame, time):
@@ -77,7 +76,9 @@ class VmcSink:
 
     def close(self) -> None:
         """Close the socket."""
-        self._socket.close()
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
 
 
 @dataclass

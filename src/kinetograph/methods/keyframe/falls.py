@@ -14,7 +14,7 @@ from kinetograph.post.falling import GRAVITY, STEP, accelerated, centre_height
 
 BLEND = 0.4
 """Seconds before and after a seam over which it is blended."""
-FREE, ALLOWANCE = 0.95, 1.02
+FREE, ALLOWANCE = 0.85, 1.02
 """Shares of free fall, and of the recordings' fastest, up to which a body may fall at a seam. What comes after a blend
 changes heights a little."""
 _AT_ONCE = 20_000
