@@ -89,6 +89,7 @@ check-clients: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips
 	@$(BIN)/kinetograph data fetch character
 	@$(BIN)/python tests/clients/check.py --blender $(BLENDER)/bin/python
+	@if test -d "$(VMC4B)"; then $(BIN)/python tests/clients/vmc.py --blender $(BLENDER)/bin/python --receiver $(VMC4B); else echo "without VMC4B=FOLDER, a checkout of that add-on, VMC is not checked in Blender"; fi
 
 clean:
 	rm -rf $(VENV) $(DEMO) dist build docs/_build docs/api docs/gallery docs/cli.md .pytest_cache .mypy_cache .ruff_cache .hypothesis
