@@ -177,8 +177,7 @@ class Steering:
 
     @property
     def planted(self) -> BoolArray:
-        """Which feet and toes are in contact now in the recording that plays; see
-        `kinetograph.post.planted_roles`."""
+        """Which of `kinetograph.post.planted_roles` are in contact now in the recording that plays."""
         return self.body.planted
 
     def _choose(self, wishes: FloatArray) -> None:
