@@ -36,7 +36,7 @@ suppress_warnings = ["config.cache"]  # the gallery's functions cannot be pickle
 default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [
-    ("py:.*", r"(np|npt|numpy|collections|typing|matplotlib|PIL|pathlib|types|enum|subprocess|sqlite3)\..*"),
+    ("py:.*", r"(np|npt|numpy|asyncio|collections|typing|matplotlib|PIL|pathlib|types|enum|subprocess|sqlite3)\..*"),
     (
         "py:.*",
         r"(Any|Self|Callable|Iterable|Iterator|Mapping|Sequence|Path|ModuleType|TracebackType|NDArray|ArrayLike)",

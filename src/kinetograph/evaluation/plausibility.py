@@ -35,7 +35,7 @@ def below_recordings(motion: Motion, recordings: Iterable[Motion]) -> float:
 
 
 def fastest_fall(motion: Motion) -> float:
-    """The largest downward acceleration of the centre of mass, as a multiple of gravity's; see `post.falling`."""
+    """The largest downward acceleration of the centre of mass, as a multiple of gravity's; see ``post.falling``."""
     found = accelerated(centre_height(motion), motion.fps)
     return float(max(-np.nanmin(found, initial=0.0), 0.0)) / GRAVITY
 

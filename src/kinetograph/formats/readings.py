@@ -37,7 +37,7 @@ def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) ->
     ----------
     path : str or Path
     columns : mapping of str to str, optional
-        Names of columns in another program's table, see `kinetograph.formats.sensor_tables.read_sensor_table`.
+        Names of columns in another program's table, see ``kinetograph.formats.sensor_tables``.
 
     Returns
     -------

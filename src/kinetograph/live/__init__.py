@@ -18,7 +18,7 @@ _ROOMS = {
     "SensorDriver": "sensing",
     "Session": "session",
     "Sink": "sinks",
-    "Source": "sources",
+    "StreamSource": "sources",
     "parse_sink": "sinks",
     "parse_source": "sources",
     "qr_code": "sources.phone_server",
@@ -34,7 +34,7 @@ __all__ = [
     "SensorDriver",
     "Session",
     "Sink",
-    "Source",
+    "StreamSource",
     "parse_sink",
     "parse_source",
     "qr_code",
@@ -58,5 +58,5 @@ if TYPE_CHECKING:
     from kinetograph.live.sensing import SensorDriver
     from kinetograph.live.session import Clock, Driver, Session
     from kinetograph.live.sinks import Sink, parse_sink
-    from kinetograph.live.sources import Source, parse_source, speed_of
+    from kinetograph.live.sources import StreamSource, parse_source, speed_of
     from kinetograph.live.sources.phone_server import qr_code

@@ -11,7 +11,7 @@ from typing import Protocol
 from kinetograph.errors import KinetographError
 from kinetograph.live.items import Item
 from kinetograph.live.sinks import Sink
-from kinetograph.live.sources import Source
+from kinetograph.live.sources import StreamSource
 from kinetograph.motion import Motion
 
 _TICK = 0.002  # seconds between two looks at what has arrived
@@ -76,7 +76,7 @@ class Session:
 
     Parameters
     ----------
-    sources : sequence of Source
+    sources : sequence of StreamSource
     driver : Driver
     sinks : sequence of Sink
     clock : Clock
@@ -84,7 +84,7 @@ class Session:
         Takes lines for a person.
     """
 
-    sources: Sequence[Source]
+    sources: Sequence[StreamSource]
     driver: Driver
     sinks: Sequence[Sink]
     clock: Clock = field(default_factory=Clock)
@@ -129,7 +129,7 @@ class Session:
             for sink in self.sinks:
                 sink.close()
 
-    async def _listen(self, source: Source) -> None:
+    async def _listen(self, source: StreamSource) -> None:
         try:
             await source.run(self._deliver)
         except KinetographError as error:

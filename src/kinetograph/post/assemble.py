@@ -83,7 +83,7 @@ class Body:
     ranges : sequence of JointRange
         Ranges of the joints of arms and legs, within which they are kept.
     clearance : ndarray, shape (5,), optional
-        How high toes are at their speeds, see `kinetograph.post.clearance.clearance_of`; without it none is lifted.
+        How high toes are at their speeds, see ``kinetograph.post.clearance.clearance_of``; without it none is lifted.
     partner : Motion, optional
         Whose body is in the way, over the frames of the result.
     """

@@ -52,7 +52,7 @@ def lift(toe: FloatArray, clearance: FloatArray, fps: float) -> FloatArray:
     toe : ndarray, shape (F, 3)
         World positions, metres.
     clearance : ndarray, shape (5,)
-        See `clearance_of`.
+        See ``clearance_of``.
     fps : float
 
     Returns

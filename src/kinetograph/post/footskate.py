@@ -74,7 +74,7 @@ def lift_toes(motion: Motion, clearance: FloatArray) -> Motion:
     ----------
     motion : Motion
     clearance : ndarray, shape (5,)
-        How high toes are at their speeds; see `kinetograph.post.clearance.clearance_of`.
+        How high toes are at their speeds; see ``kinetograph.post.clearance.clearance_of``.
 
     Returns
     -------

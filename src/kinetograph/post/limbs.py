@@ -25,7 +25,7 @@ def has_limb(motion: Motion, side: str, limb: tuple[str, str, str]) -> bool:
     motion : Motion
     side : {"left", "right"}
     limb : tuple of str
-        `LEG` or `ARM`.
+        ``LEG`` or ``ARM``.
 
     Returns
     -------

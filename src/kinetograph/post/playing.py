@@ -100,7 +100,7 @@ def _rows(motion: Motion) -> FloatArray:
 
 @dataclass(eq=False)
 class Player:
-    """Plays recordings frame by frame; made with none playing, so `jump` first.
+    """Plays recordings frame by frame; made with none playing, so ``jump`` first.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ _TRACKERS = 64  # addresses that are answered
 _BEAT = 1.0  # seconds between heartbeats
 
 
-class Source(Protocol):
+class StreamSource(Protocol):
     """Something to listen to."""
 
     @property
@@ -273,7 +273,7 @@ class Replay:
                 await asyncio.sleep(max(((items[at].time or 0.0) - due) / self.speed, 0.0))
 
 
-def parse_source(text: str, sensors: tuple[str, ...] = (), announce: Callable[[str], None] = print) -> Source:
+def parse_source(text: str, sensors: tuple[str, ...] = (), announce: Callable[[str], None] = print) -> StreamSource:
     """The source that a text names.
 
     Parameters
@@ -288,7 +288,7 @@ def parse_source(text: str, sensors: tuple[str, ...] = (), announce: Callable[[s
 
     Returns
     -------
-    Source
+    StreamSource
 
     Raises
     ------
@@ -315,12 +315,12 @@ def parse_source(text: str, sensors: tuple[str, ...] = (), announce: Callable[[s
     return Udp(scheme, host, port)
 
 
-def speed_of(sources: Sequence[Source]) -> float:
+def speed_of(sources: Sequence[StreamSource]) -> float:
     """How fast time goes in a session: that of its replays, else 1.
 
     Parameters
     ----------
-    sources : sequence of Source
+    sources : sequence of StreamSource
 
     Returns
     -------
