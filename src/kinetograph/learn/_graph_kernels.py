@@ -44,6 +44,40 @@ def thin(
 
 
 @numba.njit(cache=True, nogil=True)
+def best_matches(
+    products: SingleArray,
+    squares: SingleArray,
+    other_squares: SingleArray,
+    starts: IntArray,
+    others: IntArray,
+    between: int,
+    out: IntArray,
+) -> None:
+    """The best matches of a recording's rows with those of others, in rows ``between`` apart.
+
+    products ``(A, B)``: twice the rows' products with all rows after them; squares ``(A,)``, ``(B,)``: their squared
+    lengths. Others ``(K,)`` begin at ``starts`` less the first row after. Out ``(K, M, 2)``: row and column, or left.
+    """
+    rows = len(squares)
+    first = starts[-1] - len(other_squares)
+    nearest = np.empty(rows, dtype=np.int64)
+    least = np.empty(rows, dtype=np.float32)
+    for k in range(len(others)):
+        for i in range(rows):
+            nearest[i], least[i] = 0, np.inf
+            for j in range(starts[others[k]] - first, starts[others[k] + 1] - first):
+                gap = max(squares[i] + other_squares[j] - products[i, j], np.float32(0.0))
+                if gap < least[i]:
+                    nearest[i], least[i] = j, gap
+        for number in range(out.shape[1]):
+            i = least.argmin()
+            if not np.isfinite(least[i]):
+                break
+            out[k, number, 0], out[k, number, 1] = i, nearest[i]
+            least[max(i - between + 1, 0) : i + between] = np.inf
+
+
+@numba.njit(cache=True, nogil=True)
 def relax(
     to_go: FloatArray,
     last: IntArray,
