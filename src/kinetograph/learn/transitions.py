@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -23,6 +24,7 @@ BRIDGES, BETWEEN = 4, 10
 """Matches kept of any two recordings, however many others are nearer, and the frames between two of them."""
 _COMPARED = 12_000
 _BRIDGED = 50_000
+_ROWS = 1024
 Matches: TypeAlias = tuple[IntArray, IntArray, SingleArray]
 
 
@@ -51,6 +53,13 @@ class Graph:
 
     def __len__(self) -> int:
         return len(self.last)
+
+    @cached_property
+    def arriving(self) -> tuple[IntArray, IntArray]:
+        """Where the transitions to each frame start, and the frames that they come from, ``(N + 1,)`` and ``(E,)``."""
+        begins, source = np.zeros(len(self) + 2, dtype=np.int64), np.empty(len(self.target), dtype=np.int64)
+        _graph_kernels.arrivals(self.starts, self.target, begins, source)
+        return begins[:-1], source
 
 
 def last_frames(lengths: list[int]) -> IntArray:
@@ -174,19 +183,28 @@ def _bridges(features: SingleArray, low: SingleArray, last: IntArray, limit: flo
     frames = frames[1:][last[1:] == last[:-1]][::stride]
     low, recordings = low[frames], last[frames]
     starts = np.append(np.flatnonzero(np.diff(recordings, prepend=-1)), len(frames))
-    squares = (low**2).sum(axis=1)
-    found = [np.zeros((0, 2), dtype=np.int64)]
-    for one, others in enumerate(_compared_with(len(starts) - 1)):
-        mine = slice(starts[one], starts[one + 1])
-        products = 2 * low[mine] @ low[mine.stop :].T
-        matches = np.full((len(others), BRIDGES, 2), -1)
-        around = max(BETWEEN // stride, 1)
-        _graph_kernels.best_matches(products, squares[mine], squares[mine.stop :], starts, others, around, matches)
-        found.append(matches[matches[:, :, 0] >= 0] + [mine.start, mine.stop])
-    one, other = frames[np.concatenate(found)].T
+    one, other = frames[_best_of_parts(low, starts, max(BETWEEN // stride, 1))].T
     distances = _full_distances(features, one, other[:, None])[:, 0]
     near = distances <= limit
     return one[near], other[near], distances[near]
+
+
+def _best_of_parts(rows: SingleArray, starts: IntArray, between: int) -> IntArray:
+    """The best matches of parts of rows with later ones, ``(M, 2)``; those of two parts lie some rows apart."""
+    squares, found = (rows**2).sum(axis=1), [np.zeros((0, 2), dtype=np.int64)]
+    others, first = _compared_with(len(starts) - 1), 0
+    while first < len(others) - 1:  # many parts at once, for products of few rows are slow
+        stop = min(max(int(np.searchsorted(starts, starts[first] + _ROWS)), first + 1), len(others))
+        begin, after = starts[first], starts[first + 1]
+        products = 2 * rows[begin : starts[stop]] @ rows[after:].T
+        for part in range(first, stop):
+            mine = slice(starts[part] - begin, starts[part + 1] - begin)
+            matches = np.full((len(others[part]), BRIDGES, 2), -1)
+            sizes = (squares[starts[part] : starts[part + 1]], squares[after:])
+            _graph_kernels.best_matches(products[mine], *sizes, starts, others[part], between, matches)
+            found.append(matches[matches[:, :, 0] >= 0] + [starts[part], after])
+        first = stop
+    return np.concatenate(found)
 
 
 def _compared_with(count: int) -> list[IntArray]:
@@ -198,7 +216,9 @@ def _compared_with(count: int) -> list[IntArray]:
     after = [np.arange(one + 1, count) for one in range(count)]
     if count * (count - 1) // 2 <= _BRIDGED:
         return after
-    return [others[np.linspace(0, len(others) - 1, min(most, len(others))).round().astype(np.int64)] for others in after]
+    return [
+        others[np.linspace(0, len(others) - 1, min(most, len(others))).round().astype(np.int64)] for others in after
+    ]
 
 
 def _neighbours(features: SingleArray, low: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:

@@ -133,6 +133,19 @@ def test_frames_are_unasked_as_far_as_they_are_unlike_what_is_known():
     assert unasked(running, [Goal(np.array([20]), np.zeros(1)), goals[1]])[10:].max() == 0.0
 
 
+def test_of_very_many_frames_those_between_are_interpolated():
+    # recordings of a hundred frames; each goes to 0.3 m from what is known and comes back
+    count = 1500
+    away = np.tile(0.3 * np.sin(np.linspace(0, np.pi, 100)) ** 2, count)
+    features = np.stack([away, np.repeat(np.arange(count) % 2, 100)], axis=1).astype(np.float32)
+    known = (away < 0.02) & (features[:, 1] == 0)
+    gaps = familiar(features, last_frames([100] * count), known, np.zeros(len(away), dtype=bool), 30.0).gaps
+    near = (features[:, 1] == 0) & (away < 0.17)
+    assert (gaps[known] == 0).all()
+    assert gaps[near & ~known] == pytest.approx(away[near & ~known] - away[known].max(), abs=0.02)
+    assert gaps[(features[:, 1] == 1) | (away > 0.25)].min() >= 0.2
+
+
 def test_transitions_from_standing_to_the_ground_are_no_faster_than_free_fall():
     motion = walk(3.0)
     low = replace(motion, translation=motion.translation * [1.0, -0.3, 1.0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.arrays import FloatArray, IntArray
 
 
 @numba.njit(cache=True, nogil=True)

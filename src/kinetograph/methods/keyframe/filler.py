@@ -83,17 +83,14 @@ def _thinned(rows: SingleArray) -> SingleArray:
 
 
 def _from_some(rows: SingleArray, some: BoolArray, last: IntArray) -> FloatArray:
-    """Metres from each row to the nearest of some of them; of very many, every n-th is compared, and those between
-    interpolated."""
+    """Metres from each row to the nearest of some; every n-th of very many is compared, the others are interpolated."""
     if not some.any():
         return np.full(len(rows), np.inf)
-    stride = max(1, len(rows) // _COMPARED)
-    at = np.arange(len(rows))
+    at, stride = np.arange(len(rows)), max(1, len(rows) // _COMPARED)
     compared = (at % stride == 0) | (at == last) | (np.append(-1, last[:-1]) != last)
-    gaps = np.zeros(len(rows))
-    some_compared = compared & ~some
-    if some_compared.any():
-        gaps[some_compared] = _distances(rows[some_compared], _thinned(rows[some]))
+    gaps, asked = np.zeros(len(rows)), compared & ~some
+    if asked.any():
+        gaps[asked] = _distances(rows[asked], _thinned(rows[some]))
     if stride > 1:
         gaps = np.interp(at, at[compared], np.minimum(gaps[compared], UNLIKE))
     return np.where(some, 0.0, gaps)
