@@ -70,11 +70,11 @@ def best_matches(
                 if gap < least[i]:
                     nearest[i], least[i] = j, gap
         for number in range(out.shape[1]):
-            i = least.argmin()
-            if not np.isfinite(least[i]):
+            row = least.argmin()
+            if not np.isfinite(least[row]):
                 break
-            out[k, number, 0], out[k, number, 1] = i, nearest[i]
-            least[max(i - between + 1, 0) : i + between] = np.inf
+            out[k, number, 0], out[k, number, 1] = row, nearest[row]
+            least[max(row - between + 1, 0) : row + between] = np.inf
 
 
 @numba.njit(cache=True, nogil=True)
