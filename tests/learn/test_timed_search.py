@@ -99,6 +99,23 @@ def test_least_steps_count_played_frames_and_commitments():
     assert least_steps(graph, stop)[[0, 1, 2, 8, 9]].tolist() == [5, 4, np.inf, 1, 0]
 
 
+@settings(max_examples=60)
+@given(st.integers(0, 100_000), st.integers(1, 3), st.integers(0, 12))
+def test_least_steps_solve_bellmans_equation_up_to_the_most(seed: int, commit: int, most: int):
+    rng = np.random.default_rng(seed)
+    graph = small_graph(rng, commit)
+    stop = goal(rng, len(graph), 0)
+    exact = np.full(len(graph), np.inf)
+    exact[stop.frames] = 0.0
+    for _ in range(len(graph)):
+        for i in range(len(graph)):
+            ways = [exact[graph.target[e] + commit] + 1 + commit for e in range(graph.starts[i], graph.starts[i + 1])]
+            ways += [exact[i + 1] + 1] if i < graph.last[i] else []
+            exact[i] = min([exact[i], *ways])
+    assert least_steps(graph, stop).tolist() == exact.tolist()
+    assert least_steps(graph, stop, most).tolist() == np.where(exact <= most, exact, np.inf).tolist()
+
+
 def test_a_warp_makes_up_for_a_missing_step_and_costs():
     graph = chain([30], [(0, 5, 9.0)])
     goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([20]), np.zeros(1), (22, 22))]
@@ -155,6 +172,36 @@ def test_transitions_join_frames_whose_successors_meet():
     # frame 19 may be followed by frame 60 + 30, which is like frame 20, and the other way round
     assert {(19, 90), (89, 20)} == {(i, j) for i, j, _ in between}
     assert all(cost == pytest.approx(0.5) for _, _, cost in between)
+
+
+def joined_recordings(graph: Graph) -> set[tuple[int, int]]:
+    left = np.repeat(graph.last, np.diff(graph.starts))
+    return set(zip(left.tolist(), graph.last[graph.target].tolist(), strict=True))
+
+
+def test_the_best_match_of_any_two_recordings_is_a_transition():
+    rng = np.random.default_rng(1)
+    # each recording of a place of its own, so that the nearest neighbours of most frames are in their own recording
+    features = (rng.normal(size=(12, 1, 3)) * 5 + rng.normal(size=(12, 40, 3))).reshape(-1, 3).astype(np.float32)
+    last = last_frames([40] * 12)
+    graph = find_transitions(features, last, 1, limit=100.0, scale=1.0, fee=0.0)
+    found = set(zip(np.repeat(np.arange(480), np.diff(graph.starts)).tolist(), graph.target.tolist(), strict=True))
+    for a in range(12):
+        for b in range(a + 1, 12):
+            gaps = np.linalg.norm(features[40 * a + 1 : 40 * a + 40, None] - features[40 * b + 1 : 40 * b + 40], axis=2)
+            i, j = 40 * a + 1 + int(gaps.argmin()) // 39, 40 * b + 1 + int(gaps.argmin()) % 39
+            assert j == last[j] or (i - 1, j) in found
+            assert i == last[i] or (j - 1, i) in found
+
+
+def test_of_hundreds_of_recordings_any_is_reached_by_two_transitions():
+    count = 400
+    features = np.random.default_rng(2).normal(size=(count * 5, 6)).astype(np.float32)
+    graph = find_transitions(features, last_frames([5] * count), 1, limit=100.0, scale=1.0, fee=0.0)
+    joined = np.zeros((count, count), dtype=int)
+    joined[tuple(np.array(sorted(joined_recordings(graph))).T // 5)] = 1
+    assert joined.sum() < 0.95 * count * (count - 1)
+    assert (joined @ joined + joined).min() > 0
 
 
 def test_transitions_leave_room_for_the_shortest_stay():

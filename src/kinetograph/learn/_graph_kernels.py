@@ -44,6 +44,100 @@ def thin(
 
 
 @numba.njit(cache=True, nogil=True)
+def best_matches(
+    products: SingleArray,
+    squares: SingleArray,
+    other_squares: SingleArray,
+    starts: IntArray,
+    others: IntArray,
+    between: int,
+    out: IntArray,
+) -> None:
+    """The best matches of a recording's rows with those of others, in rows ``between`` apart.
+
+    products ``(A, B)``: twice the rows' products with all rows after them; squares ``(A,)``, ``(B,)``: their squared
+    lengths. Others ``(K,)`` begin at ``starts`` less the first row after. Out ``(K, M, 2)``: row and column, or left.
+    """
+    rows = len(squares)
+    first = starts[-1] - len(other_squares)
+    nearest = np.empty(rows, dtype=np.int64)
+    least = np.empty(rows, dtype=np.float32)
+    for k in range(len(others)):
+        for i in range(rows):
+            nearest[i], least[i] = 0, np.inf
+            for j in range(starts[others[k]] - first, starts[others[k] + 1] - first):
+                gap = max(squares[i] + other_squares[j] - products[i, j], np.float32(0.0))
+                if gap < least[i]:
+                    nearest[i], least[i] = j, gap
+        for number in range(out.shape[1]):
+            row = least.argmin()
+            if not np.isfinite(least[row]):
+                break
+            out[k, number, 0], out[k, number, 1] = row, nearest[row]
+            least[max(row - between + 1, 0) : row + between] = np.inf
+
+
+@numba.njit(cache=True, nogil=True)
+def arrivals(starts: IntArray, target: IntArray, begins: IntArray, source: IntArray) -> None:
+    """Sort transitions by target: ``source[begins[q]:begins[q + 1]]`` are the frames that lead to frame q.
+
+    Begins ``(N + 2,)`` is zero before; its first ``N + 1`` numbers hold.
+    """
+    for q in target:
+        begins[q + 2] += 1
+    for q in range(2, len(begins)):
+        begins[q] += begins[q - 1]
+    for i in range(len(starts) - 1):
+        for e in range(starts[i], starts[i + 1]):
+            source[begins[target[e] + 1]] = i
+            begins[target[e] + 1] += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def count_steps(
+    steps: FloatArray,
+    goals: IntArray,
+    last: IntArray,
+    arriving: tuple[IntArray, IntArray],
+    commit: int,
+    most: int,
+) -> None:
+    """The fewest steps ``(N,)``, infinite before, from every frame to the goals, as far as they are at most ``most``.
+
+    last ``(N,)``: the last frame of each frame's recording; arriving: see `arrivals`. A transition takes ``1 + commit``
+    steps and ends ``commit`` frames after its target. Frames are gone through by their steps, each once.
+    """
+    begins, source = arriving
+    queue = np.empty(len(steps), dtype=np.int64)
+    levels = np.zeros(most + 2, dtype=np.int64)  # where the frames of each number of steps begin in the queue
+    count = 0
+    for frame in goals:
+        if steps[frame] > 0:
+            steps[frame] = 0
+            queue[count] = frame
+            count += 1
+    levels[1] = count
+    for level in range(1, most + 1):
+        for k in range(levels[level - 1], levels[level]):
+            before = queue[k] - 1
+            if before >= 0 and last[before] > before and steps[before] > level:
+                steps[before] = level
+                queue[count] = before
+                count += 1
+        far = level - 1 - commit
+        for k in range(levels[far], levels[far + 1]) if far >= 0 else range(0):
+            target = queue[k] - commit
+            for e in range(begins[target], begins[target + 1]) if target >= 0 else range(0):
+                if steps[source[e]] > level:
+                    steps[source[e]] = level
+                    queue[count] = source[e]
+                    count += 1
+        levels[level + 1] = count
+        if levels[max(level - commit, 0)] == count:
+            break
+
+
+@numba.njit(cache=True, nogil=True)
 def relax(
     to_go: FloatArray,
     last: IntArray,

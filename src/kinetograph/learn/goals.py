@@ -193,7 +193,7 @@ def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
     graph : Graph
     goal : Goal
     most : float
-        Routes of more steps may be left out.
+        Routes of more steps are left out.
 
     Returns
     -------
@@ -201,9 +201,10 @@ def least_steps(graph: Graph, goal: Goal, most: float = np.inf) -> FloatArray:
         Infinite where no route leads to the goal.
     """
     steps = np.full(len(graph), np.inf)
-    steps[goal.frames] = 0.0
-    one = np.ones(len(graph))
-    return _settle(graph, steps, Costs(one, np.full(len(graph.cost), 1.0 + graph.commit), graph.commit * one), most)
+    _graph_kernels.count_steps(
+        steps, goal.frames, graph.last, graph.arriving, graph.commit, int(max(min(most, len(graph)), 0))
+    )
+    return steps
 
 
 def least_interval(graph: Graph, start: Goal, stop: Goal, most: float = np.inf) -> float:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _graph_kernels
-from kinetograph.learn.distances import squared_distances
 
 _DIMENSIONS = 16
 _SAMPLE = 50_000
@@ -23,6 +23,9 @@ APART = 5
 BRIDGES, BETWEEN = 4, 10
 """Matches kept of any two recordings, however many others are nearer, and the frames between two of them."""
 _COMPARED = 12_000
+_BRIDGED = 50_000
+_ROWS = 1024
+Matches: TypeAlias = tuple[IntArray, IntArray, SingleArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,13 @@ class Graph:
 
     def __len__(self) -> int:
         return len(self.last)
+
+    @cached_property
+    def arriving(self) -> tuple[IntArray, IntArray]:
+        """Where the transitions to each frame start, and the frames that they come from, ``(N + 1,)`` and ``(E,)``."""
+        begins, source = np.zeros(len(self) + 2, dtype=np.int64), np.empty(len(self.target), dtype=np.int64)
+        _graph_kernels.arrivals(self.starts, self.target, begins, source)
+        return begins[:-1], source
 
 
 def last_frames(lengths: list[int]) -> IntArray:
@@ -107,16 +117,17 @@ def find_transitions(
     match is used in both directions, so that a frame that is among no other's neighbours can still be reached from its
     own. The best few matches of any two recordings are kept as well: the nearest neighbours of a stance are other
     stances, and without these no walk could be reached from it but by way of them. In a large library not every frame
-    is matched, but every n-th.
+    is matched, but every n-th, and with hundreds of recordings not any two, but each with many others.
     """
     frames = np.arange(len(last))
     leaving = frames[1:][last[1:] == last[:-1]]
     leaving = leaving[:: max(1, len(leaving) // _LEAVING)]
     if len(leaving) == 0:
         return make_graph(last, leaving, leaving, np.zeros(0), commit)
-    near, distances = _neighbours(features, leaving)
+    low = _project(features)
+    near, distances = _neighbours(features, low, leaving)
     row, column = np.nonzero(_worthwhile(leaving, near, distances, last, limit))
-    bridges = _bridges(features, last, limit)
+    bridges = _bridges(features, low, last, limit)
     one = np.concatenate([leaving[row], bridges[0]])
     other = np.concatenate([near[row, column], bridges[1]])
     cost = fee + (np.concatenate([distances[row, column], bridges[2]]).astype(np.float64) / scale) ** 2
@@ -161,45 +172,58 @@ def bar(graph: Graph, frames: BoolArray) -> Graph:
     return replace(keep_transitions(graph, free), last=last)
 
 
-def _bridges(features: SingleArray, last: IntArray, limit: float) -> tuple[IntArray, IntArray, SingleArray]:
-    """The best matches of every two recordings: frames of one, of the other, and their distances, up to a limit.
+def _bridges(features: SingleArray, low: SingleArray, last: IntArray, limit: float) -> Matches:
+    """The best matches of recordings with others: frames of one, of the other, and their distances, up to a limit.
 
-    A frame that is matched is not its recording's first, which has none before it to leave.
+    ``low`` holds the features' principal components. A frame that is matched is not its recording's first, which has
+    none before it to leave.
     """
     stride = -(-len(last) // _COMPARED)
     frames = np.arange(len(last))
     frames = frames[1:][last[1:] == last[:-1]][::stride]
-    low, recordings = _project(features)[frames], last[frames]
-    parts = list(itertools.pairwise([*np.flatnonzero(np.diff(recordings, prepend=-1)), len(frames)]))
-    found: list[tuple[int, int]] = []
-    for number, (begin, end) in enumerate(parts[:-1]):
-        gaps = squared_distances(low[begin:end], low[end:])
-        for first, after in parts[number + 1 :]:
-            matches = _best_matches(gaps[:, first - end : after - end], max(BETWEEN // stride, 1))
-            found += [(frames[begin + i], frames[first + j]) for i, j in matches]
-    one, other = np.array(found, dtype=np.int64).reshape(-1, 2).T
-    apart = features[one] - features[other]
-    distances = np.sqrt(np.einsum("pd,pd->p", apart, apart))
+    low, recordings = low[frames], last[frames]
+    starts = np.append(np.flatnonzero(np.diff(recordings, prepend=-1)), len(frames))
+    one, other = frames[_best_of_parts(low, starts, max(BETWEEN // stride, 1))].T
+    distances = _full_distances(features, one, other[:, None])[:, 0]
     near = distances <= limit
     return one[near], other[near], distances[near]
 
 
-def _best_matches(block: FloatArray, between: int) -> list[tuple[int, int]]:
-    """The rows and columns of the least numbers of a table, in rows some apart."""
-    nearest = block.argmin(axis=1)
-    least = block[np.arange(len(block)), nearest]
-    matches: list[tuple[int, int]] = []
-    while len(matches) < BRIDGES and np.isfinite(least).any():
-        i = int(least.argmin())
-        matches.append((i, int(nearest[i])))
-        least[max(i - between + 1, 0) : i + between] = np.inf
-    return matches
+def _best_of_parts(rows: SingleArray, starts: IntArray, between: int) -> IntArray:
+    """The best matches of parts of rows with later ones, ``(M, 2)``; those of two parts lie some rows apart."""
+    squares, found = (rows**2).sum(axis=1), [np.zeros((0, 2), dtype=np.int64)]
+    others, first = _compared_with(len(starts) - 1), 0
+    while first < len(others) - 1:  # many parts at once, for products of few rows are slow
+        stop = min(max(int(np.searchsorted(starts, starts[first] + _ROWS)), first + 1), len(others))
+        begin, after = starts[first], starts[first + 1]
+        products = 2 * rows[begin : starts[stop]] @ rows[after:].T
+        for part in range(first, stop):
+            mine = slice(starts[part] - begin, starts[part + 1] - begin)
+            matches = np.full((len(others[part]), BRIDGES, 2), -1)
+            sizes = (squares[starts[part] : starts[part + 1]], squares[after:])
+            _graph_kernels.best_matches(products[mine], *sizes, starts, others[part], between, matches)
+            found.append(matches[matches[:, :, 0] >= 0] + [starts[part], after])
+        first = stop
+    return np.concatenate(found)
 
 
-def _neighbours(features: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:
+def _compared_with(count: int) -> list[IntArray]:
+    """For each of some recordings, those after it that it is bridged to: all, or some at even distances of very many.
+
+    Every recording is bridged to others all over a library, so that any is reached from any in a transition or two.
+    """
+    most = max(_BRIDGED // max(count, 1), 1)
+    after = [np.arange(one + 1, count) for one in range(count)]
+    if count * (count - 1) // 2 <= _BRIDGED:
+        return after
+    return [
+        others[np.linspace(0, len(others) - 1, min(most, len(others))).round().astype(np.int64)] for others in after
+    ]
+
+
+def _neighbours(features: SingleArray, low: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:
     """The frames nearest to each of ``leaving`` ``(P,)`` and their distances in full, ``(P, K)``, nearest first."""
     count = min(int(np.clip(_PAIRS // len(features), 24, 200)), len(features))
-    low = _project(features)
     _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
     near = near.reshape(len(leaving), count).astype(np.int64)
     distances = _full_distances(features, leaving, near)

@@ -20,6 +20,8 @@ from kinetograph.methods.keyframe.falls import falls_freely
 from kinetograph.methods.keyframe.filler import familiar, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
 from kinetograph.motion import Motion
+from kinetograph.post.blend import quintic_decay
+from kinetograph.post.falling import GRAVITY, accelerated, centre_height
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -133,6 +135,19 @@ def test_frames_are_unasked_as_far_as_they_are_unlike_what_is_known():
     assert unasked(running, [Goal(np.array([20]), np.zeros(1)), goals[1]])[10:].max() == 0.0
 
 
+def test_of_very_many_frames_those_between_are_interpolated():
+    # recordings of a hundred frames; each goes to 0.3 m from what is known and comes back
+    count = 1500
+    away = np.tile(0.3 * np.sin(np.linspace(0, np.pi, 100)) ** 2, count)
+    features = np.stack([away, np.repeat(np.arange(count) % 2, 100)], axis=1).astype(np.float32)
+    known = (away < 0.02) & (features[:, 1] == 0)
+    gaps = familiar(features, last_frames([100] * count), known, np.zeros(len(away), dtype=bool), 30.0).gaps
+    near = (features[:, 1] == 0) & (away < 0.17)
+    assert (gaps[known] == 0).all()
+    assert gaps[near & ~known] == pytest.approx(away[near & ~known] - away[known].max(), abs=0.02)
+    assert gaps[(features[:, 1] == 1) | (away > 0.25)].min() >= 0.2
+
+
 def test_transitions_from_standing_to_the_ground_are_no_faster_than_free_fall():
     motion = walk(3.0)
     low = replace(motion, translation=motion.translation * [1.0, -0.3, 1.0])
@@ -143,3 +158,36 @@ def test_transitions_from_standing_to_the_ground_are_no_faster_than_free_fall():
     graph = make_graph(last_frames([count] * 3), source, target, np.zeros(3), 3)
     # 1.2 m down in a blend of 0.8 s is a fall, 0.09 m is not; what is thrown up so high does not stop so soon
     assert falls_freely(examples, graph).tolist() == [False, True, False]
+
+
+def test_falls_at_seams_are_those_of_blended_heights():
+    rng, motion = np.random.default_rng(0), walk(3.0)
+    count = len(motion)
+    rises = [1.5 * np.cumsum(rng.normal(0.0, 0.02, count)) for _ in range(3)]
+    motions = [replace(motion, translation=motion.translation + rise[:, None] * [0.0, 1.0, 0.0]) for rise in rises]
+    source, target = rng.integers(0, count - 1, 400) + count * rng.integers(0, 3, 400), rng.integers(0, 3 * count, 400)
+    graph = make_graph(last_frames([count] * 3), source, target, np.zeros(400), 1)
+    found = falls_freely([example(one, str(i)) for i, one in enumerate(motions)], graph)
+    heights = np.stack([centre_height(one) for one in motions])
+    source = np.repeat(np.arange(len(graph)), np.diff(graph.starts))
+    for a, b, slow in zip(source + 1, graph.target, found, strict=True):
+        (one, left), (other, entered) = divmod(a, count), divmod(b, count)
+        assert slow == (blended_fall(heights[one], heights[other], left, entered, 30.0) >= -1e-9)
+    assert 0 < found.sum() < len(found)
+
+
+def blended_fall(one: np.ndarray, other: np.ndarray, left: int, entered: int, fps: float) -> float:
+    """How much slower heights fall, blended from one recording to another, than is allowed at the least."""
+    away, step = np.arange(-16, 17), 4  # 0.4 s of the blend and 0.135 s
+    place, change = quintic_decay(np.minimum(np.abs(away) / (0.4 * fps), 1.0))
+    gap, rate = other[entered] - one[left], np.gradient(other)[entered] * fps - np.gradient(one)[left] * fps
+    before, after = (
+        np.array([values[at + k] if 0 <= at + k < len(values) else np.nan for k in away])
+        for values, at in ((one, left), (other, entered))
+    )
+    blended = np.where(away < 0, before + gap / 2 * place, after - gap / 2 * place) - rate / 2 * 0.4 * change
+    parts = [(accelerated(one, fps), left + away[:17]), (accelerated(other, fps), entered + away[16:])]
+    recorded = [values[at[(at >= 0) & (at < len(values))]] for values, at in parts]
+    fastest = np.fmin.reduce(np.concatenate([*recorded, [0.0]]))
+    least = np.fmin.reduce((blended[2 * step :] - 2 * blended[step:-step] + blended[: -2 * step]) * (fps / step) ** 2)
+    return 0.0 if np.isnan(least) else float(least - min(-0.95 * GRAVITY, 1.02 * fastest))

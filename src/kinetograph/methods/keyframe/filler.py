@@ -23,6 +23,7 @@ SAME = 0.25
 """How much further from a key than the nearest a recording may be and still be its own, in roots of cost."""
 _DIMENSIONS = 16
 _COMPARED = 60_000
+_AT_ONCE = 16_384
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,20 +69,31 @@ def familiar(features: SingleArray, last: IntArray, known: BoolArray, fast: Bool
         The frames that run: where a key does, they need no asking either.
     fps : float
     """
-    rows = features.astype(np.float64)
-    components = fit_pca(rows[:: max(1, len(features) // _COMPARED)], min(_DIMENSIONS, features.shape[1]))
-    coordinates = components.encode(rows).astype(np.float32)
-    gaps = _from_some(coordinates, known)
-    fast_gaps = np.minimum(gaps, _from_some(coordinates, fast))
+    components = fit_pca(_thinned(features).astype(np.float64), min(_DIMENSIONS, features.shape[1]))
+    parts = np.array_split(features, max(len(features) // _AT_ONCE, 1))
+    coordinates = np.concatenate([components.encode(part.astype(np.float64)).astype(np.float32) for part in parts])
+    gaps = _from_some(coordinates, known, last)
+    fast_gaps = np.minimum(gaps, _from_some(coordinates, fast, last))
     return Familiar(coordinates, gaps, fast, fast_gaps, last, round(AROUND * fps), round(BACK * fps))
 
 
-def _from_some(rows: SingleArray, some: BoolArray) -> FloatArray:
-    """Metres from each row to the nearest of some of them."""
-    gaps = np.where(some, 0.0, np.inf)
-    if some.any() and not some.all():
-        gaps[~some] = _distances(rows[~some], rows[some][:: max(1, int(some.sum()) // _COMPARED)])
-    return gaps
+def _thinned(rows: SingleArray) -> SingleArray:
+    """Every n-th of very many rows."""
+    return rows[:: max(1, len(rows) // _COMPARED)]
+
+
+def _from_some(rows: SingleArray, some: BoolArray, last: IntArray) -> FloatArray:
+    """Metres from each row to the nearest of some; every n-th of very many is compared, the others are interpolated."""
+    if not some.any():
+        return np.full(len(rows), np.inf)
+    at, stride = np.arange(len(rows)), max(1, len(rows) // _COMPARED)
+    compared = (at % stride == 0) | (at == last) | (np.append(-1, last[:-1]) != last)
+    gaps, asked = np.zeros(len(rows)), compared & ~some
+    if asked.any():
+        gaps[asked] = _distances(rows[asked], _thinned(rows[some]))
+    if stride > 1:
+        gaps = np.interp(at, at[compared], np.minimum(gaps[compared], UNLIKE))
+    return np.where(some, 0.0, gaps)
 
 
 def _distances(rows: SingleArray, others: SingleArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route, least_steps
+from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route
 from kinetograph.methods.keyframe.everyday import everyday_frames
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
@@ -130,7 +130,8 @@ class TimedSearch:
         fitted = FittedTimedSearch(self, index, compared)
         # compiled kernels are loaded by their first call: not while someone waits for an answer
         fitted.goals((Key(examples[0].motion),))
-        least_steps(index.graph, Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), most=0.0)
+        goal, features = Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), index.features
+        find_route(index.graph, [goal, goal], features.ground, features.facing, SearchOptions(longest=0))
         return fitted
 
     def _familiar(self, examples: tuple[Example, ...], index: PoseIndex) -> Familiar:
