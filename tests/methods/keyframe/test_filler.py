@@ -16,7 +16,7 @@ from kinetograph.keys import key_at
 from kinetograph.learn import Goal, last_frames, make_graph
 from kinetograph.methods.keyframe import Example, TimedSearch
 from kinetograph.methods.keyframe.everyday import everyday_frames
-from kinetograph.methods.keyframe.falls import falls_freely
+from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
 from kinetograph.methods.keyframe.filler import familiar, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
 from kinetograph.motion import Motion
@@ -66,7 +66,7 @@ def test_no_hand_goes_into_the_floor_on_the_way_down(clips: kg.Library):
     model = kg.KeyframeControl().fit(clips)
     made = model.synthesize(keys)
     assert below_pieces(made, model.examples) < 0.02
-    assert seam_falls(made, model.examples).max() <= 1.1
+    assert seam_falls(made, model.examples).max() <= 1.15  # an interval that is played faster falls faster
     sinking = kg.KeyframeControl(post=kg.post.PostSettings(floor=False)).fit(clips)
     assert below_pieces(sinking.synthesize(keys), model.examples) > 0.1
 
@@ -190,4 +190,4 @@ def blended_fall(one: np.ndarray, other: np.ndarray, left: int, entered: int, fp
     recorded = [values[at[(at >= 0) & (at < len(values))]] for values, at in parts]
     fastest = np.fmin.reduce(np.concatenate([*recorded, [0.0]]))
     least = np.fmin.reduce((blended[2 * step :] - 2 * blended[step:-step] + blended[: -2 * step]) * (fps / step) ** 2)
-    return 0.0 if np.isnan(least) else float(least - min(-0.95 * GRAVITY, 1.02 * fastest))
+    return 0.0 if np.isnan(least) else float(least - min(-FREE * GRAVITY, ALLOWANCE * fastest))
