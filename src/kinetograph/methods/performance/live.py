@@ -45,15 +45,16 @@ class Live:
         for the end, and the whole is then that of a control which was known from the start.
     keep : bool
         Whether everything is kept for `finish`; without it a run may last for days, and `rest` gives its last frames.
-    forecast : bool
-        Whether decisions look ahead, at what controls like this one did next in the recordings.
+    forecast : bool, optional
+        Whether decisions look ahead, at what controls like this one did next in the recordings. Unless given, they do
+        where the lag is shorter than segments are in the median: longer ones would be begun before they are seen.
     """
 
     fitted: Fitted
     fps: float
     lag: float | None = None
     keep: bool = True
-    forecast: bool = True
+    forecast: bool | None = None
     _frames: list[Motion] = field(default_factory=list)
     _arrived: _Arrived = field(init=False)
     _search: LiveSearch = field(init=False)
@@ -61,7 +62,11 @@ class Live:
 
     def __post_init__(self) -> None:
         steps = None if self.lag is None else max(int(self.lag * self.fitted.settings.rate + 1e-6), 1)
-        forecast = Continuations.of(self.fitted) if steps is not None and self.forecast else None
+        forecast = (
+            Continuations.of(self.fitted)
+            if steps is not None and _looks_ahead(self.fitted, steps, self.forecast)
+            else None
+        )
         self._arrived = _Arrived(self.fps, self.keep)
         self._search = LiveSearch(self.fitted, steps, keep=self.keep, forecast=forecast)
 
@@ -210,6 +215,11 @@ class _Arrived:
         begin = position - (self.count - 1) + per_step
         count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * rate))
         return interpolate(line, begin + per_step * np.arange(max(count, 0)))
+
+
+def _looks_ahead(fitted: Fitted, lag: int, wanted: bool | None) -> bool:
+    """Whether decisions look ahead, unless it is given: where segments are longer than a lag, in steps."""
+    return lag < float(np.median(fitted.search.durations[~fitted.instances.held])) if wanted is None else wanted
 
 
 def _pieces(fitted: Fitted, search: LiveSearch) -> tuple[Piece, ...]:

@@ -178,7 +178,7 @@ class PerformanceModel:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
         return interpretation.gap(self.fitted, _samples(self.method, self._read(control)), rules)
 
-    def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool = True) -> Live:
+    def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool | None = None) -> Live:
         """Begin a control that arrives frame by frame: ``step`` gives the frames of motion that are settled.
 
         Where velocities are among the control points, they are known a frame later.
@@ -191,8 +191,9 @@ class PerformanceModel:
             Seconds after which motion is decided; None waits for the end.
         keep : bool
             Whether everything is kept for the whole; without it a run may last for days.
-        forecast : bool
-            Whether decisions look ahead, at what controls like this one did next in the recordings.
+        forecast : bool, optional
+            Whether decisions look ahead, at what controls like this one did next in the recordings; unless given, where
+            the lag is shorter than segments are in the median.
 
         Returns
         -------
