@@ -46,7 +46,7 @@ def bundles(messages: Iterable[bytes], most: int = 1400) -> list[bytes]:
     ----------
     messages : iterable of bytes
     most : int
-        Bytes of the largest bundle: what passes an Ethernet frame unbroken, unless told otherwise. A longer message
+        Bytes of the largest bundle: what passes an Ethernet frame unbroken, unless another is given. A longer message
         has a bundle of its own.
 
     Returns

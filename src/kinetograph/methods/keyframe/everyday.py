@@ -62,7 +62,7 @@ def everyday_frames(example: Example) -> tuple[BoolArray, BoolArray]:
     Returns
     -------
     walking, running : ndarray of bool, shape (F,)
-        All true for a skeleton that lacks one of `ROLES`: what it does cannot be told.
+        All true for a skeleton that lacks one of `ROLES`: what it does is not known.
     """
     motion = example.motion
     if any(role not in motion.skeleton.roles for role in ROLES):

@@ -20,7 +20,7 @@ APART = 2.0
 NEAR = 0.03
 """Metres from its control points that a control is explained by well: recordings that are all alike cost nothing."""
 STRANGE = 1.5
-"""Times the library's own cost from which on a control is told to be strange to it: held-out walks cost 0.6 times at
+"""Times the library's own cost from which on a control is said to be strange to it: held-out walks cost 0.6 times at
 most, held-out dances of dancers whose moves it has 1.4 times."""
 
 
