@@ -1,4 +1,4 @@
-"""Steering compared with motion matching: the same walks with mirrors, the same sticks, the same causal foot lock, 60 Hz.
+"""Steering compared with motion matching: the same walks, sticks and causal foot lock, at 60 Hz.
 
 Walks are data/walks/15_*, or the sample's. Settings of both were chosen by random search, and ours by hand too, on the
 sticks of the seeds 0, 3 and 4; the table is of the seeds `REPORTED`. Times are the processor's.
