@@ -232,6 +232,17 @@ def test_a_clock_that_is_set_by_a_second_is_followed() -> None:
     assert np.allclose(times, 50.0 + np.arange(500, 1000) / 100.0, atol=1e-9)
 
 
+def test_rows_that_come_in_a_burst_after_the_network_stalled_are_all_taken() -> None:
+    gathering = Gathering()
+    sent = np.arange(6000) / 100.0
+    arrived = np.maximum(sent + 0.01, np.where((sent > 20) & (sent < 35), 35.0, 0.0))  # nothing comes for 15 seconds
+    taken = [gathering.add("d", Row("a", s, (0.0, 9.8, 0.0)), a) for s, a in zip(sent.tolist(), arrived, strict=True)]
+    times = np.array([time for _, time, _ in gathering.rows()])
+    assert all(taken)
+    assert np.abs(times[-2000:] - sent[-2000:] - 0.01).max() < 0.01  # four seconds after the burst at the latest
+    assert np.all(np.diff(times) > 0)
+
+
 def test_gathering_leaves_out_what_is_late_damaged_or_of_strangers() -> None:
     gathering = Gathering(("wrist",), {"mac.0": "wrist"})
     up = (0.0, 9.8, 0.0)

@@ -18,6 +18,7 @@ Quaternion = tuple[float, float, float, float]
 
 _WINDOW = 10.0  # seconds over which the least delay is looked for
 _MOST = 1000  # names of sensors that are kept
+_STILL = 10.0  # seconds without rows after which a clock that did not go on meanwhile has stood still
 _STEP = 0.5  # seconds by which a clock and its arrivals may disagree before the clock has been set anew
 
 
@@ -47,15 +48,16 @@ class Row(NamedTuple):
 class ArrivalClock:
     """Puts the times of one device's clock on ours, by when its rows arrive.
 
-    Rows are delayed by a network, never hurried: the least delay of the last ten seconds is taken to be none. What the
-    clock is found to be ahead by changes by at most a fifth of the time that passes, so that time never runs backwards.
-    A clock that is set, or a device that starts again, is seen by times half a second back, or that much ahead of their
-    arrivals, and is followed from there.
+    Rows are delayed by a network, never hurried: the least delay of the last ten seconds is taken to be none. Time
+    never runs backwards, nor much faster than the device's: rows that had been held up and come all at once are squeezed
+    together. A clock that is set, or a device that starts again, is seen by times that leap half a second back, or that
+    much ahead of their arrivals, from one row to the next, and is followed from there.
     """
 
     def __init__(self) -> None:
         self.resets = 0
         self._recent: deque[tuple[float, float]] = deque()  # arrival, ours less the device's: the least first, rising
+        self._before = 0.0  # that difference at the latest row
         self._last: tuple[float, float] | None = None  # the device's time of the latest row, and ours
 
     def __call__(self, sent: float | None, arrived: float) -> float:
@@ -76,10 +78,11 @@ class ArrivalClock:
             return arrived
         difference = arrived - sent
         back = self._last is not None and sent < self._last[0] - _STEP
-        if back or (self._recent and not -_STEP < difference - self._recent[0][1] < _STEP + _WINDOW):
+        if back or not -_STEP < difference - (self._before if self._last is not None else difference) < _STILL:
             self.resets += 1
             self._recent.clear()
             self._last = None
+        self._before = difference
         while self._recent and self._recent[-1][1] >= difference:
             self._recent.pop()
         self._recent.append((arrived, difference))
@@ -88,7 +91,7 @@ class ArrivalClock:
         time = sent + self._recent[0][1]
         if self._last is not None:
             passed = sent - self._last[0]
-            time = min(max(time, self._last[1] + 0.8 * passed), self._last[1] + 1.2 * passed) if passed > 0 else time
+            time = min(max(time, self._last[1] + 0.05 * passed), self._last[1] + 1.2 * passed) if passed > 0 else time
         if self._last is None or sent > self._last[0]:
             self._last = (sent, time)
         return time
