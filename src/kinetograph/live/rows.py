@@ -49,9 +49,9 @@ class ArrivalClock:
     """Puts the times of one device's clock on ours, by when its rows arrive.
 
     Rows are delayed by a network, never hurried: the least delay of the last ten seconds is taken to be none. Time
-    never runs backwards, nor much faster than the device's: rows that had been held up and come all at once are squeezed
-    together. A clock that is set, or a device that starts again, is seen by times that leap half a second back, or that
-    much ahead of their arrivals, from one row to the next, and is followed from there.
+    never runs backwards, nor much faster than the device's; rows that had been held up and come all at once are
+    squeezed together. A clock that is set, or a device that starts again, is seen by times that leap half a second
+    back, or that much ahead of their arrivals, from one row to the next, and is followed from there.
     """
 
     def __init__(self) -> None:
