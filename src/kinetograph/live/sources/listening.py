@@ -354,7 +354,7 @@ def _address(text: str, rest: str, port: int) -> tuple[str, int, str]:
     """Host, port and path of what follows a scheme."""
     try:
         parts = urlsplit(f"//{rest}")
-        return parts.hostname or LOOPBACK, parts.port or port, parts.path.strip("/")
+        return parts.hostname or LOOPBACK, port if parts.port is None else parts.port, parts.path.strip("/")
     except ValueError:
         raise RequestError(f"expected HOST:PORT with a port up to 65535, found {text!r}") from None
 
