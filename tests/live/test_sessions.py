@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from pythonosc.osc_bundle import OscBundle
 from websockets.asyncio.server import serve
 
 from kinetograph import rotations as rot
+from kinetograph.errors import RequestError
 from kinetograph.formats import ReadOptions, load
 from kinetograph.formats.bvh import GrowingBvh
 from kinetograph.formats.deepmimic import skeleton as deepmimic
@@ -101,6 +103,19 @@ def test_the_same_poses_come_live_as_for_the_whole_recording(model, readings, tm
     arm = whole.skeleton.landmark("left_elbow").joint
     apart = rot.angle_between(rotations[:common, arm], whole.rotations[:common, arm])
     assert apart.max() < 1e-6
+
+
+def test_units_that_cannot_be_are_refused_as_they_come(model, readings) -> None:
+    in_g = replace(readings, force=readings.force / GRAVITY)
+    with pytest.raises(RequestError, match=r"is it in g\? multiply by 9.81"):
+        model.start(keep=False).step(in_g)
+    driver = SensorDriver(model)
+    for i, at in enumerate(in_g.times.tolist()):
+        row = Row(in_g.names[in_g.sensors[i]], at, tuple(in_g.force[i].tolist()))
+        driver.gathering.add("d", row, at)
+        if i % 50 == 49:
+            driver.advance(at)
+    assert len([note for note in driver.notes() if "multiply by 9.81" in note]) == 1
 
 
 def test_silence_holds_the_pose_with_growing_uncertainty_and_memory_stays_flat(model, readings) -> None:

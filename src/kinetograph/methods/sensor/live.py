@@ -19,10 +19,11 @@ from kinetograph.methods.sensor.smoothing import Smoother
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
-from kinetograph.sensing import LiveUniform, Readings, Resampling, renumbered
+from kinetograph.sensing import LiveUniform, Readings, Resampling, check_units, renumbered
 from kinetograph.synthesis import LivePose
 
 _SILENCE = 600.0  # seconds without rows that are more likely a wrong clock than a pause
+_CHECKED = 200  # rows whose units are looked at
 _EVERY = 60  # frames between two calls of a progress callback
 
 
@@ -151,6 +152,8 @@ class LiveSensor:
         self._uncertainty: list[FloatArray] = []
         self._heard: set[str] = set()
         self._until = 0.0
+        self._first: list[Readings] = []
+        self._trusted = False
 
     def step(
         self, readings: Readings, now: float | None = None, progress: Progress | None = None
@@ -173,11 +176,12 @@ class LiveSensor:
         Raises
         ------
         RequestError
-            For unknown sensors.
+            For unknown sensors, and where the first rows cannot be specific force in m/s^2.
         DataError
             Where time runs backwards.
         """
         rows = renumbered(readings, self._fit.examples.names)
+        self._check_units(readings)
         end = max(readings.duration, now or 0.0)
         if end > self._until + _SILENCE:
             raise RequestError(
@@ -187,6 +191,16 @@ class LiveSensor:
         self._heard |= {readings.names[i] for i in np.unique(readings.sensors)}
         self._uniform.add(rows)
         return self._advance(*self._uniform.ready(now), progress)
+
+    def _check_units(self, readings: Readings) -> None:
+        """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
+        if self._trusted:
+            return
+        if sum(map(len, self._first)) < _CHECKED:
+            self._first.append(readings)
+        if sum(map(len, self._first)) >= _CHECKED:
+            check_units(_together(self._first))
+            self._trusted, self._first = True, []
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
@@ -273,3 +287,12 @@ class LiveSensor:
         if local is not None:
             statistics |= {"clusters": len(local.clusters), "condition": local.condition}
         return statistics
+
+
+def _together(parts: list[Readings]) -> Readings:
+    """The forces and angular velocities of readings as those of one sensor, for their units."""
+    force = np.concatenate([part.force for part in parts])
+    rates = [part.angular for part in parts if part.angular is not None]
+    count = len(force)
+    angular = np.concatenate(rates) if rates and sum(map(len, rates)) == count else None
+    return Readings(("all",), np.arange(count, dtype=np.float64), np.zeros(count, dtype=np.int64), force, angular)
