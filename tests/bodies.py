@@ -11,7 +11,7 @@ from kinetograph.motion import Motion
 from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Skeleton
 
-_BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
+BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
     ("Hips", "", (0, 0.95, 0)),
     ("Spine", "Hips", (0, 0.15, 0)),
     ("Chest", "Spine", (0, 0.2, 0)),
@@ -35,9 +35,9 @@ _BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
 
 
 def person() -> Skeleton:
-    names = [name for name, _, _ in _BONES]
-    parents = np.array([names.index(parent) if parent else -1 for _, parent, _ in _BONES])
-    return with_found_roles(Skeleton(tuple(names), parents, np.array([offset for *_, offset in _BONES])))
+    names = [name for name, _, _ in BONES]
+    parents = np.array([names.index(parent) if parent else -1 for _, parent, _ in BONES])
+    return with_found_roles(Skeleton(tuple(names), parents, np.array([offset for *_, offset in BONES])))
 
 
 def blocks(skeleton: Skeleton, thick: float) -> Character:

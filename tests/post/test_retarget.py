@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bodies import BONES
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import load
@@ -21,33 +22,11 @@ from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
 
-_BONES: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
-    ("Hips", "", (0, 0.95, 0)),
-    ("Spine", "Hips", (0, 0.15, 0)),
-    ("Chest", "Spine", (0, 0.2, 0)),
-    ("Neck", "Chest", (0, 0.2, 0)),
-    ("Head", "Neck", (0, 0.1, 0)),
-    *(
-        bone
-        for side, s in (("Left", 1), ("Right", -1))
-        for bone in (
-            (f"{side}Shoulder", "Chest", (0.05 * s, 0.15, 0)),
-            (f"{side}Arm", f"{side}Shoulder", (0.12 * s, 0, 0)),
-            (f"{side}ForeArm", f"{side}Arm", (0.28 * s, 0, 0)),
-            (f"{side}Hand", f"{side}ForeArm", (0.25 * s, 0, 0)),
-            (f"{side}UpLeg", "Hips", (0.1 * s, -0.05, 0)),
-            (f"{side}Leg", f"{side}UpLeg", (0, -0.42, 0)),
-            (f"{side}Foot", f"{side}Leg", (0, -0.4, 0)),
-            (f"{side}Toe", f"{side}Foot", (0, -0.06, 0.13)),
-        )
-    ),
-)
-
 
 def person(droop: float = 0.0, size: float = 1.0, turn: float = 0.0, legs: float = 1.0) -> Skeleton:
     """A person; droop: degrees by which the arms hang, size: of all bones, turn: degrees of heading at rest."""
-    names = [name for name, _, _ in _BONES]
-    offsets = np.array([offset for _, _, offset in _BONES], dtype=np.float64) * size
+    names = [name for name, _, _ in BONES]
+    offsets = np.array([offset for _, _, offset in BONES], dtype=np.float64) * size
     for i, name in enumerate(names):
         if name.endswith(("ForeArm", "Hand")):
             way = -droop if name.startswith("Left") else droop
@@ -55,7 +34,7 @@ def person(droop: float = 0.0, size: float = 1.0, turn: float = 0.0, legs: float
         if name.endswith(("Leg", "Foot")) and "Up" not in name:
             offsets[i] *= legs
     offsets = rot.rotate(rot.about("y", np.radians(turn)), offsets)
-    parents = np.array([names.index(parent) if parent else -1 for _, parent, _ in _BONES])
+    parents = np.array([names.index(parent) if parent else -1 for _, parent, _ in BONES])
     return with_found_roles(Skeleton(tuple(names), parents, offsets))
 
 
