@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
 
 import numpy as np
 
 from kinetograph.character import Character
 from kinetograph.motion import Motion
-from kinetograph.progress import Progress
 from kinetograph.studio.messages import Figure, Lane, MadeHeader, PieceRow, Span
-from kinetograph.studio.project import Mode, Project
-from kinetograph.studio.room import Room
+from kinetograph.studio.project import Mode
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation, Take
-
-Question = TypeVar("Question", contravariant=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +44,6 @@ class Made:
     def synthesis(self) -> Synthesis:
         """The one that is shown."""
         return self.syntheses[self.chosen]
-
-
-class Section(Protocol):
-    """Makes a section of a project; raises RequestError with one line where it cannot."""
-
-    def __call__(self, project: Project, room: Room, progress: Progress) -> Made | None:
-        """What the section asks for; None where it asks for nothing yet."""
-        ...
-
-
-Answer = Callable[[Room, Project, Question], object]
-"""Answers a question of the page: a message, or the bytes of a blob."""
 
 
 def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:

@@ -13,7 +13,9 @@ import struct
 from typing import Any, Literal
 
 import msgspec
+import numpy as np
 
+from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.studio.project import Mode, Project
 
@@ -83,6 +85,10 @@ class Export(Message, frozen=True, tag="export"):
     id: int
     formats: tuple[str, ...]
     name: str
+
+
+class StopRun(Message, frozen=True, tag="stop_run"):
+    """End what runs live."""
 
 
 # ---- to the page ----
@@ -256,6 +262,14 @@ class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit
     floor: float = 0.0
 
 
+class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
+    """The header of a blob whose payload is a body as GLB, which the pose frames after it move."""
+
+    section: Mode
+    floor: float = 0.0
+    characters: tuple[str, ...] = ("motion",)
+
+
 class FileHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="file", forbid_unknown_fields=True):
     """The header of a blob from the page: a file that was dropped onto it.
 
@@ -286,6 +300,23 @@ def blob(header: msgspec.Struct, payload: bytes) -> bytes:
     text = msgspec.json.encode(header)
     text += b" " * (-len(text) % 4)
     return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:
+    """A pose as a binary frame of float32 values after the number 2.
+
+    Parameters
+    ----------
+    time : float
+        Seconds.
+    translation : ndarray, shape (3,)
+        The root's, metres.
+    rotations : ndarray, shape (J, 4)
+    deviations : ndarray, shape (J,), optional
+        Standard deviation of each joint, radians.
+    """
+    parts = [np.array([time]), translation, rotations.ravel(), *([] if deviations is None else [deviations])]
+    return struct.pack("<I", POSE) + np.concatenate(parts).astype("<f4").tobytes()
 
 
 def read_blob(data: bytes) -> tuple[FileHeader, bytes]:

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 from kinetograph.character import Character
 from kinetograph.errors import RequestError
 from kinetograph.library import Library
+from kinetograph.studio.made import Made
+from kinetograph.studio.project import Mode
 
 Fitted = TypeVar("Fitted")
 
@@ -26,10 +28,16 @@ class Room:
     ----------
     folder : Path
         The project's folder.
+
+    Attributes
+    ----------
+    latest : dict of str to Made
+        What was made last of each section.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.latest: dict[Mode, Made] = {}
         self._lock = threading.RLock()
         self._models: dict[Hashable, Any] = {}
         self._characters: dict[str, Character] = {}
