@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kinetograph.studio import browsing
+from kinetograph.studio import browsing, walking
 from kinetograph.studio.messages import Message
 from kinetograph.studio.project import Mode
 from kinetograph.studio.sections import Answer, Run, Section
 
-SECTIONS: Mapping[Mode, Section] = {}
+SECTIONS: Mapping[Mode, Section] = {"walk": walking.make}
 """What makes each section of a project."""
 
-ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
+ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS, **walking.ANSWERS}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {}
+RUNS: Mapping[type[Message], Run] = {**walking.RUNS}
 """What runs live, by the message that starts it."""
 
-HEARD: tuple[type[Message], ...] = ()
+HEARD: tuple[type[Message], ...] = (*walking.HEARD,)
 """Messages for what runs live."""
