@@ -57,15 +57,23 @@ class Studio {
   /** @type {Mode | null} */
   #shownMode = null;
 
+  status = element("p", { class: "status", role: "status" });
+  aside = element("aside", { class: "panel", "aria-label": "Panel" });
+  figures = element("section", { class: "figures", "aria-label": "Figures" });
+  modes = element("div", { class: "modes", role: "group", "aria-label": "Control" });
+  libraryButton = button("Library", () => this.#toggleLibrary(), { pressed: false });
+  undoButton = iconButton("undo", "Undo", () => this.connection.send({ kind: "undo" }), { disabled: true });
+  redoButton = iconButton("redo", "Redo", () => this.connection.send({ kind: "redo" }), { disabled: true });
+  exportButton = button("Export", () => this.exporting.enter(), { disabled: true });
+  followButton = iconButton("follow", "Follow the body", () => this.#follow(!this.#following), { pressed: false });
+
   constructor() {
-    this.status = element("p", { class: "status", role: "status" });
-    this.bar = this.#bar();
-    this.aside = element("aside", { class: "panel", "aria-label": "Panel" });
+    for (const mode of /** @type {Mode[]} */ (Object.keys(MODES)))
+      this.modes.append(button(MODES[mode], () => this.#choose(mode), { pressed: false, "data-mode": mode }));
     const main = element("main", { class: "stage", "aria-label": "Stage" });
-    document.body.append(this.bar, main, this.aside, this.#footer(), this.status);
+    document.body.append(this.#bar(), main, this.aside, this.#footer(), this.status);
     this.stage = new Stage(main);
     main.append(this.#views());
-    this.figures = element("section", { class: "figures", "aria-label": "Figures" });
     this.library = createLibrary(this);
     this.exporting = createExport(this);
     /** @type {Record<Mode, Panel>} */
@@ -107,12 +115,6 @@ class Studio {
   }
 
   #bar() {
-    const modes = Object.entries(MODES).map(([mode, name]) => button(name, () => this.#choose(/** @type {Mode} */ (mode)), { pressed: false, "data-mode": mode }));
-    this.modes = element("div", { class: "modes", role: "group", "aria-label": "Control" }, modes);
-    this.libraryButton = button("Library", () => this.#toggleLibrary(), { pressed: false });
-    this.undoButton = iconButton("undo", "Undo", () => this.connection.send({ kind: "undo" }), { disabled: true });
-    this.redoButton = iconButton("redo", "Redo", () => this.connection.send({ kind: "redo" }), { disabled: true });
-    this.exportButton = button("Export", () => this.exporting.enter(), { disabled: true });
     return element(
       "header",
       { class: "bar" },
@@ -139,7 +141,6 @@ class Studio {
   }
 
   #views() {
-    this.followButton = iconButton("follow", "Follow the body", () => this.#follow(!this.#following), { pressed: false });
     const view = (/** @type {import("./stage.js").View} */ from, /** @type {string} */ name) =>
       button(name, () => this.stage.view(from), { "aria-label": `View from the ${from}` });
     return element("div", { class: "views" }, view("corner", "Corner"), view("front", "Front"), view("side", "Side"), view("top", "Top"), this.followButton);
