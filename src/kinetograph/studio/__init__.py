@@ -1,0 +1,1 @@
+"""The studio: a page on this machine in which motion is made."""
