@@ -58,10 +58,7 @@ class Node:
     def run(self, *command: str, folder: Path) -> subprocess.CompletedProcess[str]:
         """Run a command with this Node before every other on the PATH."""
         path = os.pathsep.join([str(Path(self.node).parent), os.environ.get("PATH", "")])
-        environment = {**os.environ, "PATH": path}
-        return subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL
-        )
+        return _run(*command, cwd=folder, env={**os.environ, "PATH": path})
 
 
 def node_on_path() -> Node | None:
