@@ -13,9 +13,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 try:
     from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -48,8 +47,7 @@ def _run(*command: str, **options: Any) -> subprocess.CompletedProcess[str]:
     )
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """Commands that start Node and npm."""
 
     node: str
