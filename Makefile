@@ -33,8 +33,7 @@ $(STAMP): pyproject.toml
 
 # what the studio's page is built and checked with: Node of the PATH, or else a wheel of it
 $(NODE): $(STAMP)
-	@wheel=$$($(BIN)/python hatch_build.py needs); test -z "$$wheel" || $(BIN)/python -m pip install --quiet --disable-pip-version-check "$$wheel" || echo "pip could not install Node; is there a network?" >&2
-	@touch $@
+	@wheel=$$($(BIN)/python hatch_build.py needs); test -z "$$wheel" || $(BIN)/python -m pip install --quiet --disable-pip-version-check "$$wheel" && touch $@ || echo "pip could not install Node; is there a network?" >&2
 
 page: $(NODE)
 	@$(BIN)/python hatch_build.py build
