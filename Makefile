@@ -12,7 +12,6 @@ BLENDER ?= .venv-blender
 STAMP  := $(VENV)/.installed
 DOCS   := $(VENV)/.installed-docs
 BUILD  := $(VENV)/.installed-build
-NODE   := $(VENV)/.installed-node
 STUDIO := src/kinetograph/studio
 CHECK  := build/check-dist
 DEMO   ?= out
@@ -31,11 +30,8 @@ $(STAMP): pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
 	@touch $@
 
-# what the studio's page is built and checked with: Node of the PATH, or else a wheel of it
-$(NODE): $(STAMP)
-	@wheel=$$($(BIN)/python hatch_build.py needs); test -z "$$wheel" || $(BIN)/python -m pip install --quiet --disable-pip-version-check "$$wheel" && touch $@ || echo "pip could not install Node; is there a network?" >&2
-
-page: $(NODE)
+# Node of the PATH builds the page and checks its types, or else a wheel of Node
+page: $(STAMP)
 	@$(BIN)/python hatch_build.py build
 
 studio: page
@@ -49,7 +45,7 @@ test: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips || echo "without the sample, tests of real clips are skipped"
 	@$(BIN)/python -m pytest
 
-lint: $(NODE)
+lint: $(STAMP)
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check
 	@$(BIN)/mypy

