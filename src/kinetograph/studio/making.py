@@ -1,0 +1,26 @@
+"""The sections of a project: what makes each, what they answer, and what of them runs live."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from kinetograph.studio import browsing
+from kinetograph.studio.messages import Message
+from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.room import Room
+from kinetograph.studio.sections import Answer, Run, Section
+
+SECTIONS: Mapping[Mode, Section] = {}
+"""What makes each section of a project."""
+
+ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
+"""Questions of the page, and what answers them."""
+
+RUNS: Mapping[type[Message], Run] = {}
+"""What runs live, by the message that starts it."""
+
+HEARD: tuple[type[Message], ...] = ()
+"""Messages for what runs live."""
+
+PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
+"""What may be done before it is asked for: models fitted, kernels compiled."""

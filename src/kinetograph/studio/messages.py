@@ -1,0 +1,350 @@
+"""What the page and the server say to each other.
+
+Small messages are JSON text with a ``kind``; motion, files and live poses are binary frames (`blob`). The page's types
+are generated from these classes: ``python -m kinetograph.studio.typescript``.
+
+A message with an ``id`` is a question: its answer, a `Failed` or another message or blob, has the same ``id``. Others
+are answered by what they change, which every open page is sent.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
+from kinetograph.studio.project import Mode, Project
+
+BLOB, POSE = 1, 2
+"""The first number of a binary frame."""
+
+
+class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", rename=None):
+    """A message, whose kind is the name of its class in small letters."""
+
+
+# ---- from the page ----
+
+
+class Edit(Message, frozen=True, tag="edit"):
+    """A section, or a field, of the project in a new state.
+
+    Parameters
+    ----------
+    part : str
+        ``walk``, ``keys``, ``duet``, ``sensors``, ``mode`` or ``character``.
+    value : object
+        The whole part.
+    label : str
+        What undo calls it.
+    merge : bool
+        Whether it goes on from the edit before, as a slider's steps do: both are undone as one.
+    solve : bool
+        Whether the section is made anew.
+    number : int
+        Counts the page's edits; `State` has it again.
+    """
+
+    part: str
+    value: Any
+    label: str = "edit"
+    merge: bool = False
+    solve: bool = True
+    number: int = 0
+
+
+class Undo(Message, frozen=True, tag="undo"):
+    """Take the last edit back."""
+
+
+class Redo(Message, frozen=True, tag="redo"):
+    """Make the edit that was taken back again."""
+
+
+class Solve(Message, frozen=True, tag="solve"):
+    """Make the section that is shown."""
+
+
+class Cancel(Message, frozen=True, tag="cancel"):
+    """Stop what is being made."""
+
+
+class Export(Message, frozen=True, tag="export"):
+    """Write what is shown into files.
+
+    Parameters
+    ----------
+    id : int
+    formats : tuple of str
+        Suffixes, as in ``(".bvh", ".glb")``.
+    name : str
+        Of the files, without a suffix.
+    """
+
+    id: int
+    formats: tuple[str, ...]
+    name: str
+
+
+class StopRun(Message, frozen=True, tag="stop_run"):
+    """End what runs live."""
+
+
+# ---- to the page ----
+
+
+class LibraryRow(msgspec.Struct, frozen=True):
+    """A library of the project: its takes, and what can be done with it."""
+
+    name: str
+    takes: int
+    seconds: float
+    tracks: tuple[str, ...]
+    partners: bool
+
+
+class Welcome(Message, frozen=True, tag="welcome"):
+    """The first message to a page, sent again when what it says changes."""
+
+    version: str
+    formats: tuple[str, ...]
+    films: tuple[str, ...]
+    libraries: tuple[LibraryRow, ...]
+    files: tuple[str, ...]
+
+
+class State(Message, frozen=True, tag="state"):
+    """The project, whenever it changes.
+
+    Parameters
+    ----------
+    project : Project
+    revision : int
+        Counts its changes.
+    undo, redo : str, optional
+        What would be taken back or made again.
+    number : int
+        That of the edit which this answers, on the page that made it.
+    """
+
+    project: Project
+    revision: int
+    undo: str | None = None
+    redo: str | None = None
+    number: int = 0
+
+
+class Working(Message, frozen=True, tag="working"):
+    """Something is being made or fetched: how far it is; ``done`` is ``total`` at its end."""
+
+    label: str
+    done: float
+    total: float
+    section: Mode | None = None
+
+
+class Nothing(Message, frozen=True, tag="nothing"):
+    """A section asks for nothing that could be made yet."""
+
+    section: Mode
+
+
+class Failed(Message, frozen=True, tag="failed"):
+    """Something could not be done, in one line."""
+
+    message: str
+    id: int | None = None
+    section: Mode | None = None
+
+
+class Said(Message, frozen=True, tag="said"):
+    """Something a person should know, in one line."""
+
+    message: str
+
+
+class Exported(Message, frozen=True, tag="exported"):
+    """Files that were written: their names, and where the page can fetch them from."""
+
+    id: int
+    files: tuple[tuple[str, str], ...]
+
+
+# ---- headers of blobs ----
+
+
+class PieceRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A piece of the motion shown; see `kinetograph.Piece`."""
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    source_start: float
+    source_stop: float
+    cost: float
+    seam: float
+    mirrored: bool = False
+    layer: str = ""
+
+
+class Span(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A span of a lane of the timeline."""
+
+    start: float
+    stop: float
+    label: str = ""
+    title: str = ""
+
+
+class Lane(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A lane of the timeline: spans, or the values of a signal at even times.
+
+    Parameters
+    ----------
+    name : str
+    role : str
+        ``contacts``, ``moves``, ``handholds``, ``error``, ``edited``, ``readings``, ``uncertainty``.
+    spans : tuple of Span
+    values : tuple of float
+        From the first second to the last.
+    unit : str
+        Of the values.
+    """
+
+    name: str
+    role: str
+    spans: tuple[Span, ...] = ()
+    values: tuple[float, ...] = ()
+    unit: str = ""
+
+
+class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``."""
+
+    name: str
+    value: str
+    title: str = ""
+
+
+class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit_defaults=True):
+    """The header of a blob whose payload is the GLB of what was made.
+
+    Parameters
+    ----------
+    section : str
+    key : str
+        Names what was made: the same for the same section of a project.
+    seconds, fps : float
+    floor : float
+        Metres: where the ground is.
+    characters : tuple of str
+        The names of the bodies in the GLB; the first is what was made, others are ``leader``, ``truth``.
+    pieces, lanes, figures, warnings : tuple
+    path : tuple of (float, float, float)
+        The path that was performed: seconds, metres x and z.
+    costs : dict of str to float
+        Of each alternative, the first being the one that is chosen.
+    """
+
+    section: Mode
+    key: str
+    seconds: float
+    fps: float
+    floor: float = 0.0
+    characters: tuple[str, ...] = ("motion",)
+    pieces: tuple[PieceRow, ...] = ()
+    lanes: tuple[Lane, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    warnings: tuple[str, ...] = ()
+    path: tuple[tuple[float, float, float], ...] = ()
+    costs: tuple[float, ...] = ()
+    chosen: int = 0
+
+
+class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
+    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take."""
+
+    id: int
+    name: str = ""
+    floor: float = 0.0
+
+
+class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
+    """The header of a blob whose payload is a body as GLB, which the pose frames after it move."""
+
+    section: Mode
+    floor: float = 0.0
+    characters: tuple[str, ...] = ("motion",)
+
+
+class FileHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="file", forbid_unknown_fields=True):
+    """The header of a blob from the page: a file that was dropped onto it.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+        Its name, without a folder.
+    role : str
+        What it is to be: ``character``, ``leader``, ``readings``, ``layout`` or ``recording``.
+    """
+
+    id: int
+    name: str
+    role: Literal["character", "leader", "readings", "layout", "recording"]
+
+
+class Kept(Message, frozen=True, tag="kept"):
+    """A file was taken into the project, under this name; the project's files."""
+
+    id: int
+    name: str
+    files: tuple[str, ...]
+
+
+def blob(header: msgspec.Struct, payload: bytes) -> bytes:
+    """A binary frame: the number 1, the header's length, the header as JSON, the payload from a multiple of 4 on."""
+    text = msgspec.json.encode(header)
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:
+    """A pose as a binary frame of float32 values after the number 2.
+
+    Parameters
+    ----------
+    time : float
+        Seconds.
+    translation : ndarray, shape (3,)
+        The root's, metres.
+    rotations : ndarray, shape (J, 4)
+    deviations : ndarray, shape (J,), optional
+        Standard deviation of each joint, radians.
+    """
+    parts = [np.array([time]), translation, rotations.ravel(), *([] if deviations is None else [deviations])]
+    return struct.pack("<I", POSE) + np.concatenate(parts).astype("<f4").tobytes()
+
+
+def read_blob(data: bytes) -> tuple[FileHeader, bytes]:
+    """The header and payload of a binary frame from the page.
+
+    Raises
+    ------
+    RequestError
+        For bytes that are none.
+    """
+    if len(data) < 8:
+        raise RequestError(f"expected a binary frame of 8 bytes or more, found {len(data)}")
+    kind, length = struct.unpack_from("<2I", data)
+    if kind != BLOB or length > len(data) - 8:
+        raise RequestError(f"expected a binary frame of kind {BLOB} with its header, found kind {kind}")
+    try:
+        return msgspec.json.decode(data[8 : 8 + length], type=FileHeader), data[8 + length :]
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RequestError(f"expected the header of a file, found: {error}") from None
