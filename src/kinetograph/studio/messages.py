@@ -80,11 +80,14 @@ class Export(Message, frozen=True, tag="export"):
         Suffixes, as in ``(".bvh", ".glb")``.
     name : str
         Of the files, without a suffix.
+    together : bool
+        Write what is shown with it, such as its leader, where the format holds several bodies.
     """
 
     id: int
     formats: tuple[str, ...]
     name: str
+    together: bool = False
 
 
 class StopRun(Message, frozen=True, tag="stop_run"):
