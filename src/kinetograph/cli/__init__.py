@@ -20,6 +20,7 @@ from kinetograph.cli import (
     render,
     reproduce,
     sense,
+    studio,
     view,
 )
 from kinetograph.errors import KinetographError
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 for group in (
     demo,
+    studio,
     files,
     view,
     data,

@@ -51,12 +51,11 @@ def render(wishes: Wishes) -> None:
     Example: kinetograph render out/studio/project.json -o out --to .bvh,.glb
     """
     from kinetograph.studio import rendering
-    from kinetograph.studio.exporting import FOLDER
     from kinetograph.studio.project import read_project
-    from kinetograph.studio.room import Room
+    from kinetograph.studio.room import EXPORTS, Room
 
-    project = rendering.with_libraries(read_project(wishes.project), wishes.library or ())
-    folder = wishes.output or wishes.project.parent / FOLDER
+    project = rendering.relocated(read_project(wishes.project), wishes.library or ())
+    folder = wishes.output or wishes.project.parent / EXPORTS
     wanted = {section: _wanted(section, wishes) for section in _sections(wishes.section)}
     room = Room(wishes.project.parent)
     with compilation_announced():
@@ -82,11 +81,12 @@ def _sections(names: list[str] | None) -> tuple[Mode, ...]:
 
 
 def _wanted(section: str, wishes: Wishes) -> Wanted:
-    from kinetograph.studio.exporting import FOLDER, Wanted
+    from kinetograph.studio.exporting import Wanted
+    from kinetograph.studio.room import EXPORTS
 
     suffixes = tuple(text.strip() for text in wishes.to.split(",") if text.strip())
     wanted = Wanted(tuple(s if s.startswith(".") else f".{s}" for s in suffixes), section, wishes.together, force=True)
-    folder = wishes.output or wishes.project.parent / FOLDER
+    folder = wishes.output or wishes.project.parent / EXPORTS
     if not wishes.force and folder.exists():
         refuse_existing([folder / f"{section}{suffix}" for suffix in wanted.suffixes], force=False)
     return wanted

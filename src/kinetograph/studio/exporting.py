@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import math
 import re
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 
 from kinetograph.character import Character
-from kinetograph.errors import RequestError
+from kinetograph.errors import KinetographError, RequestError
 from kinetograph.formats import WRITERS, WriteOptions, atomic_path, save, write_report
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.studio.made import Made, bodies
-from kinetograph.studio.room import plain_name
+from kinetograph.studio.messages import Export, Exported, Failed, Message, Working
+from kinetograph.studio.project import Project
+from kinetograph.studio.room import EXPORTS, Room, plain_name
+from kinetograph.studio.sections import Send
 from kinetograph.take import Take
-
-FOLDER = "exports"
-"""The folder, in a project's own, of the files that are written."""
 
 MOTIONS = tuple(sorted(WRITERS))
 """Suffixes of motion files."""
@@ -33,9 +36,13 @@ PAPERS = (".json", ".png")
 SEVERAL = (".fbx", ".glb", ".npz", ".usd", ".usda", ".usdc")
 """Suffixes of files that hold several bodies."""
 
+WRITING = "writing files"
+"""What a person reads meanwhile."""
+
 _FILM_WEIGHT = 40  # of a film in the progress, compared with another file
 _RATE = 30.0  # of a path in a contact sheet, hertz
 _ABANDONED = 3600.0  # seconds after which the draft of a process that was killed is removed
+_ONE_AT_A_TIME = threading.Lock()
 _DRAFT = re.compile(r"\..*\.[0-9a-f]{12}\.\w+")
 
 
@@ -136,6 +143,49 @@ def export(
         _write(made, path, _Dress(worn, character, wanted), part)
         part(1, 1)
     return paths
+
+
+async def run(room: Room, project: Project, message: Export, inbox: asyncio.Queue[Message], send: Send) -> None:
+    """Export what is shown: progress is sent while files are written, and whoever cancels it stops it.
+
+    Parameters
+    ----------
+    room : Room
+    project : Project
+    message : Export
+    inbox : asyncio.Queue
+        Not used.
+    send : callable
+        Sends to the page.
+    """
+    stopped, loop = threading.Event(), asyncio.get_running_loop()
+
+    def progress(done: float, total: float) -> None:
+        if stopped.is_set():
+            raise RequestError("the export was stopped")
+        loop.call_soon_threadsafe(send, Working(WRITING, min(done, total - 1), total))
+
+    try:
+        paths = await asyncio.to_thread(_export, room, project, message, progress)
+    except KinetographError as error:
+        send(Failed(" ".join(str(error).split()), message.id))
+    except asyncio.CancelledError:
+        stopped.set()
+        send(Failed("the export was stopped", message.id))
+        raise
+    else:
+        send(Exported(message.id, tuple((path.name, f"/{EXPORTS}/{quote(path.name)}") for path in paths)))
+    finally:
+        send(Working(WRITING, 1, 1))
+
+
+def _export(room: Room, project: Project, message: Export, progress: Progress) -> tuple[Path, ...]:
+    made = room.latest.get(project.mode)
+    if made is None:
+        raise RequestError("there is nothing to export yet")
+    wanted = Wanted(message.formats, message.name, message.together)
+    with _ONE_AT_A_TIME:  # two that choose their names at once would choose the same
+        return export(made, room.character(project.character), room.folder / EXPORTS, wanted, progress)
 
 
 def free_paths(folder: Path, wanted: Wanted) -> tuple[Path, ...]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing
-from kinetograph.studio.messages import Message
-from kinetograph.studio.project import Mode
+from kinetograph.studio import browsing, exporting
+from kinetograph.studio.messages import Export, Message
+from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
 
 SECTIONS: Mapping[Mode, Section] = {}
@@ -15,8 +16,11 @@ SECTIONS: Mapping[Mode, Section] = {}
 ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {}
+RUNS: Mapping[type[Message], Run] = {Export: exporting.run}
 """What runs live, by the message that starts it."""
 
 HEARD: tuple[type[Message], ...] = ()
 """Messages for what runs live."""
+
+PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
+"""What may be done before it is asked for: models fitted, kernels compiled."""

@@ -88,7 +88,7 @@ def write(
     return tuple(paths)
 
 
-def with_libraries(project: Project, places: Iterable[str]) -> Project:
+def relocated(project: Project, places: Iterable[str]) -> Project:
     """The project with libraries in other folders.
 
     Parameters
