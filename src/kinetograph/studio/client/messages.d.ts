@@ -330,6 +330,7 @@ export interface ClipHeader {
   id: number;
   name?: string;
   floor?: number;
+  start?: number;
 }
 
 /** A moving thumbnail. */
@@ -373,6 +374,94 @@ export interface Kept {
   files: string[];
 }
 
+/** How fast are the library's people? Answered by `Pace`; its model is fitted by then. */
+export interface AskPace {
+  kind: "ask_pace";
+  id: number;
+}
+
+/** What could take the place of the piece at a time of the walk? Answered by `Candidates`. */
+export interface NextBest {
+  kind: "next_best";
+  id: number;
+  time: number;
+  count?: number;
+}
+
+/** The walk as a clip under rules besides its own: those of a candidate. */
+export interface CandidateClip {
+  kind: "candidate_clip";
+  id: number;
+  rules: RuleRow[];
+}
+
+/** The recording behind the piece at a time of the walk, placed where the piece is, as a clip. */
+export interface PieceSource {
+  kind: "piece_source";
+  id: number;
+  time: number;
+}
+
+/** A take of the library as a clip, at its own pace, from where the path begins. */
+export interface PlayTake {
+  kind: "play_take";
+  id: number;
+  take: string;
+}
+
+/** A person begins to draw: a body is to follow. */
+export interface WalkLive {
+  kind: "walk_live";
+}
+
+/** Points that were drawn since the last: seconds, and metres x and z. */
+export interface WalkDrawn {
+  kind: "walk_drawn";
+  points: [number, number, number][];
+}
+
+/** A take of a library: how long it is, and its mean speed over the ground, metres per second. */
+export interface TakePace {
+  name: string;
+  seconds: number;
+  speed: number;
+}
+
+/** How fast the library's people walk, metres per second. */
+export interface Pace {
+  kind: "pace";
+  id: number;
+  slowest: number;
+  fastest: number;
+  usual: [number, number, number];
+  stands: boolean;
+  takes: TakePace[];
+}
+
+/** A piece that could be at a time of the walk, and what the best walk with it costs. */
+export interface CandidateRow {
+  take: string;
+  mirrored: boolean;
+  source_start: number;
+  source_stop: number;
+  start: number;
+  stop: number;
+  cost: number;
+  interpretation: number;
+  continuity: number;
+  reuse: number;
+  more: number;
+  rules: RuleRow[];
+}
+
+/** What could be at a time of the walk; the first is what is there. */
+export interface Candidates {
+  kind: "candidates";
+  id: number;
+  time: number;
+  rows: CandidateRow[];
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -394,4 +483,13 @@ export type AnyMessage =
   | Exported
   | Takes
   | Alike
-  | Kept;
+  | Kept
+  | AskPace
+  | NextBest
+  | CandidateClip
+  | PieceSource
+  | PlayTake
+  | WalkLive
+  | WalkDrawn
+  | Pace
+  | Candidates;
