@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 from msgspec import inspect
@@ -37,6 +37,7 @@ def declarations() -> str:
     parts = [
         "// Generated from the Python classes by: python -m kinetograph.studio.typescript",
         "// Fields with a question mark have a default there, and may be left out.",
+        f"/** The sections of a project. */\nexport type Mode = {_literals(project.Mode)};",
         *(_interface(kind) for kind in kinds if kind is not messages.Message),
         f"export type AnyMessage =\n  | {union};",
     ]
@@ -81,6 +82,10 @@ def _type(kind: inspect.Type) -> str:
         case inspect.StructType():
             return kind.cls.__name__
     raise TypeError(f"no type of the page for {kind}")
+
+
+def _literals(kind: Any) -> str:
+    return " | ".join(_literal(value) for value in get_args(kind))
 
 
 def _literal(value: object) -> str:

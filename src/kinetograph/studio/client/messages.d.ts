@@ -2,6 +2,9 @@
 
 // Fields with a question mark have a default there, and may be left out.
 
+/** The sections of a project. */
+export type Mode = "walk" | "keys" | "duet" | "sensors";
+
 /** What is pinned or forbidden in a span of a control; see `kinetograph.methods.performance.Rule`. */
 export interface RuleRow {
   start: number;
