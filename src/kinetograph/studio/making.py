@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kinetograph.studio import browsing
+from kinetograph.studio import browsing, keying
 from kinetograph.studio.messages import Message
 from kinetograph.studio.project import Mode
 from kinetograph.studio.sections import Answer, Run, Section
 
-SECTIONS: Mapping[Mode, Section] = {}
+SECTIONS: Mapping[Mode, Section] = {"keys": keying.make}
 """What makes each section of a project."""
 
-ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
+ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS, **keying.ANSWERS}
 """Questions of the page, and what answers them."""
 
 RUNS: Mapping[type[Message], Run] = {}
