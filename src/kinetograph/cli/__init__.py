@@ -19,6 +19,7 @@ from kinetograph.cli import (
     perform,
     reproduce,
     sense,
+    studio,
     view,
 )
 from kinetograph.errors import KinetographError
@@ -32,7 +33,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (demo, files, view, data, library, perform, inbetween, sense, live, calibrate, evaluate, reproduce):
+for group in (
+    demo,
+    studio,
+    files,
+    view,
+    data,
+    library,
+    perform,
+    inbetween,
+    sense,
+    live,
+    calibrate,
+    evaluate,
+    reproduce,
+):
     group.register(app)
 
 

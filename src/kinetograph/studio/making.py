@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from kinetograph.studio import browsing, keying
 from kinetograph.studio.messages import Message
-from kinetograph.studio.project import Mode
+from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
 
 SECTIONS: Mapping[Mode, Section] = {"keys": keying.make}
@@ -20,3 +21,6 @@ RUNS: Mapping[type[Message], Run] = {}
 
 HEARD: tuple[type[Message], ...] = ()
 """Messages for what runs live."""
+
+PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
+"""What may be done before it is asked for: models fitted, kernels compiled."""

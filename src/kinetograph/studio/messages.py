@@ -45,13 +45,16 @@ class Edit(Message, frozen=True, tag="edit"):
         Whether it goes on from the edit before, as a slider's steps do: both are undone as one.
     solve : bool
         Whether the section is made anew.
+    number : int
+        Counts the page's edits; `State` has it again.
     """
 
     part: str
     value: Any
-    label: str = ""
+    label: str = "edit"
     merge: bool = False
     solve: bool = True
+    number: int = 0
 
 
 class Undo(Message, frozen=True, tag="undo"):
@@ -138,7 +141,7 @@ class LibraryRow(msgspec.Struct, frozen=True):
 
 
 class Welcome(Message, frozen=True, tag="welcome"):
-    """The first message to a page."""
+    """The first message to a page, sent again when what it says changes."""
 
     version: str
     formats: tuple[str, ...]
@@ -157,12 +160,15 @@ class State(Message, frozen=True, tag="state"):
         Counts its changes.
     undo, redo : str, optional
         What would be taken back or made again.
+    number : int
+        That of the edit which this answers, on the page that made it.
     """
 
     project: Project
     revision: int
     undo: str | None = None
     redo: str | None = None
+    number: int = 0
 
 
 class Working(Message, frozen=True, tag="working"):
@@ -172,6 +178,12 @@ class Working(Message, frozen=True, tag="working"):
     done: float
     total: float
     section: Mode | None = None
+
+
+class Nothing(Message, frozen=True, tag="nothing"):
+    """A section asks for nothing that could be made yet."""
+
+    section: Mode
 
 
 class Failed(Message, frozen=True, tag="failed"):

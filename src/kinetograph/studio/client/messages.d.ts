@@ -1,0 +1,298 @@
+// Generated from the Python classes by: python -m kinetograph.studio.typescript
+
+// Fields with a question mark have a default there, and may be left out.
+
+/** What is pinned or forbidden in a span of a control; see `kinetograph.methods.performance.Rule`. */
+export interface RuleRow {
+  start: number;
+  stop: number;
+  take?: string | null;
+  source?: number | null;
+  forbid?: boolean;
+}
+
+/** A drawn path, and how it is walked. */
+export interface Walk {
+  library?: string;
+  path?: [number, number, number][];
+  smooth_time?: number;
+  smooth_space?: number;
+  mirror?: boolean;
+  keep_time?: boolean;
+  facing?: number | null;
+  rules?: RuleRow[];
+}
+
+/** A key, with the fields of `kinetograph.formats.keys_json`. */
+export interface KeyRow {
+  pose: string;
+  time?: number | [number, number] | null;
+  position?: [number, number] | null;
+  heading?: number | null;
+  roles?: string[] | null;
+  moved?: Record<string, [number, number, number]>;
+  name?: string | null;
+}
+
+/** A span of an earlier result that is kept, and what that result was made of. */
+export interface Lock {
+  span: [number, number];
+  of: Keys;
+}
+
+/** Poses to go through. */
+export interface Keys {
+  library?: string;
+  rows?: KeyRow[];
+  moves?: string[];
+  without?: string[];
+  filler?: boolean;
+  mirror?: boolean;
+  alternatives?: number;
+  chosen?: number;
+  lock?: Lock | null;
+}
+
+/** A leader, who is answered. */
+export interface Duet {
+  library?: string;
+  leader?: string;
+  target?: string;
+  mirror?: boolean;
+  rules?: RuleRow[];
+}
+
+/** Readings of worn sensors. */
+export interface Sensors {
+  library?: string;
+  readings?: string;
+  layout?: string;
+  use?: string[];
+  synthesis?: "continuity" | "interpolation" | "optimisation";
+}
+
+/** What a person has asked for. */
+export interface Project {
+  version?: 1;
+  mode?: "duet" | "keys" | "sensors" | "walk";
+  libraries?: Record<string, string>;
+  character?: string;
+  walk?: Walk;
+  keys?: Keys;
+  duet?: Duet;
+  sensors?: Sensors;
+}
+
+/** A section, or a field, of the project in a new state. */
+export interface Edit {
+  kind: "edit";
+  part: string;
+  value: any;
+  label?: string;
+  merge?: boolean;
+  solve?: boolean;
+  number?: number;
+}
+
+/** Take the last edit back. */
+export interface Undo {
+  kind: "undo";
+}
+
+/** Make the edit that was taken back again. */
+export interface Redo {
+  kind: "redo";
+}
+
+/** Make the section that is shown. */
+export interface Solve {
+  kind: "solve";
+}
+
+/** Stop what is being made. */
+export interface Cancel {
+  kind: "cancel";
+}
+
+/** Write what is shown into files. */
+export interface Export {
+  kind: "export";
+  id: number;
+  formats: string[];
+  name: string;
+}
+
+/** End what runs live. */
+export interface StopRun {
+  kind: "stop_run";
+}
+
+/** A library of the project: its takes, and what can be done with it. */
+export interface LibraryRow {
+  name: string;
+  takes: number;
+  seconds: number;
+  tracks: string[];
+  partners: boolean;
+}
+
+/** The first message to a page, sent again when what it says changes. */
+export interface Welcome {
+  kind: "welcome";
+  version: string;
+  formats: string[];
+  films: string[];
+  libraries: LibraryRow[];
+  files: string[];
+}
+
+/** The project, whenever it changes. */
+export interface State {
+  kind: "state";
+  project: Project;
+  revision: number;
+  undo?: string | null;
+  redo?: string | null;
+  number?: number;
+}
+
+/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
+export interface Working {
+  kind: "working";
+  label: string;
+  done: number;
+  total: number;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** A section asks for nothing that could be made yet. */
+export interface Nothing {
+  kind: "nothing";
+  section: "duet" | "keys" | "sensors" | "walk";
+}
+
+/** Something could not be done, in one line. */
+export interface Failed {
+  kind: "failed";
+  message: string;
+  id?: number | null;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** Something a person should know, in one line. */
+export interface Said {
+  kind: "said";
+  message: string;
+}
+
+/** Files that were written: their names, and where the page can fetch them from. */
+export interface Exported {
+  kind: "exported";
+  id: number;
+  files: [string, string][];
+}
+
+/** A piece of the motion shown; see `kinetograph.Piece`. */
+export interface PieceRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  source_start: number;
+  source_stop: number;
+  cost: number;
+  seam: number;
+  mirrored?: boolean;
+  layer?: string;
+}
+
+/** A span of a lane of the timeline. */
+export interface Span {
+  start: number;
+  stop: number;
+  label?: string;
+  title?: string;
+}
+
+/** A lane of the timeline: spans, or the values of a signal at even times. */
+export interface Lane {
+  name: string;
+  role: string;
+  spans?: Span[];
+  values?: number[];
+  unit?: string;
+}
+
+/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
+export interface Figure {
+  name: string;
+  value: string;
+  title?: string;
+}
+
+/** The header of a blob whose payload is the GLB of what was made. */
+export interface MadeHeader {
+  kind: "made";
+  section: "duet" | "keys" | "sensors" | "walk";
+  key: string;
+  seconds: number;
+  fps: number;
+  floor?: number;
+  characters?: string[];
+  pieces?: PieceRow[];
+  lanes?: Lane[];
+  figures?: Figure[];
+  warnings?: string[];
+  path?: [number, number, number][];
+  costs?: number[];
+  chosen?: number;
+}
+
+/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
+export interface ClipHeader {
+  kind: "clip";
+  id: number;
+  name?: string;
+  floor?: number;
+}
+
+/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
+export interface LiveHeader {
+  kind: "live";
+  section: "duet" | "keys" | "sensors" | "walk";
+  floor?: number;
+  characters?: string[];
+}
+
+/** The header of a blob from the page: a file that was dropped onto it. */
+export interface FileHeader {
+  kind: "file";
+  id: number;
+  name: string;
+  role: "character" | "layout" | "leader" | "readings" | "recording";
+}
+
+/** A file was taken into the project, under this name; the project's files. */
+export interface Kept {
+  kind: "kept";
+  id: number;
+  name: string;
+  files: string[];
+}
+
+export type AnyMessage =
+  | Edit
+  | Undo
+  | Redo
+  | Solve
+  | Cancel
+  | Export
+  | StopRun
+  | Welcome
+  | State
+  | Working
+  | Nothing
+  | Failed
+  | Said
+  | Exported
+  | Kept;
