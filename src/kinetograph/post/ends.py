@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
@@ -97,15 +97,21 @@ def _put(motion: Motion, frame: int, role: str, place: FloatArray, weight: Float
     joints = list(limb_joints(motion.skeleton, role))
     wanted = _seen_from_root(motion, (role,))[:, 0]
     wanted = wanted + weight[:, None] * (place - wanted[frame])
-    hinge, hand = _hinge(motion, role, joints), motion.rotations[:, joints[-1]]
+    hinge, moved = _hinge(motion, role, joints), motion
     for _ in range(_ROUNDS):
-        missing = wanted - _seen_from_root(motion, (role,))[:, 0]
-        motion = move_limb(motion, joints, rot.rotate(_headings(motion), missing), hinge)
+        missing = wanted - _seen_from_root(moved, (role,))[:, 0]
+        moved = move_limb(moved, joints, rot.rotate(_headings(moved), missing), hinge)
         if role.endswith(ARM[-1]):
-            rotations = motion.rotations.copy()
-            rotations[:, joints[-1]] = hand
-            motion = replace(motion, rotations=rotations)
-    return motion
+            moved = _with_joints(moved, joints[-1:], motion, np.ones(len(motion), dtype=np.bool_))
+    return _with_joints(motion, joints, moved, weight > 0)
+
+
+def _with_joints(motion: Motion, joints: list[int], other: Motion, frames: BoolArray) -> Motion:
+    """A motion with the rotations that some joints have in another one in some frames."""
+    rotations = motion.rotations.copy()
+    at = np.ix_(np.flatnonzero(frames), np.asarray(joints))
+    rotations[at] = other.rotations[at]
+    return replace(motion, rotations=rotations)
 
 
 def limb_joints(skeleton: Skeleton, role: str) -> dict[int, str]:

@@ -16,7 +16,7 @@ from kinetograph.library import Library
 from kinetograph.motion import Motion, cut
 from kinetograph.post import JointLimits, JointRange, beyond, ends_of, limb_joints, put_ends
 from kinetograph.studio.project import KeyRow
-from kinetograph.studio.room import FILES, Room, plain_name
+from kinetograph.studio.room import FILES, Room
 
 FURTHEST = 10_000.0
 """Metres from the origin within which keys are."""
@@ -38,6 +38,12 @@ def key_labels(rows: Sequence[KeyRow]) -> tuple[str, ...]:
     names = [row.name or f"key {number}" for number, row in enumerate(rows, start=1)]
     counts = Counter(names)
     return tuple(name if counts[name] == 1 else f"{name} ({i})" for i, name in enumerate(names, start=1))
+
+
+def file_of(row: KeyRow) -> str | None:
+    """The name of the file that a pose is in; None for a take, or for what names no pose."""
+    name, separator, _ = row.pose.rpartition("@")
+    return name if separator and name and not name.startswith("take:") else None
 
 
 def key_of(row: KeyRow, label: str, library: Library, room: Room) -> Key:
@@ -64,9 +70,8 @@ def key_of(row: KeyRow, label: str, library: Library, room: Room) -> Key:
     FormatError
         For a file that cannot be read.
     """
-    name = row.pose.rpartition("@")[0]
-    if name and not name.startswith("take:"):
-        room.file(plain_name(name))
+    if (name := file_of(row)) is not None:
+        room.file(name)
     for value in (*(row.position or ()), *(v for place in row.moved.values() for v in place)):
         if not abs(value) <= FURTHEST:
             raise RequestError(f"{label}: expected a place within {FURTHEST:g} m, found {value:g}")

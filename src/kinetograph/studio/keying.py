@@ -22,7 +22,7 @@ from kinetograph.pipeline import inbetween_with
 from kinetograph.post import JointRange, ends_of, limbs_of, put_ends, seen_ranges
 from kinetograph.progress import Progress
 from kinetograph.skeleton import same_shape
-from kinetograph.studio.key_rows import key_labels, key_of, said_of
+from kinetograph.studio.key_rows import file_of, key_labels, key_of, said_of
 from kinetograph.studio.made import Made, bodies, clip
 from kinetograph.studio.messages import (
     Alternative,
@@ -175,7 +175,7 @@ def control_of(keys: Keys) -> KeyframeControl:
 
 def _name(keys: Keys, room: Room) -> bytes:
     """All that a result depends on, besides the library."""
-    files = {row.pose.rpartition("@")[0] for row in keys.rows if not row.pose.startswith("take:")}
+    files = {name for row in keys.rows if (name := file_of(row)) is not None}
     states = {name: room.file(name).stat().st_mtime_ns for name in sorted(files)}
     return msgspec.json.encode([msgspec.structs.replace(keys, chosen=0), states])
 
@@ -200,22 +200,33 @@ def _around(keys: Keys, earlier: Solved, learned: _Learned, library: Library, ro
     held, met = earlier.syntheses[number], _met_before(keys.rows, of.rows, earlier.times[number])
     low, high = (round(second * held.motion.fps) / held.motion.fps for second in keys.lock.span)
     inside = [time is not None and low <= time <= high for time in met]
-    wanted = [
-        replace(key, time=(time, time)) if key.time is None and time is not None else key
-        for key, time in zip(_keys_of(keys, library, room), met, strict=True)
-    ]
+    wanted = _windows(_keys_of(keys, library, room), met, (low, high), 1.0 / held.motion.fps)
     free = [key for key, within in zip(wanted, inside, strict=True) if not within]
     found = learned.model.alternatives_around(held, keys.lock.span, free, keys.alternatives)
     shift = 0.0 if free and (free[0].time is None or free[0].time[1] < low) else -low
     span, known = (low + shift, high + shift), [t + shift if t is not None else 0.0 for t in met]
     times = tuple(_times(synthesis, known, inside, span) for synthesis in found)
-    return _finished(keys, tuple(wanted), Solved(found, times), learned, span)
+    return _finished(keys, wanted, Solved(found, times), learned, span)
 
 
 def _met_before(rows: tuple[KeyRow, ...], of: tuple[KeyRow, ...], times: tuple[float, ...]) -> list[float | None]:
     """When the rows that an earlier result has as well are met there; None for others."""
     known = {msgspec.json.encode(row): time for row, time in zip(of, times, strict=True)}
     return [known.get(msgspec.json.encode(row)) for row in rows]
+
+
+def _windows(
+    keys: tuple[Key, ...], met: list[float | None], span: tuple[float, float], frame: float
+) -> tuple[Key, ...]:
+    """Keys around a span that is held: those whose time is free have all the time on their side of it."""
+    windows = ((0.0, span[0] - frame), (span[1] + frame, span[1] + TimedSearch.longest * len(keys)))
+    timed, after = [], False
+    for number, (key, time) in enumerate(zip(keys, met, strict=True)):
+        before = time if time is not None else None if key.time is None else key.time[1]
+        after = after if before is None else before >= span[0]
+        free = key.time is None and number > 0
+        timed.append(replace(key, time=windows[after]) if free else key)
+    return tuple(timed)
 
 
 def _times(

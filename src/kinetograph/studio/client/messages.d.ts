@@ -127,6 +127,39 @@ export interface StopRun {
   kind: "stop_run";
 }
 
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
 /** A library of the project: its takes, and what can be done with it. */
 export interface LibraryRow {
   name: string;
@@ -190,6 +223,40 @@ export interface Exported {
   kind: "exported";
   id: number;
   files: [string, string][];
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
 }
 
 /** A piece of the motion shown; see `kinetograph.Piece`. */
@@ -288,6 +355,11 @@ export type AnyMessage =
   | Cancel
   | Export
   | StopRun
+  | KeyPose
+  | KeyEnds
+  | KeysMet
+  | Alternative
+  | KeyTrouble
   | Welcome
   | State
   | Working
@@ -295,4 +367,7 @@ export type AnyMessage =
   | Failed
   | Said
   | Exported
+  | EndPlaces
+  | Met
+  | Trouble
   | Kept;
