@@ -72,6 +72,9 @@ export interface Sensors {
   layout?: string;
   use?: string[];
   synthesis?: "continuity" | "interpolation" | "optimisation";
+  track?: string;
+  source?: string;
+  names?: Record<string, string>;
 }
 
 /** What a person has asked for. */
@@ -123,11 +126,255 @@ export interface Export {
   id: number;
   formats: string[];
   name: string;
+  together?: boolean;
 }
 
 /** End what runs live. */
 export interface StopRun {
   kind: "stop_run";
+}
+
+/** Which takes a library has. */
+export interface AskTakes {
+  kind: "ask_takes";
+  id: number;
+  library?: string;
+  words?: string;
+  tags?: string[];
+  first?: number;
+  count?: number;
+}
+
+/** Thumbnails of takes of a library. */
+export interface AskThumbnails {
+  kind: "ask_thumbnails";
+  id: number;
+  takes: string[];
+  library?: string;
+}
+
+/** A take of a library as it was recorded; answered by a clip. */
+export interface AskClip {
+  kind: "ask_clip";
+  id: number;
+  take: string;
+  library?: string;
+}
+
+/** Where a library has something like a part of a take. */
+export interface AskAlike {
+  kind: "ask_alike";
+  id: number;
+  take: string;
+  start: number;
+  stop: number;
+  library?: string;
+  count?: number;
+}
+
+/** A library of the project: its takes, and what can be done with it. */
+export interface LibraryRow {
+  name: string;
+  takes: number;
+  seconds: number;
+  tracks: string[];
+  partners: boolean;
+}
+
+/** The first message to a page, sent again when what it says changes. */
+export interface Welcome {
+  kind: "welcome";
+  version: string;
+  formats: string[];
+  films: string[];
+  libraries: LibraryRow[];
+  files: string[];
+}
+
+/** The project, whenever it changes. */
+export interface State {
+  kind: "state";
+  project: Project;
+  revision: number;
+  undo?: string | null;
+  redo?: string | null;
+  number?: number;
+}
+
+/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
+export interface Working {
+  kind: "working";
+  label: string;
+  done: number;
+  total: number;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** A section asks for nothing that could be made yet. */
+export interface Nothing {
+  kind: "nothing";
+  section: "duet" | "keys" | "sensors" | "walk";
+}
+
+/** Something could not be done, in one line. */
+export interface Failed {
+  kind: "failed";
+  message: string;
+  id?: number | null;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** Something a person should know, in one line. */
+export interface Said {
+  kind: "said";
+  message: string;
+}
+
+/** Files that were written: their names, and where the page can fetch them from. */
+export interface Exported {
+  kind: "exported";
+  id: number;
+  files: [string, string][];
+}
+
+/** A take of a library. */
+export interface TakeRow {
+  name: string;
+  seconds: number;
+  tracks: string[];
+  tags: string[];
+}
+
+/** Takes of a library. */
+export interface Takes {
+  kind: "takes";
+  id: number;
+  found: number;
+  all: number;
+  rows: TakeRow[];
+  tags: [string, number][];
+}
+
+/** A part of a take that is like an example, and how far it is from it in metres. */
+export interface FoundRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  distance: number;
+}
+
+/** Parts of takes that are like an example, the nearest first, one of each track. */
+export interface Alike {
+  kind: "alike";
+  id: number;
+  rows: FoundRow[];
+}
+
+/** A piece of the motion shown; see `kinetograph.Piece`. */
+export interface PieceRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  source_start: number;
+  source_stop: number;
+  cost: number;
+  seam: number;
+  mirrored?: boolean;
+  layer?: string;
+}
+
+/** A span of a lane of the timeline. */
+export interface Span {
+  start: number;
+  stop: number;
+  label?: string;
+  title?: string;
+}
+
+/** A lane of the timeline: spans, or the values of a signal at even times. */
+export interface Lane {
+  name: string;
+  role: string;
+  spans?: Span[];
+  values?: number[];
+  unit?: string;
+}
+
+/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
+export interface Figure {
+  name: string;
+  value: string;
+  title?: string;
+}
+
+/** The header of a blob whose payload is the GLB of what was made. */
+export interface MadeHeader {
+  kind: "made";
+  section: "duet" | "keys" | "sensors" | "walk";
+  key: string;
+  seconds: number;
+  fps: number;
+  floor?: number;
+  characters?: string[];
+  pieces?: PieceRow[];
+  lanes?: Lane[];
+  figures?: Figure[];
+  warnings?: string[];
+  path?: [number, number, number][];
+  costs?: number[];
+  chosen?: number;
+}
+
+/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
+export interface ClipHeader {
+  kind: "clip";
+  id: number;
+  name?: string;
+  floor?: number;
+  start?: number;
+}
+
+/** A moving thumbnail. */
+export interface ThumbnailRow {
+  take: string;
+  frames: number;
+  bones: number;
+  seconds: number;
+  widths: number[];
+  sides: number[];
+}
+
+/** The header of a blob of thumbnails. */
+export interface ThumbnailsHeader {
+  kind: "thumbnails";
+  id: number;
+  rows: ThumbnailRow[];
+}
+
+/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
+export interface LiveHeader {
+  kind: "live";
+  section: "duet" | "keys" | "sensors" | "walk";
+  floor?: number;
+  characters?: string[];
+}
+
+/** The header of a blob from the page: a file that was dropped onto it. */
+export interface FileHeader {
+  kind: "file";
+  id: number;
+  name: string;
+  role: "character" | "layout" | "leader" | "readings" | "recording";
+}
+
+/** A file was taken into the project, under this name; the project's files. */
+export interface Kept {
+  kind: "kept";
+  id: number;
+  name: string;
+  files: string[];
 }
 
 /** How fast are the library's people? Answered by `Pace`; its model is fitted by then. */
@@ -218,158 +465,166 @@ export interface Candidates {
   rows: CandidateRow[];
 }
 
-/** A library of the project: its takes, and what can be done with it. */
-export interface LibraryRow {
-  name: string;
-  takes: number;
-  seconds: number;
-  tracks: string[];
-  partners: boolean;
+/** Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`. */
+export interface JointUncertainty {
+  kind: "joint_uncertainty";
+  id: number;
 }
 
-/** The first message to a page, sent again when what it says changes. */
-export interface Welcome {
-  kind: "welcome";
-  version: string;
-  formats: string[];
-  films: string[];
-  libraries: LibraryRow[];
-  files: string[];
+/** Sense live: what the section's source sends drives a body. */
+export interface Listen {
+  kind: "listen";
 }
 
-/** The project, whenever it changes. */
-export interface State {
-  kind: "state";
-  project: Project;
-  revision: number;
-  undo?: string | null;
-  redo?: string | null;
-  number?: number;
+/** Calibrate the sensors of the section's layout, and save the layout as a file of the project. */
+export interface Calibrate {
+  kind: "calibrate";
+  source: string;
+  still?: [number, number] | null;
+  ready?: number;
+  standing?: number;
+  moving?: number;
+  layout?: string;
 }
 
-/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
-export interface Working {
-  kind: "working";
-  label: string;
-  done: number;
+/** Call sensors by other names from now on, while listening. */
+export interface CallSensors {
+  kind: "call_sensors";
+  names: Record<string, string>;
+}
+
+/** What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force. */
+export interface HeardRow {
+  sensor: string;
+  rate: number;
+  lost: string;
+  late: number;
+  force: number;
+  known: boolean;
+}
+
+/** Who is heard, once a second, and the layout's sensors. */
+export interface Heard {
+  kind: "heard";
+  rows: HeardRow[];
+  sensors: string[];
+}
+
+/** The link that a phone has to open, and its QR code. */
+export interface PhoneLink {
+  kind: "phone_link";
+  link: string;
+  code?: string[];
+}
+
+/** What ran live has come to its end, after so many frames. */
+export interface LiveEnded {
+  kind: "live_ended";
+  section: "duet" | "keys" | "sensors" | "walk";
+  frames: number;
+}
+
+/** Where a calibration is: what the wearer does now, and the seconds that are left of it. */
+export interface CalibrationStep {
+  kind: "calibration_step";
+  step: "moving" | "ready" | "solving" | "still";
+  left: number;
   total: number;
-  section?: "duet" | "keys" | "sensors" | "walk" | null;
 }
 
-/** A section asks for nothing that could be made yet. */
-export interface Nothing {
-  kind: "nothing";
-  section: "duet" | "keys" | "sensors" | "walk";
+/** How a sensor was calibrated. */
+export interface CalibratedRow {
+  sensor: string;
+  verdict: string;
+  before?: number;
+  residual?: number;
+  unexplained?: number;
+  apart?: number;
+  rotated?: number;
 }
 
-/** Something could not be done, in one line. */
-export interface Failed {
-  kind: "failed";
-  message: string;
-  id?: number | null;
-  section?: "duet" | "keys" | "sensors" | "walk" | null;
-}
-
-/** Something a person should know, in one line. */
-export interface Said {
-  kind: "said";
-  message: string;
-}
-
-/** Files that were written: their names, and where the page can fetch them from. */
-export interface Exported {
-  kind: "exported";
-  id: number;
-  files: [string, string][];
-}
-
-/** A piece of the motion shown; see `kinetograph.Piece`. */
-export interface PieceRow {
-  take: string;
-  track: string;
-  start: number;
-  stop: number;
-  source_start: number;
-  source_stop: number;
-  cost: number;
-  seam: number;
-  mirrored?: boolean;
-  layer?: string;
-}
-
-/** A span of a lane of the timeline. */
-export interface Span {
-  start: number;
-  stop: number;
-  label?: string;
-  title?: string;
-}
-
-/** A lane of the timeline: spans, or the values of a signal at even times. */
-export interface Lane {
-  name: string;
-  role: string;
-  spans?: Span[];
-  values?: number[];
-  unit?: string;
-}
-
-/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
-export interface Figure {
-  name: string;
-  value: string;
-  title?: string;
-}
-
-/** The header of a blob whose payload is the GLB of what was made. */
-export interface MadeHeader {
-  kind: "made";
-  section: "duet" | "keys" | "sensors" | "walk";
-  key: string;
-  seconds: number;
-  fps: number;
-  floor?: number;
-  characters?: string[];
-  pieces?: PieceRow[];
-  lanes?: Lane[];
-  figures?: Figure[];
-  warnings?: string[];
-  path?: [number, number, number][];
-  costs?: number[];
-  chosen?: number;
-}
-
-/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
-export interface ClipHeader {
-  kind: "clip";
-  id: number;
-  name?: string;
-  floor?: number;
-  start?: number;
-}
-
-/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
-export interface LiveHeader {
-  kind: "live";
-  section: "duet" | "keys" | "sensors" | "walk";
-  floor?: number;
-  characters?: string[];
-}
-
-/** The header of a blob from the page: a file that was dropped onto it. */
-export interface FileHeader {
-  kind: "file";
-  id: number;
-  name: string;
-  role: "character" | "layout" | "leader" | "readings" | "recording";
-}
-
-/** A file was taken into the project, under this name; the project's files. */
-export interface Kept {
-  kind: "kept";
-  id: number;
-  name: string;
+/** Sensors that were calibrated. */
+export interface Calibrated {
+  kind: "calibrated";
+  layout: string;
+  rows: CalibratedRow[];
   files: string[];
+}
+
+/** The header of a blob whose payload is a value for every joint at even times, as float32. */
+export interface JointsHeader {
+  kind: "joints";
+  id: number;
+  fps: number;
+  joints: string[];
+  frames: number;
+}
+
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
 }
 
 export type AnyMessage =
@@ -380,6 +635,20 @@ export type AnyMessage =
   | Cancel
   | Export
   | StopRun
+  | AskTakes
+  | AskThumbnails
+  | AskClip
+  | AskAlike
+  | Welcome
+  | State
+  | Working
+  | Nothing
+  | Failed
+  | Said
+  | Exported
+  | Takes
+  | Alike
+  | Kept
   | AskPace
   | NextBest
   | CandidateClip
@@ -389,11 +658,20 @@ export type AnyMessage =
   | WalkDrawn
   | Pace
   | Candidates
-  | Welcome
-  | State
-  | Working
-  | Nothing
-  | Failed
-  | Said
-  | Exported
-  | Kept;
+  | JointUncertainty
+  | Listen
+  | Calibrate
+  | CallSensors
+  | Heard
+  | PhoneLink
+  | LiveEnded
+  | CalibrationStep
+  | Calibrated
+  | KeyPose
+  | KeyEnds
+  | KeysMet
+  | Alternative
+  | KeyTrouble
+  | EndPlaces
+  | Met
+  | Trouble;
