@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing
-from kinetograph.studio.messages import Message
+from kinetograph.studio import browsing, exporting
+from kinetograph.studio.messages import Export, Message
 from kinetograph.studio.project import Mode, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
@@ -16,7 +16,7 @@ SECTIONS: Mapping[Mode, Section] = {}
 ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {}
+RUNS: Mapping[type[Message], Run] = {Export: exporting.run}
 """What runs live, by the message that starts it."""
 
 HEARD: tuple[type[Message], ...] = ()

@@ -123,11 +123,50 @@ export interface Export {
   id: number;
   formats: string[];
   name: string;
+  together?: boolean;
 }
 
 /** End what runs live. */
 export interface StopRun {
   kind: "stop_run";
+}
+
+/** Which takes a library has. */
+export interface AskTakes {
+  kind: "ask_takes";
+  id: number;
+  library?: string;
+  words?: string;
+  tags?: string[];
+  first?: number;
+  count?: number;
+}
+
+/** Thumbnails of takes of a library. */
+export interface AskThumbnails {
+  kind: "ask_thumbnails";
+  id: number;
+  takes: string[];
+  library?: string;
+}
+
+/** A take of a library as it was recorded; answered by a clip. */
+export interface AskClip {
+  kind: "ask_clip";
+  id: number;
+  take: string;
+  library?: string;
+}
+
+/** Where a library has something like a part of a take. */
+export interface AskAlike {
+  kind: "ask_alike";
+  id: number;
+  take: string;
+  start: number;
+  stop: number;
+  library?: string;
+  count?: number;
 }
 
 /** A library of the project: its takes, and what can be done with it. */
@@ -195,6 +234,40 @@ export interface Exported {
   files: [string, string][];
 }
 
+/** A take of a library. */
+export interface TakeRow {
+  name: string;
+  seconds: number;
+  tracks: string[];
+  tags: string[];
+}
+
+/** Takes of a library. */
+export interface Takes {
+  kind: "takes";
+  id: number;
+  found: number;
+  all: number;
+  rows: TakeRow[];
+  tags: [string, number][];
+}
+
+/** A part of a take that is like an example, and how far it is from it in metres. */
+export interface FoundRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  distance: number;
+}
+
+/** Parts of takes that are like an example, the nearest first, one of each track. */
+export interface Alike {
+  kind: "alike";
+  id: number;
+  rows: FoundRow[];
+}
+
 /** A piece of the motion shown; see `kinetograph.Piece`. */
 export interface PieceRow {
   take: string;
@@ -259,6 +332,23 @@ export interface ClipHeader {
   floor?: number;
 }
 
+/** A moving thumbnail. */
+export interface ThumbnailRow {
+  take: string;
+  frames: number;
+  bones: number;
+  seconds: number;
+  widths: number[];
+  sides: number[];
+}
+
+/** The header of a blob of thumbnails. */
+export interface ThumbnailsHeader {
+  kind: "thumbnails";
+  id: number;
+  rows: ThumbnailRow[];
+}
+
 /** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
 export interface LiveHeader {
   kind: "live";
@@ -291,6 +381,10 @@ export type AnyMessage =
   | Cancel
   | Export
   | StopRun
+  | AskTakes
+  | AskThumbnails
+  | AskClip
+  | AskAlike
   | Welcome
   | State
   | Working
@@ -298,4 +392,6 @@ export type AnyMessage =
   | Failed
   | Said
   | Exported
+  | Takes
+  | Alike
   | Kept;
