@@ -1,23 +1,28 @@
 // The stand-alone player: clips in a page of their own, which asks nothing of any network.
+import { Vector3 } from "three";
 import { loadClip } from "./body.js";
 import { button, element, iconButton, press, themeButton } from "./dom.js";
+import { lanesOf } from "./lanes.js";
 import { Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
 import { Transport } from "./transport.js";
 
 /**
- * A clip of the page.
+ * A clip of the page; see `kinetograph.studio.sharing`.
  *
- * @typedef {object} Shown
+ * @typedef {object} SharedClip
  * @property {string} name
  * @property {string} glb in base64
  * @property {number} floor height of the ground, metres
- * @property {import("./timeline.js").Lane[]} lanes
- * @property {[string, string][]} figures what is said about it: a name and a value
- * @property {string[]} notes what a person should know, a line each
+ * @property {import("./messages.js").PieceRow[]} [pieces]
+ * @property {import("./messages.js").Lane[]} [lanes]
+ * @property {import("./messages.js").Figure[]} [figures]
+ * @property {string[]} [warnings]
  *
- * @typedef {{title: string, clips: Shown[]}} Page
+ * @typedef {{title: string, clips: SharedClip[]}} SharedPage
  */
+
+const FAR = 4; // metres that a body goes from which on the camera goes along
 
 /** Plays the clips of a page. */
 class Player {
@@ -25,7 +30,7 @@ class Player {
   clip = null;
   #following = false;
 
-  /** @param {Page} page */
+  /** @param {SharedPage} page */
   constructor(page) {
     this.page = page;
     const main = element("main", { class: "stage", "aria-label": "Stage" });
@@ -34,7 +39,6 @@ class Player {
     this.followButton = iconButton("follow", "Follow the body", () => this.follow(!this.#following), { pressed: false });
     this.views = this.#viewButtons();
     this.about = element("div", { class: "overlay about" });
-    document.body.classList.add("player");
     document.body.append(
       this.#bar(),
       main,
@@ -61,12 +65,15 @@ class Player {
     this.clip = clip;
     this.stage.floor = shown.floor;
     this.stage.add(clip.object);
-    this.stage.frame(clip.box());
-    this.timeline.lanes = shown.lanes;
+    this.stage.path(clip.figures.map((_, character) => clip.path(character)));
+    this.#name(shown.name);
     this.timeline.setDuration(clip.duration, clip.fps);
+    this.timeline.setLanes(lanesOf(shown));
     this.transport.setClip(clip.duration, clip.fps);
     this.transport.seek(0);
     this.#tell(shown);
+    this.stage.frame(clip.box());
+    this.follow(clip.box().getSize(new Vector3()).setY(0).length() > FAR);
     document.body.dataset.state = "ready";
   }
 
@@ -86,13 +93,18 @@ class Player {
     this.stage.render();
   }
 
-  /** @param {Shown} shown */
+  /** @param {SharedClip} shown */
   #tell(shown) {
-    const figures = shown.figures.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]);
+    const figures = (shown.figures ?? []).flatMap(({ name, value, title }) => [element("dt", { title }, name), element("dd", {}, value)]);
     this.about.replaceChildren(
       figures.length ? element("dl", { class: "figures" }, figures) : "",
-      ...shown.notes.map((note) => element("p", { class: "warn" }, note)),
+      ...(shown.warnings ?? []).map((note) => element("p", { class: "warn" }, note)),
     );
+  }
+
+  /** @param {string} name */
+  #name(name) {
+    this.stage.canvas.setAttribute("aria-label", `The stage: ${name}`);
   }
 
   #bar() {
@@ -102,7 +114,7 @@ class Player {
       { "aria-label": "Clip", onchange: () => this.show(Number(choice.value)) },
       clips.map((clip, i) => element("option", { value: i }, clip.name)),
     );
-    return element("header", { class: "bar" }, element("h1", { class: "title" }, title), clips.length > 1 && choice, element("span", { class: "spacer" }), themeButton());
+    return element("header", { class: "bar" }, title && element("h1", { class: "title" }, title), clips.length > 1 && choice, element("span", { class: "spacer" }), themeButton());
   }
 
   #viewButtons() {
