@@ -33,6 +33,7 @@ CELL_BYTES = 1_450_000
 """Most bytes of what a cell of a notebook is given: notebooks keep them in their file."""
 
 _SLOWEST = 12.0  # frames per second of a motion in a notebook, before it is cut short
+_MARGIN = 0.97  # of a cell's bytes that are aimed at
 _HEIGHT = 440  # pixels of a cell
 _LANES = {"handhold": "handholds", "contact": "contacts"}
 _PAGE = """<!doctype html>
@@ -149,38 +150,34 @@ def notebook_html(shown: Shown) -> str:
 
 def _small_page(folder: Path, scene: _Scene) -> str:
     """The page with as much of a motion as a cell may hold."""
-    while True:
-        page = _filled(folder, SharedPage("", (_shared("motion", scene, None),)))
-        size = len(html.escape(page))
-        fixed = size - len(page) + len(_filled(folder, SharedPage("", ())))
-        if size <= CELL_BYTES:
-            return page
-        smaller = _thinned(scene, 0.97 * (CELL_BYTES - fixed) / (size - fixed))
-        if smaller is None:
-            raise RequestError(
-                "its bodies are too large for a notebook; write a page of them: kinetograph view -o x.html"
-            )
-        scene = smaller
+    page, share = _cell(folder, scene), 1.0
+    fixed = len(html.escape(_filled(folder, SharedPage("", ()))))
+    while len(html.escape(page)) > CELL_BYTES:
+        share *= _MARGIN * (CELL_BYTES - fixed) / (len(html.escape(page)) - fixed)
+        page = _cell(folder, _thinned(scene, share))
+    return page
 
 
-def _thinned(scene: _Scene, share: float) -> _Scene | None:
-    """A scene with a share of its frames: at a lower rate, and cut short where that is not enough; None at the end."""
+def _cell(folder: Path, scene: _Scene) -> str:
+    return _filled(folder, SharedPage("", (_shared("motion", scene, None),)))
+
+
+def _thinned(scene: _Scene, share: float) -> _Scene:
+    """A scene with a share of its frames: at a lower rate, and cut short where that is not enough."""
     motions = _motions(scene.take)
     fastest = max(motion.fps for motion in motions.values())
     rate = max(fastest * share, min(_SLOWEST, fastest))
-    frames = int(share * max(len(motion) for motion in motions.values()))
-    if frames < 2:
-        return None
-    seconds = frames / rate
+    seconds = scene.take.duration * min(share * fastest / rate, 1.0)
+    if seconds * rate < 2:
+        raise RequestError("its bodies are too large for a notebook; show it in a page: kinetograph view -o page.html")
     tracks: dict[str, Motion] = {}
     for name, motion in motions.items():
         slower = resample(motion, min(rate, motion.fps))
-        tracks[name] = cut(slower, 0, min(len(slower), max(int(seconds * slower.fps), 1)))
-    whole, left = scene.take.duration, max(motion.duration for motion in tracks.values())
-    note = f"shown at {rate:.3g} frames per second" + (
-        f", the first {left:.0f} of {whole:.0f} s" if left < 0.95 * whole else ""
-    )
-    return replace(scene, take=Take(scene.take.name, tracks, scene.take.annotations), warnings=(note,))
+        tracks[name] = cut(slower, 0, min(len(slower), int(seconds * slower.fps) + 1))
+    note = f"shown at {rate:.3g} frames per second"
+    if seconds < scene.take.duration:
+        note += f", the first {seconds:.0f} of {scene.take.duration:.0f} s"
+    return replace(scene, take=Take(scene.take.name, tracks, scene.take.annotations), warnings=(*scene.warnings, note))
 
 
 def _filled(folder: Path, page: SharedPage) -> str:
@@ -230,9 +227,14 @@ def _shared(name: str, scene: _Scene, character: Character | None) -> SharedClip
         min(floor_of(motion, character) for motion in motions.values()),
         tuple(piece_row(piece) for piece in synthesis.pieces if piece.start < seconds) if synthesis is not None else (),
         (*_lanes(take), *edited),
-        (Figure("seconds", f"{seconds:.1f}"), *(synthesis_figures(synthesis) if synthesis is not None else ())),
+        (*_figures(motions), *(synthesis_figures(synthesis) if synthesis is not None else ())),
         scene.warnings,
     )
+
+
+def _figures(motions: Mapping[str, Motion]) -> tuple[Figure, ...]:
+    first = next(iter(motions.values()))
+    return Figure("joints", str(len(first.skeleton))), Figure("frames per second", f"{first.fps:.4g}")
 
 
 def _first_values(lane: Lane, share: float) -> Lane:

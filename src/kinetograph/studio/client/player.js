@@ -39,12 +39,14 @@ class Player {
     this.followButton = iconButton("follow", "Follow the body", () => this.follow(!this.#following), { pressed: false });
     this.views = this.#viewButtons();
     this.about = element("div", { class: "overlay about" });
+    const bare = !page.title && page.clips.length < 2;
     document.body.append(
-      this.#bar(),
+      ...(bare ? [] : [this.#bar()]),
       main,
       element("footer", { class: "timeline" }, element("div", { class: "controls" }, this.transport.element, this.timeline.zoomButtons), this.timeline.element),
     );
     this.stage = new Stage(main);
+    if (bare) this.views.append(themeButton());
     main.append(this.views, this.about);
     this.transport.on("time", (time) => this.#seek(time));
     this.timeline.on("seek", (time) => this.transport.seek(time));
