@@ -29,6 +29,10 @@ class Player {
   /** @type {import("./body.js").Clip | null} */
   clip = null;
   #following = false;
+  #told = 0;
+  /** @type {import("./messages.js").PieceRow[]} */
+  #pieces = [];
+  source = element("dd");
 
   /** @param {SharedPage} page */
   constructor(page) {
@@ -65,6 +69,7 @@ class Player {
     const clip = await loadClip(bytes(shown.glb));
     this.clip?.dispose();
     this.clip = clip;
+    this.#pieces = shown.pieces ?? [];
     this.stage.floor = shown.floor;
     this.stage.add(clip.object);
     this.stage.path(clip.figures.map((_, character) => clip.path(character)));
@@ -92,16 +97,33 @@ class Player {
   #seek(time) {
     this.clip?.seek(time);
     this.timeline.setTime(time);
+    this.#tellSource();
     this.stage.render();
   }
 
   /** @param {SharedClip} shown */
   #tell(shown) {
     const figures = (shown.figures ?? []).flatMap(({ name, value, title }) => [element("dt", { title }, name), element("dd", {}, value)]);
+    const notes = shown.warnings ?? [];
+    const lines = notes.map((note) => element("p", {}, note));
     this.about.replaceChildren(
-      figures.length ? element("dl", { class: "figures" }, figures) : "",
-      ...(shown.warnings ?? []).map((note) => element("p", { class: "warn" }, note)),
+      element("dl", { class: "figures" }, figures, shown.pieces && [element("dt", {}, "recording"), this.source]),
+      notes.length > 1 ? element("details", { class: "notes" }, element("summary", {}, `${notes.length} notes`), lines) : "",
+      ...(notes.length > 1 ? [] : lines),
     );
+  }
+
+  /** Says which recording the pose that is shown comes from; ten times a second, as drawing text takes its time. */
+  #tellSource() {
+    const now = performance.now();
+    if (this.transport.playing && now - this.#told < 100) return;
+    this.#told = now;
+    const time = this.transport.time;
+    const piece = this.#pieces.filter(({ start }) => start <= time + 1e-6).at(-1);
+    if (!piece) return;
+    const share = Math.min((time - piece.start) / (piece.stop - piece.start || 1), 1);
+    const second = piece.source_start + share * (piece.source_stop - piece.source_start);
+    this.source.textContent = `${piece.take}, ${second.toFixed(2)} s${piece.mirrored ? ", mirrored" : ""}`;
   }
 
   /** @param {string} name */
