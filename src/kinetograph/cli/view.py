@@ -16,6 +16,8 @@ from kinetograph.cli.reading import LenientReading, Role, parse_roles
 if TYPE_CHECKING:
     from kinetograph.take import Take
 
+FILMS = (".gif", ".mp4")
+
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
@@ -27,11 +29,11 @@ class Picture:
     """What is drawn."""
 
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="The picture to write, .png, the film, .gif, or the page, .html.")
+        Path, typer.Option("-o", "--output", help="Picture to write, .png, film, .gif or .mp4, or page, .html.")
     ]
     character: CharacterName = None
     frames: Annotated[int, typer.Option(help="How many poses.")] = 24
-    seconds: Annotated[float, typer.Option(help="Length of a film, .gif.")] = 8.0
+    seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0
     force: Force = False
 
 
@@ -75,7 +77,7 @@ def view(
     take, _ = fitted(take, file)
     if picture.output.suffix.lower() in (".html", ".htm"):
         _write_page(take, picture, sheet, file.name)
-    elif picture.character is not None or picture.output.suffix.lower() == ".gif":
+    elif picture.character is not None or picture.output.suffix.lower() in FILMS:
         _draw_character(take, picture)
     else:
         _draw_figures(take, picture, sheet, file.name)
@@ -99,8 +101,7 @@ def _write_page(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:
     from kinetograph.studio import player_page
 
     worn = body(picture.character)
-    take = _with_contacts(take) if sheet.contacts else take
-    page = player_page(dressed(take, worn), title, worn.character)
+    page = player_page(dressed(take, worn), title, worn.character, contacts=sheet.contacts)
     with atomic_path(picture.output) as draft:
         draft.write_text(page, encoding="utf-8")
 
@@ -125,7 +126,7 @@ def _draw_character(take: Take, picture: Picture) -> None:
     worn = body(picture.character)
     take = dressed(take, worn)
     with progress_bar("drawing") as progress, atomic_path(picture.output) as draft:
-        if picture.output.suffix.lower() == ".gif":
+        if picture.output.suffix.lower() in FILMS:
             character_film(take, draft, worn.character, seconds=picture.seconds, progress=progress)
         else:
             character_sheet(take, draft, worn.character, frames=picture.frames, progress=progress)

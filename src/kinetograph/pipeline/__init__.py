@@ -13,20 +13,26 @@ from typing import TYPE_CHECKING, Any
 _ROOMS = {
     "CUT_BY": "segmenting",
     "CutSettings": "segmenting",
+    "ExampleIndex": "finding",
+    "Found": "finding",
     "GrowingSettings": "growing",
     "Labelled": "labelling",
     "Smoothing": "performing",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
+    "find_alike": "finding",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
+    "index_takes": "finding",
     "label_partners": "labelling",
+    "matches": "finding",
     "open_library": "libraries",
     "perform": "performing",
     "perform_alternatives": "performing",
     "perform_with": "performing",
+    "read_rows": "sensing",
     "read_take": "libraries",
     "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
@@ -40,20 +46,26 @@ _ROOMS = {
 __all__ = [
     "CUT_BY",
     "CutSettings",
+    "ExampleIndex",
+    "Found",
     "GrowingSettings",
     "Labelled",
     "Smoothing",
     "couple_of",
     "cut_by_hand",
+    "find_alike",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
+    "index_takes",
     "label_partners",
+    "matches",
     "open_library",
     "perform",
     "perform_alternatives",
     "perform_with",
+    "read_rows",
     "read_take",
     "recordings_in",
     "refuse_cuts",
@@ -76,6 +88,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
+    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
@@ -96,3 +109,4 @@ if TYPE_CHECKING:
         segment_library,
         segment_take,
     )
+    from kinetograph.pipeline.sensing import read_rows

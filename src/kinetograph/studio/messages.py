@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.project import KeyRow, Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -83,15 +83,81 @@ class Export(Message, frozen=True, tag="export"):
         Suffixes, as in ``(".bvh", ".glb")``.
     name : str
         Of the files, without a suffix.
+    together : bool
+        Write what is shown with it, such as its leader, where the format holds several bodies.
     """
 
     id: int
     formats: tuple[str, ...]
     name: str
+    together: bool = False
 
 
 class StopRun(Message, frozen=True, tag="stop_run"):
     """End what runs live."""
+
+
+class AskTakes(Message, frozen=True, tag="ask_takes"):
+    """Which takes a library has.
+
+    Parameters
+    ----------
+    id : int
+    library : str
+        ``""`` for the first.
+    words : str
+        All are found in the name of a take or in one of its tags; one with ``*`` or ``?`` is a pattern.
+    tags : tuple of str
+        All are tags of a take.
+    first, count : int
+        The part of what is found that is sent.
+    """
+
+    id: int
+    library: str = ""
+    words: str = ""
+    tags: tuple[str, ...] = ()
+    first: int = 0
+    count: int = 200
+
+
+class AskThumbnails(Message, frozen=True, tag="ask_thumbnails"):
+    """Thumbnails of takes of a library."""
+
+    id: int
+    takes: tuple[str, ...]
+    library: str = ""
+
+
+class AskClip(Message, frozen=True, tag="ask_clip"):
+    """A take of a library as it was recorded; answered by a clip."""
+
+    id: int
+    take: str
+    library: str = ""
+
+
+class AskAlike(Message, frozen=True, tag="ask_alike"):
+    """Where a library has something like a part of a take.
+
+    Parameters
+    ----------
+    id : int
+    take : str
+        ``""`` for what is shown.
+    start, stop : float
+        Seconds.
+    library : str
+        ``""`` for the first.
+    count : int
+    """
+
+    id: int
+    take: str
+    start: float
+    stop: float
+    library: str = ""
+    count: int = 50
 
 
 # ---- to the page ----
@@ -172,6 +238,53 @@ class Exported(Message, frozen=True, tag="exported"):
 
     id: int
     files: tuple[tuple[str, str], ...]
+
+
+class TakeRow(msgspec.Struct, frozen=True):
+    """A take of a library."""
+
+    name: str
+    seconds: float
+    tracks: tuple[str, ...]
+    tags: tuple[str, ...]
+
+
+class Takes(Message, frozen=True, tag="takes"):
+    """Takes of a library.
+
+    Parameters
+    ----------
+    id : int
+    found, all : int
+        How many there are with the words and tags, and how many in the library.
+    rows : tuple of TakeRow
+        The part that was asked for.
+    tags : tuple of (str, int)
+        The tags of the library, and how many takes have each.
+    """
+
+    id: int
+    found: int
+    all: int
+    rows: tuple[TakeRow, ...]
+    tags: tuple[tuple[str, int], ...]
+
+
+class FoundRow(msgspec.Struct, frozen=True):
+    """A part of a take that is like an example, and how far it is from it in metres."""
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    distance: float
+
+
+class Alike(Message, frozen=True, tag="alike"):
+    """Parts of takes that are like an example, the nearest first, one of each track."""
+
+    id: int
+    rows: tuple[FoundRow, ...]
 
 
 # ---- headers of blobs ----
@@ -267,11 +380,56 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
 
 
 class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
-    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take."""
+    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+    floor : float
+        Metres.
+    start : float
+        The second of what is shown at which it begins.
+    """
 
     id: int
     name: str = ""
     floor: float = 0.0
+    start: float = 0.0
+
+
+class ThumbnailRow(msgspec.Struct, frozen=True):
+    """A moving thumbnail.
+
+    Parameters
+    ----------
+    take : str
+    frames, bones : int
+    seconds : float
+        From the first frame to the last.
+    widths : tuple of int
+        Of the bones, millimetres.
+    sides : tuple of int
+        Of each bone: 0 in the middle, 1 on the left, 2 on the right.
+    """
+
+    take: str
+    frames: int
+    bones: int
+    seconds: float
+    widths: tuple[int, ...]
+    sides: tuple[int, ...]
+
+
+class ThumbnailsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="thumbnails"):
+    """The header of a blob of thumbnails.
+
+    The payload has int16 numbers, take by take, frame by frame, bone by bone: millimetres to the right and above the
+    floor of one end, then of the other.
+    """
+
+    id: int
+    rows: tuple[ThumbnailRow, ...]
 
 
 class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
@@ -312,6 +470,401 @@ def blob(header: msgspec.Struct, payload: bytes) -> bytes:
     text = msgspec.json.encode(header)
     text += b" " * (-len(text) % 4)
     return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+class AskPace(Message, frozen=True, tag="ask_pace"):
+    """How fast are the library's people? Answered by `Pace`; its model is fitted by then."""
+
+    id: int
+
+
+class NextBest(Message, frozen=True, tag="next_best"):
+    """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
+
+    Parameters
+    ----------
+    id : int
+    time : float
+        Seconds.
+    count : int
+        Others at most.
+    """
+
+    id: int
+    time: float
+    count: int = 4
+
+
+class CandidateClip(Message, frozen=True, tag="candidate_clip"):
+    """The walk as a clip under rules besides its own: those of a candidate."""
+
+    id: int
+    rules: tuple[RuleRow, ...]
+
+
+class PieceSource(Message, frozen=True, tag="piece_source"):
+    """The recording behind the piece at a time of the walk, placed where the piece is, as a clip."""
+
+    id: int
+    time: float
+
+
+class PlayTake(Message, frozen=True, tag="play_take"):
+    """A take of the library as a clip, at its own pace, from where the path begins."""
+
+    id: int
+    take: str
+
+
+class WalkLive(Message, frozen=True, tag="walk_live"):
+    """A person begins to draw: a body is to follow."""
+
+
+class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
+    """Points that were drawn since the last: seconds, and metres x and z."""
+
+    points: tuple[tuple[float, float, float], ...]
+
+
+class TakePace(msgspec.Struct, frozen=True):
+    """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
+
+    name: str
+    seconds: float
+    speed: float
+
+
+class Pace(Message, frozen=True, tag="pace"):
+    """How fast the library's people walk, metres per second.
+
+    Parameters
+    ----------
+    id : int
+    slowest, fastest : float
+        Between which a path is walked at its own times.
+    usual : tuple of float
+        The 5th, 50th and 95th percentiles of the steps that were recorded.
+    stands : bool
+        Whether there is a pose to hold where a path stands still.
+    takes : tuple of TakePace
+    """
+
+    id: int
+    slowest: float
+    fastest: float
+    usual: tuple[float, float, float]
+    stands: bool
+    takes: tuple[TakePace, ...]
+
+
+class CandidateRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, and what the best walk with it costs.
+
+    Parameters
+    ----------
+    take : str
+    mirrored : bool
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    cost, interpretation, continuity, reuse : float
+        What the whole walk costs, and the terms that this is the sum of.
+    more : float
+        How much more than the walk with the first.
+    rules : tuple of RuleRow
+        Besides the walk's own, under which it is the best.
+    """
+
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    cost: float
+    interpretation: float
+    continuity: float
+    reuse: float
+    more: float
+    rules: tuple[RuleRow, ...]
+
+
+class Candidates(Message, frozen=True, tag="candidates"):
+    """What could be at a time of the walk; the first is what is there."""
+
+    id: int
+    time: float
+    rows: tuple[CandidateRow, ...]
+
+
+class JointUncertainty(Message, frozen=True, tag="joint_uncertainty"):
+    """Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`."""
+
+    id: int
+
+
+class Listen(Message, frozen=True, tag="listen"):
+    """Sense live: what the section's source sends drives a body."""
+
+
+class Calibrate(Message, frozen=True, tag="calibrate"):
+    """Calibrate the sensors of the section's layout, and save the layout as a file of the project.
+
+    Parameters
+    ----------
+    source : str
+        A file of the project with readings, or what is listened to live.
+    still : (float, float), optional
+        Of a file: the seconds between which its wearer stands still.
+    ready, standing, moving : float
+        Live: seconds before standing still, of standing still, and of moving as in the library.
+    layout : str
+        The file that is written, ending in .toml.
+    """
+
+    source: str
+    still: tuple[float, float] | None = None
+    ready: float = 3.0
+    standing: float = 4.0
+    moving: float = 20.0
+    layout: str = "worn.toml"
+
+
+class CallSensors(Message, frozen=True, tag="call_sensors"):
+    """Call sensors by other names from now on, while listening.
+
+    Parameters
+    ----------
+    names : dict of str to str
+        Names of the layout by the names under which sensors are heard.
+    """
+
+    names: dict[str, str]
+
+
+class HeardRow(msgspec.Struct, frozen=True):
+    """What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force.
+
+    Parameters
+    ----------
+    sensor : str
+    rate : float
+        Hz.
+    lost : str
+        Per cent.
+    late : int
+    force : float
+        Its magnitude, m/s^2.
+    known : bool
+        Whether the layout has a sensor of that name.
+    """
+
+    sensor: str
+    rate: float
+    lost: str
+    late: int
+    force: float
+    known: bool
+
+
+class Heard(Message, frozen=True, tag="heard"):
+    """Who is heard, once a second, and the layout's sensors."""
+
+    rows: tuple[HeardRow, ...]
+    sensors: tuple[str, ...]
+
+
+class PhoneLink(Message, frozen=True, tag="phone_link"):
+    """The link that a phone has to open, and its QR code.
+
+    Parameters
+    ----------
+    link : str
+    code : tuple of str
+        Rows of ``1`` for dark and ``0`` for light modules; none without the extra.
+    """
+
+    link: str
+    code: tuple[str, ...] = ()
+
+
+class LiveEnded(Message, frozen=True, tag="live_ended"):
+    """What ran live has come to its end, after so many frames."""
+
+    section: Mode
+    frames: int
+
+
+class CalibrationStep(Message, frozen=True, tag="calibration_step"):
+    """Where a calibration is: what the wearer does now, and the seconds that are left of it.
+
+    Parameters
+    ----------
+    step : str
+    left, total : float
+        Seconds.
+    """
+
+    step: Literal["ready", "still", "moving", "solving"]
+    left: float
+    total: float
+
+
+class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """How a sensor was calibrated.
+
+    Parameters
+    ----------
+    sensor : str
+    verdict : str
+        ``good``, ``fair``, ``put it on again`` or ``not heard``.
+    before, residual : float
+        m/s^2, without and with calibration.
+    unexplained : float
+        The residual's share of the sensor's own variation.
+    apart : float
+        Degrees between the rotations that halves of the movement give.
+    rotated : float
+        Degrees from the layout.
+    """
+
+    sensor: str
+    verdict: str
+    before: float = 0.0
+    residual: float = 0.0
+    unexplained: float = 0.0
+    apart: float = 0.0
+    rotated: float = 0.0
+
+
+class Calibrated(Message, frozen=True, tag="calibrated"):
+    """Sensors that were calibrated.
+
+    Parameters
+    ----------
+    layout : str
+        The file that was written; empty where calibration is worse than none for every sensor.
+    rows : tuple of CalibratedRow
+    files : tuple of str
+        The project's.
+    """
+
+    layout: str
+    rows: tuple[CalibratedRow, ...]
+    files: tuple[str, ...]
+
+
+class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
+    """The header of a blob whose payload is a value for every joint at even times, as float32.
+
+    Parameters
+    ----------
+    id : int
+    fps : float
+    joints : tuple of str
+        Names of the joints, in order.
+    frames : int
+    """
+
+    id: int
+    fps: float
+    joints: tuple[str, ...]
+    frames: int
+
+
+class KeyPose(Message, frozen=True, tag="key_pose"):
+    """Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0."""
+
+    id: int
+    row: KeyRow
+
+
+class KeyEnds(Message, frozen=True, tag="key_ends"):
+    """Asks where the hands and feet of a key are (`EndPlaces`)."""
+
+    id: int
+    row: KeyRow
+
+
+class KeysMet(Message, frozen=True, tag="keys_met"):
+    """Asks when and where the project's keys are met in what is shown (`Met`)."""
+
+    id: int
+
+
+class Alternative(Message, frozen=True, tag="alternative"):
+    """Asks for one of the motions through the keys as a clip; the first is number 0."""
+
+    id: int
+    number: int
+
+
+class KeyTrouble(Message, frozen=True, tag="key_trouble"):
+    """Asks which of the project's keys cannot be met (`Trouble`)."""
+
+    id: int
+
+
+class EndPlaces(Message, frozen=True, tag="end_places"):
+    """Where the hands and feet of a key are.
+
+    Parameters
+    ----------
+    id : int
+    ends : dict of str to (float, float, float)
+        By role: metres from the root's place on the ground, in the frame of the root's heading.
+    roles : tuple of str
+        The parts of the body that may count.
+    position : (float, float)
+        Where the root is in its recording, metres x and z.
+    heading : float
+        Of the root in its recording, degrees.
+    said : tuple of str
+        What a person should know of them.
+    """
+
+    id: int
+    ends: dict[str, tuple[float, float, float]]
+    roles: tuple[str, ...]
+    position: tuple[float, float]
+    heading: float
+    said: tuple[str, ...] = ()
+
+
+class MetRow(msgspec.Struct, frozen=True):
+    """When and where a key is met: seconds, metres x and z of the root, and its heading in degrees."""
+
+    time: float
+    position: tuple[float, float]
+    heading: float
+
+
+class Met(Message, frozen=True, tag="met"):
+    """When and where the keys are met, one row per key."""
+
+    id: int
+    rows: tuple[MetRow, ...]
+
+
+class Trouble(Message, frozen=True, tag="trouble"):
+    """Why keys cannot be met.
+
+    Parameters
+    ----------
+    id : int
+    message : str
+        Empty where they can.
+    row : int, optional
+        The key that it is about.
+    seconds : float, optional
+        How much later that key can be met.
+    """
+
+    id: int
+    message: str = ""
+    row: int | None = None
+    seconds: float | None = None
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:

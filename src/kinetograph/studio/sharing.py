@@ -96,7 +96,11 @@ class _Scene:
 
 
 def player_page(
-    shown: Shown | Mapping[str, Shown], title: str = "Kinetograph", character: Character | None = None
+    shown: Shown | Mapping[str, Shown],
+    title: str = "Kinetograph",
+    character: Character | None = None,
+    *,
+    contacts: bool = True,
 ) -> str:
     """One HTML file with the player and motions in it.
 
@@ -107,6 +111,8 @@ def player_page(
     title : str
     character : Character, optional
         Whose skin the motions wear; without one, capsules.
+    contacts : bool
+        Whether contacts of feet are detected where none are annotated.
 
     Returns
     -------
@@ -116,14 +122,10 @@ def player_page(
     ------
     RequestError
         The page is not built, there is no motion, or its skeleton is not the character's.
-
-    Notes
-    -----
-    Contacts are those annotated, and detected where none are.
     """
     folder = page_folder()
     named = shown if isinstance(shown, Mapping) else {title: shown}
-    clips = tuple(_shared(name, _scene(each), character) for name, each in named.items())
+    clips = tuple(_shared(name, _scene(each, contacts), character) for name, each in named.items())
     return _filled(folder, SharedPage(title, clips))
 
 
@@ -188,27 +190,27 @@ def _filled(folder: Path, page: SharedPage) -> str:
     return _PAGE.format(title=html.escape(page.title), style=style, clips=data, script=script)
 
 
-def _scene(shown: Shown) -> _Scene:
-    """What is shown as a take with its contacts."""
+def _scene(shown: Shown, contacts: bool = True) -> _Scene:
+    """What is shown as a take of motions, with its contacts."""
     if isinstance(shown, Motion):
-        return _Scene(_with_contacts(Take("motion", {"motion": shown})))
+        return _Scene(_annotated(Take("motion", {"motion": shown}), contacts))
     if isinstance(shown, Take):
-        return _Scene(_with_contacts(shown))
+        return _Scene(_annotated(shown, contacts))
     take = Take("synthesis", {"motion": shown.motion}, shown.annotations)
-    return _Scene(_with_contacts(take), shown, tuple(shown.warnings))
+    return _Scene(_annotated(take, contacts), shown, tuple(shown.warnings))
 
 
 def _motions(take: Take) -> dict[str, Motion]:
     return {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
 
 
-def _with_contacts(take: Take) -> Take:
-    """The motions of a take, with their contacts detected where none are annotated."""
+def _annotated(take: Take, contacts: bool) -> Take:
+    """The motions of a take and what is annotated on them; their contacts are detected where none are."""
     motions = _motions(take)
     if not motions:
         raise RequestError(f"take {take.name!r} has no motion to show, only the signals {', '.join(take.tracks)}")
     found: tuple[Annotation, ...] = ()
-    if not any(note.kind == "contact" for note in take.annotations):
+    if contacts and not any(note.kind == "contact" for note in take.annotations):
         found = tuple(note for name, motion in motions.items() for note in detect_contacts(motion, track=name))
     kept = tuple(note for note in take.annotations if note.track in motions)
     return Take(take.name, dict(motions), (*kept, *found))
