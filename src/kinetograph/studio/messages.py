@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.project import Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -380,11 +380,22 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
 
 
 class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
-    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take."""
+    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+    floor : float
+        Metres.
+    start : float
+        The second of what is shown at which it begins.
+    """
 
     id: int
     name: str = ""
     floor: float = 0.0
+    start: float = 0.0
 
 
 class ThumbnailRow(msgspec.Struct, frozen=True):
@@ -459,6 +470,330 @@ def blob(header: msgspec.Struct, payload: bytes) -> bytes:
     text = msgspec.json.encode(header)
     text += b" " * (-len(text) % 4)
     return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+class AskPace(Message, frozen=True, tag="ask_pace"):
+    """How fast are the library's people? Answered by `Pace`; its model is fitted by then."""
+
+    id: int
+
+
+
+class NextBest(Message, frozen=True, tag="next_best"):
+    """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
+
+    Parameters
+    ----------
+    id : int
+    time : float
+        Seconds.
+    count : int
+        Others at most.
+    """
+
+    id: int
+    time: float
+    count: int = 4
+
+
+
+class CandidateClip(Message, frozen=True, tag="candidate_clip"):
+    """The walk as a clip under rules besides its own: those of a candidate."""
+
+    id: int
+    rules: tuple[RuleRow, ...]
+
+
+
+class PieceSource(Message, frozen=True, tag="piece_source"):
+    """The recording behind the piece at a time of the walk, placed where the piece is, as a clip."""
+
+    id: int
+    time: float
+
+
+
+class PlayTake(Message, frozen=True, tag="play_take"):
+    """A take of the library as a clip, at its own pace, from where the path begins."""
+
+    id: int
+    take: str
+
+
+
+class WalkLive(Message, frozen=True, tag="walk_live"):
+    """A person begins to draw: a body is to follow."""
+
+
+
+class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
+    """Points that were drawn since the last: seconds, and metres x and z."""
+
+    points: tuple[tuple[float, float, float], ...]
+
+
+
+class TakePace(msgspec.Struct, frozen=True):
+    """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
+
+    name: str
+    seconds: float
+    speed: float
+
+
+
+class Pace(Message, frozen=True, tag="pace"):
+    """How fast the library's people walk, metres per second.
+
+    Parameters
+    ----------
+    id : int
+    slowest, fastest : float
+        Between which a path is walked at its own times.
+    usual : tuple of float
+        The 5th, 50th and 95th percentiles of the steps that were recorded.
+    stands : bool
+        Whether there is a pose to hold where a path stands still.
+    takes : tuple of TakePace
+    """
+
+    id: int
+    slowest: float
+    fastest: float
+    usual: tuple[float, float, float]
+    stands: bool
+    takes: tuple[TakePace, ...]
+
+
+
+class CandidateRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, and what the best walk with it costs.
+
+    Parameters
+    ----------
+    take : str
+    mirrored : bool
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    cost, interpretation, continuity, reuse : float
+        What the whole walk costs, and the terms that this is the sum of.
+    more : float
+        How much more than the walk with the first.
+    rules : tuple of RuleRow
+        Besides the walk's own, under which it is the best.
+    """
+
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    cost: float
+    interpretation: float
+    continuity: float
+    reuse: float
+    more: float
+    rules: tuple[RuleRow, ...]
+
+
+
+class Candidates(Message, frozen=True, tag="candidates"):
+    """What could be at a time of the walk; the first is what is there."""
+
+    id: int
+    time: float
+    rows: tuple[CandidateRow, ...]
+
+
+
+class JointUncertainty(Message, frozen=True, tag="joint_uncertainty"):
+    """Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`."""
+
+    id: int
+
+
+
+class Listen(Message, frozen=True, tag="listen"):
+    """Sense live: what the section's source sends drives a body."""
+
+
+
+class Calibrate(Message, frozen=True, tag="calibrate"):
+    """Calibrate the sensors of the section's layout, and save the layout as a file of the project.
+
+    Parameters
+    ----------
+    source : str
+        A file of the project with readings, or what is listened to live.
+    still : (float, float), optional
+        Of a file: the seconds between which its wearer stands still.
+    ready, standing, moving : float
+        Live: seconds before standing still, of standing still, and of moving as in the library.
+    layout : str
+        The file that is written, ending in .toml.
+    """
+
+    source: str
+    still: tuple[float, float] | None = None
+    ready: float = 3.0
+    standing: float = 4.0
+    moving: float = 20.0
+    layout: str = "worn.toml"
+
+
+
+class CallSensors(Message, frozen=True, tag="call_sensors"):
+    """Call sensors by other names from now on, while listening.
+
+    Parameters
+    ----------
+    names : dict of str to str
+        Names of the layout by the names under which sensors are heard.
+    """
+
+    names: dict[str, str]
+
+
+
+class HeardRow(msgspec.Struct, frozen=True):
+    """What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force.
+
+    Parameters
+    ----------
+    sensor : str
+    rate : float
+        Hz.
+    lost : str
+        Per cent.
+    late : int
+    force : float
+        Its magnitude, m/s^2.
+    known : bool
+        Whether the layout has a sensor of that name.
+    """
+
+    sensor: str
+    rate: float
+    lost: str
+    late: int
+    force: float
+    known: bool
+
+
+
+class Heard(Message, frozen=True, tag="heard"):
+    """Who is heard, once a second, and the layout's sensors."""
+
+    rows: tuple[HeardRow, ...]
+    sensors: tuple[str, ...]
+
+
+
+class PhoneLink(Message, frozen=True, tag="phone_link"):
+    """The link that a phone has to open, and its QR code.
+
+    Parameters
+    ----------
+    link : str
+    code : tuple of str
+        Rows of ``1`` for dark and ``0`` for light modules; none without the extra.
+    """
+
+    link: str
+    code: tuple[str, ...] = ()
+
+
+
+class LiveEnded(Message, frozen=True, tag="live_ended"):
+    """What ran live has come to its end, after so many frames."""
+
+    section: Mode
+    frames: int
+
+
+
+class CalibrationStep(Message, frozen=True, tag="calibration_step"):
+    """Where a calibration is: what the wearer does now, and the seconds that are left of it.
+
+    Parameters
+    ----------
+    step : str
+    left, total : float
+        Seconds.
+    """
+
+    step: Literal["ready", "still", "moving", "solving"]
+    left: float
+    total: float
+
+
+
+class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """How a sensor was calibrated.
+
+    Parameters
+    ----------
+    sensor : str
+    verdict : str
+        ``good``, ``fair``, ``put it on again`` or ``not heard``.
+    before, residual : float
+        m/s^2, without and with calibration.
+    unexplained : float
+        The residual's share of the sensor's own variation.
+    apart : float
+        Degrees between the rotations that halves of the movement give.
+    rotated : float
+        Degrees from the layout.
+    """
+
+    sensor: str
+    verdict: str
+    before: float = 0.0
+    residual: float = 0.0
+    unexplained: float = 0.0
+    apart: float = 0.0
+    rotated: float = 0.0
+
+
+
+class Calibrated(Message, frozen=True, tag="calibrated"):
+    """Sensors that were calibrated.
+
+    Parameters
+    ----------
+    layout : str
+        The file that was written; empty where calibration is worse than none for every sensor.
+    rows : tuple of CalibratedRow
+    files : tuple of str
+        The project's.
+    """
+
+    layout: str
+    rows: tuple[CalibratedRow, ...]
+    files: tuple[str, ...]
+
+
+
+class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
+    """The header of a blob whose payload is a value for every joint at even times, as float32.
+
+    Parameters
+    ----------
+    id : int
+    fps : float
+    joints : tuple of str
+        Names of the joints, in order.
+    frames : int
+    """
+
+    id: int
+    fps: float
+    joints: tuple[str, ...]
+    frames: int
+
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:
