@@ -124,7 +124,7 @@ class Studio {
     this.#takeOff();
     this.#previewed = null;
     const { made } = this.store;
-    if (made && this.clip) this.#onStage(made, this.clip, false);
+    if (made && this.clip) this.#onStage(made, this.clip, true);
     else this.timeline.setLanes([]);
     this.stage.render();
   }
