@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project, RuleRow
+from kinetograph.studio.project import KeyRow, Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -478,7 +478,6 @@ class AskPace(Message, frozen=True, tag="ask_pace"):
     id: int
 
 
-
 class NextBest(Message, frozen=True, tag="next_best"):
     """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
 
@@ -496,13 +495,11 @@ class NextBest(Message, frozen=True, tag="next_best"):
     count: int = 4
 
 
-
 class CandidateClip(Message, frozen=True, tag="candidate_clip"):
     """The walk as a clip under rules besides its own: those of a candidate."""
 
     id: int
     rules: tuple[RuleRow, ...]
-
 
 
 class PieceSource(Message, frozen=True, tag="piece_source"):
@@ -512,7 +509,6 @@ class PieceSource(Message, frozen=True, tag="piece_source"):
     time: float
 
 
-
 class PlayTake(Message, frozen=True, tag="play_take"):
     """A take of the library as a clip, at its own pace, from where the path begins."""
 
@@ -520,10 +516,8 @@ class PlayTake(Message, frozen=True, tag="play_take"):
     take: str
 
 
-
 class WalkLive(Message, frozen=True, tag="walk_live"):
     """A person begins to draw: a body is to follow."""
-
 
 
 class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
@@ -532,14 +526,12 @@ class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
     points: tuple[tuple[float, float, float], ...]
 
 
-
 class TakePace(msgspec.Struct, frozen=True):
     """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
 
     name: str
     seconds: float
     speed: float
-
 
 
 class Pace(Message, frozen=True, tag="pace"):
@@ -563,7 +555,6 @@ class Pace(Message, frozen=True, tag="pace"):
     usual: tuple[float, float, float]
     stands: bool
     takes: tuple[TakePace, ...]
-
 
 
 class CandidateRow(msgspec.Struct, frozen=True):
@@ -599,7 +590,6 @@ class CandidateRow(msgspec.Struct, frozen=True):
     rules: tuple[RuleRow, ...]
 
 
-
 class Candidates(Message, frozen=True, tag="candidates"):
     """What could be at a time of the walk; the first is what is there."""
 
@@ -608,17 +598,14 @@ class Candidates(Message, frozen=True, tag="candidates"):
     rows: tuple[CandidateRow, ...]
 
 
-
 class JointUncertainty(Message, frozen=True, tag="joint_uncertainty"):
     """Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`."""
 
     id: int
 
 
-
 class Listen(Message, frozen=True, tag="listen"):
     """Sense live: what the section's source sends drives a body."""
-
 
 
 class Calibrate(Message, frozen=True, tag="calibrate"):
@@ -644,7 +631,6 @@ class Calibrate(Message, frozen=True, tag="calibrate"):
     layout: str = "worn.toml"
 
 
-
 class CallSensors(Message, frozen=True, tag="call_sensors"):
     """Call sensors by other names from now on, while listening.
 
@@ -655,7 +641,6 @@ class CallSensors(Message, frozen=True, tag="call_sensors"):
     """
 
     names: dict[str, str]
-
 
 
 class HeardRow(msgspec.Struct, frozen=True):
@@ -683,13 +668,11 @@ class HeardRow(msgspec.Struct, frozen=True):
     known: bool
 
 
-
 class Heard(Message, frozen=True, tag="heard"):
     """Who is heard, once a second, and the layout's sensors."""
 
     rows: tuple[HeardRow, ...]
     sensors: tuple[str, ...]
-
 
 
 class PhoneLink(Message, frozen=True, tag="phone_link"):
@@ -706,13 +689,11 @@ class PhoneLink(Message, frozen=True, tag="phone_link"):
     code: tuple[str, ...] = ()
 
 
-
 class LiveEnded(Message, frozen=True, tag="live_ended"):
     """What ran live has come to its end, after so many frames."""
 
     section: Mode
     frames: int
-
 
 
 class CalibrationStep(Message, frozen=True, tag="calibration_step"):
@@ -728,7 +709,6 @@ class CalibrationStep(Message, frozen=True, tag="calibration_step"):
     step: Literal["ready", "still", "moving", "solving"]
     left: float
     total: float
-
 
 
 class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -758,7 +738,6 @@ class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
     rotated: float = 0.0
 
 
-
 class Calibrated(Message, frozen=True, tag="calibrated"):
     """Sensors that were calibrated.
 
@@ -774,7 +753,6 @@ class Calibrated(Message, frozen=True, tag="calibrated"):
     layout: str
     rows: tuple[CalibratedRow, ...]
     files: tuple[str, ...]
-
 
 
 class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
@@ -794,6 +772,99 @@ class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
     joints: tuple[str, ...]
     frames: int
 
+
+class KeyPose(Message, frozen=True, tag="key_pose"):
+    """Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0."""
+
+    id: int
+    row: KeyRow
+
+
+class KeyEnds(Message, frozen=True, tag="key_ends"):
+    """Asks where the hands and feet of a key are (`EndPlaces`)."""
+
+    id: int
+    row: KeyRow
+
+
+class KeysMet(Message, frozen=True, tag="keys_met"):
+    """Asks when and where the project's keys are met in what is shown (`Met`)."""
+
+    id: int
+
+
+class Alternative(Message, frozen=True, tag="alternative"):
+    """Asks for one of the motions through the keys as a clip; the first is number 0."""
+
+    id: int
+    number: int
+
+
+class KeyTrouble(Message, frozen=True, tag="key_trouble"):
+    """Asks which of the project's keys cannot be met (`Trouble`)."""
+
+    id: int
+
+
+class EndPlaces(Message, frozen=True, tag="end_places"):
+    """Where the hands and feet of a key are.
+
+    Parameters
+    ----------
+    id : int
+    ends : dict of str to (float, float, float)
+        By role: metres from the root's place on the ground, in the frame of the root's heading.
+    roles : tuple of str
+        The parts of the body that may count.
+    position : (float, float)
+        Where the root is in its recording, metres x and z.
+    heading : float
+        Of the root in its recording, degrees.
+    said : tuple of str
+        What a person should know of them.
+    """
+
+    id: int
+    ends: dict[str, tuple[float, float, float]]
+    roles: tuple[str, ...]
+    position: tuple[float, float]
+    heading: float
+    said: tuple[str, ...] = ()
+
+
+class MetRow(msgspec.Struct, frozen=True):
+    """When and where a key is met: seconds, metres x and z of the root, and its heading in degrees."""
+
+    time: float
+    position: tuple[float, float]
+    heading: float
+
+
+class Met(Message, frozen=True, tag="met"):
+    """When and where the keys are met, one row per key."""
+
+    id: int
+    rows: tuple[MetRow, ...]
+
+
+class Trouble(Message, frozen=True, tag="trouble"):
+    """Why keys cannot be met.
+
+    Parameters
+    ----------
+    id : int
+    message : str
+        Empty where they can.
+    row : int, optional
+        The key that it is about.
+    seconds : float, optional
+        How much later that key can be met.
+    """
+
+    id: int
+    message: str = ""
+    row: int | None = None
+    seconds: float | None = None
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:

@@ -560,6 +560,73 @@ export interface JointsHeader {
   frames: number;
 }
 
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -599,4 +666,12 @@ export type AnyMessage =
   | PhoneLink
   | LiveEnded
   | CalibrationStep
-  | Calibrated;
+  | Calibrated
+  | KeyPose
+  | KeyEnds
+  | KeysMet
+  | Alternative
+  | KeyTrouble
+  | EndPlaces
+  | Met
+  | Trouble;
