@@ -17,8 +17,10 @@ from kinetograph.cli import (
     library,
     live,
     perform,
+    render,
     reproduce,
     sense,
+    studio,
     view,
 )
 from kinetograph.errors import KinetographError
@@ -32,7 +34,22 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (demo, files, view, data, library, perform, inbetween, sense, live, calibrate, evaluate, reproduce):
+for group in (
+    demo,
+    studio,
+    files,
+    view,
+    data,
+    library,
+    perform,
+    inbetween,
+    sense,
+    render,
+    live,
+    calibrate,
+    evaluate,
+    reproduce,
+):
     group.register(app)
 
 

@@ -60,13 +60,33 @@ def skin_of(motion: Motion, character: Character | None = None) -> Skin:
     RequestError
         The skeleton is not the character's.
     """
+    return body_character(motion, character).skin
+
+
+def body_character(motion: Motion, character: Character | None = None) -> Character:
+    """The character that a motion is written with: the given one or, without one, capsules with soles on the floor.
+
+    Parameters
+    ----------
+    motion : Motion
+    character : Character, optional
+
+    Returns
+    -------
+    Character
+
+    Raises
+    ------
+    RequestError
+        The skeleton is not the character's.
+    """
     if character is None:
-        return capsule_character(motion.skeleton, sole_depth(motion)).skin
+        return capsule_character(motion.skeleton, sole_depth(motion))
     if not character.fits(motion.skeleton):
         raise RequestError(
             f"the motion's skeleton is not that of the character {character.name!r}; retarget the motion first"
         )
-    return character.skin
+    return character
 
 
 def capsule_character(skeleton: Skeleton, sole: float | None = None) -> Character:

@@ -1,5 +1,47 @@
 """The studio: a page on this machine, where a person draws paths, sets keys, chooses leaders and puts sensors on.
 
-`project` is the document, `messages` what page and server say to each other, and `room` and `made` what the sections of
-a project work with and give.
+`read_project` opens what a person asked for; a `Desk` holds it, and `serve_studio` serves its page. The page's source
+is in ``client``; it holds no algorithm. Rooms are imported on first use, so that a command loads what it needs.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+_ROOMS = {
+    "Desk": "desk",
+    "Project": "project",
+    "begin": "beginning",
+    "read_project": "project",
+    "serve_studio": "server",
+    "with_libraries": "beginning",
+    "write_project": "project",
+}
+
+__all__ = [
+    "Desk",
+    "Project",
+    "begin",
+    "read_project",
+    "serve_studio",
+    "with_libraries",
+    "write_project",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ROOMS:
+        raise AttributeError(f"module 'kinetograph.studio' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"kinetograph.studio.{_ROOMS[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+if TYPE_CHECKING:
+    from kinetograph.studio.beginning import begin, with_libraries
+    from kinetograph.studio.desk import Desk
+    from kinetograph.studio.project import Project, read_project, write_project
+    from kinetograph.studio.server import serve_studio

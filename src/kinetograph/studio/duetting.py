@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph.errors import KinetographError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.library import Library, contents
 from kinetograph.methods.performance import PerformanceModel, PointsByRole, Rule, partner_control, require_moves
 from kinetograph.pipeline import perform_with
@@ -15,7 +15,6 @@ from kinetograph.progress import Progress
 from kinetograph.segmentation import notation
 from kinetograph.studio.comparing import compared
 from kinetograph.studio.leading import (
-    ADVICE,
     Leader,
     couples,
     leader_of,
@@ -43,7 +42,6 @@ from kinetograph.studio.project import Duet, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer
 from kinetograph.studio.stopping import stoppable
-from kinetograph.take import Take
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +254,9 @@ def transcript(room: Room, project: Project, message: Transcribe) -> Transcribed
     )
 
 
-_LABEL = "the library names no moves, so that there is no transcript; name them: kinetograph library label LIB --by partner"
+_LABEL = (
+    "the library names no moves, so that there is no transcript; name them: kinetograph library label LIB --by partner"
+)
 
 ANSWERS: Mapping[type[Message], Answer] = {
     AskLeaders: leaders,

@@ -116,7 +116,9 @@ def target_of(duet: Duet, library: Library) -> str:
     names = sorted({name for tracks in takes.values() for name in tracks})
     if duet.target:
         if duet.target not in names:
-            raise RequestError(f"no take of two people has a track {duet.target!r}; their tracks are {', '.join(names)}")
+            raise RequestError(
+                f"no take of two people has a track {duet.target!r}; their tracks are {', '.join(names)}"
+            )
         return duet.target
     return "follower" if "follower" in names else next(iter(takes.values()))[-1]
 

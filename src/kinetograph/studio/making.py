@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing
-from kinetograph.studio.messages import Message
-from kinetograph.studio.project import Mode
+from kinetograph.studio import browsing, duetting, exporting, rehearsing, walking
+from kinetograph.studio.messages import Export, Message
+from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
 
-SECTIONS: Mapping[Mode, Section] = {}
+SECTIONS: Mapping[Mode, Section] = {"walk": walking.make, "duet": duetting.make}
 """What makes each section of a project."""
 
-ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
+ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS, **walking.ANSWERS, **duetting.ANSWERS}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {}
+RUNS: Mapping[type[Message], Run] = {Export: exporting.run, **walking.RUNS, **rehearsing.RUNS}
 """What runs live, by the message that starts it."""
 
-HEARD: tuple[type[Message], ...] = ()
+HEARD: tuple[type[Message], ...] = (*walking.HEARD,)
 """Messages for what runs live."""
+
+PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
+"""What may be done before it is asked for: models fitted, kernels compiled."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.project import Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -45,13 +45,16 @@ class Edit(Message, frozen=True, tag="edit"):
         Whether it goes on from the edit before, as a slider's steps do: both are undone as one.
     solve : bool
         Whether the section is made anew.
+    number : int
+        Counts the page's edits; `State` has it again.
     """
 
     part: str
     value: Any
-    label: str = ""
+    label: str = "edit"
     merge: bool = False
     solve: bool = True
+    number: int = 0
 
 
 class Undo(Message, frozen=True, tag="undo"):
@@ -80,11 +83,14 @@ class Export(Message, frozen=True, tag="export"):
         Suffixes, as in ``(".bvh", ".glb")``.
     name : str
         Of the files, without a suffix.
+    together : bool
+        Write what is shown with it, such as its leader, where the format holds several bodies.
     """
 
     id: int
     formats: tuple[str, ...]
     name: str
+    together: bool = False
 
 
 class StopRun(Message, frozen=True, tag="stop_run"):
@@ -128,6 +134,69 @@ class Rehearse(Message, frozen=True, tag="rehearse"):
     lag: float = 0.5
 
 
+class AskTakes(Message, frozen=True, tag="ask_takes"):
+    """Which takes a library has.
+
+    Parameters
+    ----------
+    id : int
+    library : str
+        ``""`` for the first.
+    words : str
+        All are found in the name of a take or in one of its tags; one with ``*`` or ``?`` is a pattern.
+    tags : tuple of str
+        All are tags of a take.
+    first, count : int
+        The part of what is found that is sent.
+    """
+
+    id: int
+    library: str = ""
+    words: str = ""
+    tags: tuple[str, ...] = ()
+    first: int = 0
+    count: int = 200
+
+
+class AskThumbnails(Message, frozen=True, tag="ask_thumbnails"):
+    """Thumbnails of takes of a library."""
+
+    id: int
+    takes: tuple[str, ...]
+    library: str = ""
+
+
+class AskClip(Message, frozen=True, tag="ask_clip"):
+    """A take of a library as it was recorded; answered by a clip."""
+
+    id: int
+    take: str
+    library: str = ""
+
+
+class AskAlike(Message, frozen=True, tag="ask_alike"):
+    """Where a library has something like a part of a take.
+
+    Parameters
+    ----------
+    id : int
+    take : str
+        ``""`` for what is shown.
+    start, stop : float
+        Seconds.
+    library : str
+        ``""`` for the first.
+    count : int
+    """
+
+    id: int
+    take: str
+    start: float
+    stop: float
+    library: str = ""
+    count: int = 50
+
+
 # ---- to the page ----
 
 
@@ -142,7 +211,7 @@ class LibraryRow(msgspec.Struct, frozen=True):
 
 
 class Welcome(Message, frozen=True, tag="welcome"):
-    """The first message to a page."""
+    """The first message to a page, sent again when what it says changes."""
 
     version: str
     formats: tuple[str, ...]
@@ -161,12 +230,15 @@ class State(Message, frozen=True, tag="state"):
         Counts its changes.
     undo, redo : str, optional
         What would be taken back or made again.
+    number : int
+        That of the edit which this answers, on the page that made it.
     """
 
     project: Project
     revision: int
     undo: str | None = None
     redo: str | None = None
+    number: int = 0
 
 
 class Working(Message, frozen=True, tag="working"):
@@ -176,6 +248,12 @@ class Working(Message, frozen=True, tag="working"):
     done: float
     total: float
     section: Mode | None = None
+
+
+class Nothing(Message, frozen=True, tag="nothing"):
+    """A section asks for nothing that could be made yet."""
+
+    section: Mode
 
 
 class Failed(Message, frozen=True, tag="failed"):
@@ -311,6 +389,53 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
     error: float | None = None
 
 
+class TakeRow(msgspec.Struct, frozen=True):
+    """A take of a library."""
+
+    name: str
+    seconds: float
+    tracks: tuple[str, ...]
+    tags: tuple[str, ...]
+
+
+class Takes(Message, frozen=True, tag="takes"):
+    """Takes of a library.
+
+    Parameters
+    ----------
+    id : int
+    found, all : int
+        How many there are with the words and tags, and how many in the library.
+    rows : tuple of TakeRow
+        The part that was asked for.
+    tags : tuple of (str, int)
+        The tags of the library, and how many takes have each.
+    """
+
+    id: int
+    found: int
+    all: int
+    rows: tuple[TakeRow, ...]
+    tags: tuple[tuple[str, int], ...]
+
+
+class FoundRow(msgspec.Struct, frozen=True):
+    """A part of a take that is like an example, and how far it is from it in metres."""
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    distance: float
+
+
+class Alike(Message, frozen=True, tag="alike"):
+    """Parts of takes that are like an example, the nearest first, one of each track."""
+
+    id: int
+    rows: tuple[FoundRow, ...]
+
+
 # ---- headers of blobs ----
 
 
@@ -404,11 +529,56 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
 
 
 class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
-    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take."""
+    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+    floor : float
+        Metres.
+    start : float
+        The second of what is shown at which it begins.
+    """
 
     id: int
     name: str = ""
     floor: float = 0.0
+    start: float = 0.0
+
+
+class ThumbnailRow(msgspec.Struct, frozen=True):
+    """A moving thumbnail.
+
+    Parameters
+    ----------
+    take : str
+    frames, bones : int
+    seconds : float
+        From the first frame to the last.
+    widths : tuple of int
+        Of the bones, millimetres.
+    sides : tuple of int
+        Of each bone: 0 in the middle, 1 on the left, 2 on the right.
+    """
+
+    take: str
+    frames: int
+    bones: int
+    seconds: float
+    widths: tuple[int, ...]
+    sides: tuple[int, ...]
+
+
+class ThumbnailsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="thumbnails"):
+    """The header of a blob of thumbnails.
+
+    The payload has int16 numbers, take by take, frame by frame, bone by bone: millimetres to the right and above the
+    floor of one end, then of the other.
+    """
+
+    id: int
+    rows: tuple[ThumbnailRow, ...]
 
 
 class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
@@ -449,6 +619,132 @@ def blob(header: msgspec.Struct, payload: bytes) -> bytes:
     text = msgspec.json.encode(header)
     text += b" " * (-len(text) % 4)
     return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+class AskPace(Message, frozen=True, tag="ask_pace"):
+    """How fast are the library's people? Answered by `Pace`; its model is fitted by then."""
+
+    id: int
+
+
+class NextBest(Message, frozen=True, tag="next_best"):
+    """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
+
+    Parameters
+    ----------
+    id : int
+    time : float
+        Seconds.
+    count : int
+        Others at most.
+    """
+
+    id: int
+    time: float
+    count: int = 4
+
+
+class CandidateClip(Message, frozen=True, tag="candidate_clip"):
+    """The walk as a clip under rules besides its own: those of a candidate."""
+
+    id: int
+    rules: tuple[RuleRow, ...]
+
+
+class PieceSource(Message, frozen=True, tag="piece_source"):
+    """The recording behind the piece at a time of the walk, placed where the piece is, as a clip."""
+
+    id: int
+    time: float
+
+
+class PlayTake(Message, frozen=True, tag="play_take"):
+    """A take of the library as a clip, at its own pace, from where the path begins."""
+
+    id: int
+    take: str
+
+
+class WalkLive(Message, frozen=True, tag="walk_live"):
+    """A person begins to draw: a body is to follow."""
+
+
+class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
+    """Points that were drawn since the last: seconds, and metres x and z."""
+
+    points: tuple[tuple[float, float, float], ...]
+
+
+class TakePace(msgspec.Struct, frozen=True):
+    """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
+
+    name: str
+    seconds: float
+    speed: float
+
+
+class Pace(Message, frozen=True, tag="pace"):
+    """How fast the library's people walk, metres per second.
+
+    Parameters
+    ----------
+    id : int
+    slowest, fastest : float
+        Between which a path is walked at its own times.
+    usual : tuple of float
+        The 5th, 50th and 95th percentiles of the steps that were recorded.
+    stands : bool
+        Whether there is a pose to hold where a path stands still.
+    takes : tuple of TakePace
+    """
+
+    id: int
+    slowest: float
+    fastest: float
+    usual: tuple[float, float, float]
+    stands: bool
+    takes: tuple[TakePace, ...]
+
+
+class CandidateRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, and what the best walk with it costs.
+
+    Parameters
+    ----------
+    take : str
+    mirrored : bool
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    cost, interpretation, continuity, reuse : float
+        What the whole walk costs, and the terms that this is the sum of.
+    more : float
+        How much more than the walk with the first.
+    rules : tuple of RuleRow
+        Besides the walk's own, under which it is the best.
+    """
+
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    cost: float
+    interpretation: float
+    continuity: float
+    reuse: float
+    more: float
+    rules: tuple[RuleRow, ...]
+
+
+class Candidates(Message, frozen=True, tag="candidates"):
+    """What could be at a time of the walk; the first is what is there."""
+
+    id: int
+    time: float
+    rows: tuple[CandidateRow, ...]
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:

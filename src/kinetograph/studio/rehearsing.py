@@ -108,9 +108,7 @@ class Rehearsal:
         return joint_error(resample(shown, truth.fps), truth)
 
 
-async def rehearse(
-    room: Room, project: Project, message: Rehearse, inbox: asyncio.Queue[Message], send: Send
-) -> None:
+async def rehearse(room: Room, project: Project, message: Rehearse, inbox: asyncio.Queue[Message], send: Send) -> None:
     """Let the leader dance from now on, and send the follower's poses as they are due.
 
     Parameters

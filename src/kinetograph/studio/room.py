@@ -15,6 +15,9 @@ from kinetograph.studio.project import Mode
 
 Fitted = TypeVar("Fitted")
 
+EXPORTS = "exports"
+"""The folder of what was exported."""
+
 FILES = "files"
 """The folder, in a project's own, of the files that were dropped onto the page."""
 
@@ -103,6 +106,11 @@ class Room:
         if not path.is_file():
             raise RequestError(f"the project has no file {name!r}; drop it onto the page")
         return path
+
+    def files(self) -> tuple[str, ...]:
+        """The names of the project's files."""
+        folder = self.folder / FILES
+        return tuple(sorted(path.name for path in folder.iterdir())) if folder.is_dir() else ()
 
     def character(self, name: str) -> Character | None:
         """The character of a name: None for capsules, the sample's for ``human``, else a file of the project."""

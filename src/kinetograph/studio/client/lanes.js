@@ -1,0 +1,32 @@
+// The lanes of the timeline that show what was made.
+
+/**
+ * @typedef {import("./messages.js").MadeHeader} MadeHeader
+ * @typedef {import("./timeline.js").Lane} Lane
+ */
+
+/** @type {Record<string, Lane["kind"]>} */
+const KINDS = { contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
+
+/**
+ * The lanes of what was made: its pieces, then those that came with it.
+ *
+ * @param {MadeHeader} made
+ * @returns {Lane[]}
+ */
+export function lanesOf(made) {
+  const others = (made.lanes ?? []).map(({ name, role, spans, values, unit }) => ({
+    name: unit ? `${name}, ${unit}` : name,
+    kind: KINDS[role] ?? "moves",
+    spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title })),
+    values: values?.length ? values : undefined,
+  }));
+  const pieces = (made.pieces ?? []).map((piece) => ({
+    start: piece.start,
+    stop: piece.stop,
+    label: piece.take,
+    title: `${piece.take}${piece.mirrored ? ", mirrored" : ""}, ${piece.source_start.toFixed(2)} to ${piece.source_stop.toFixed(2)} s`,
+    data: piece,
+  }));
+  return [...(pieces.length ? [{ name: "pieces", kind: /** @type {const} */ ("pieces"), spans: pieces }] : []), ...others];
+}

@@ -1,0 +1,595 @@
+// Generated from the Python classes by: python -m kinetograph.studio.typescript
+
+// Fields with a question mark have a default there, and may be left out.
+
+/** The sections of a project. */
+export type Mode = "walk" | "keys" | "duet" | "sensors";
+
+/** What is pinned or forbidden in a span of a control; see `kinetograph.methods.performance.Rule`. */
+export interface RuleRow {
+  start: number;
+  stop: number;
+  take?: string | null;
+  source?: number | null;
+  forbid?: boolean;
+}
+
+/** A drawn path, and how it is walked. */
+export interface Walk {
+  library?: string;
+  path?: [number, number, number][];
+  smooth_time?: number;
+  smooth_space?: number;
+  mirror?: boolean;
+  keep_time?: boolean;
+  facing?: number | null;
+  rules?: RuleRow[];
+}
+
+/** A key, with the fields of `kinetograph.formats.keys_json`. */
+export interface KeyRow {
+  pose: string;
+  time?: number | [number, number] | null;
+  position?: [number, number] | null;
+  heading?: number | null;
+  roles?: string[] | null;
+  moved?: Record<string, [number, number, number]>;
+  name?: string | null;
+}
+
+/** A span of an earlier result that is kept, and what that result was made of. */
+export interface Lock {
+  span: [number, number];
+  of: Keys;
+}
+
+/** Poses to go through. */
+export interface Keys {
+  library?: string;
+  rows?: KeyRow[];
+  moves?: string[];
+  without?: string[];
+  filler?: boolean;
+  mirror?: boolean;
+  alternatives?: number;
+  chosen?: number;
+  lock?: Lock | null;
+}
+
+/** A leader, who is answered. */
+export interface Duet {
+  library?: string;
+  leader?: string;
+  target?: string;
+  mirror?: boolean;
+  person?: string;
+  units?: string;
+  up?: string;
+  rules?: RuleRow[];
+}
+
+/** Readings of worn sensors. */
+export interface Sensors {
+  library?: string;
+  readings?: string;
+  layout?: string;
+  use?: string[];
+  synthesis?: "continuity" | "interpolation" | "optimisation";
+}
+
+/** What a person has asked for. */
+export interface Project {
+  version?: 1;
+  mode?: "duet" | "keys" | "sensors" | "walk";
+  libraries?: Record<string, string>;
+  character?: string;
+  walk?: Walk;
+  keys?: Keys;
+  duet?: Duet;
+  sensors?: Sensors;
+}
+
+/** A section, or a field, of the project in a new state. */
+export interface Edit {
+  kind: "edit";
+  part: string;
+  value: any;
+  label?: string;
+  merge?: boolean;
+  solve?: boolean;
+  number?: number;
+}
+
+/** Take the last edit back. */
+export interface Undo {
+  kind: "undo";
+}
+
+/** Make the edit that was taken back again. */
+export interface Redo {
+  kind: "redo";
+}
+
+/** Make the section that is shown. */
+export interface Solve {
+  kind: "solve";
+}
+
+/** Stop what is being made. */
+export interface Cancel {
+  kind: "cancel";
+}
+
+/** Write what is shown into files. */
+export interface Export {
+  kind: "export";
+  id: number;
+  formats: string[];
+  name: string;
+  together?: boolean;
+}
+
+/** End what runs live. */
+export interface StopRun {
+  kind: "stop_run";
+}
+
+/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
+export interface AskLeaders {
+  kind: "ask_leaders";
+  id: number;
+  library?: string | null;
+}
+
+/** Ask who the leader of the project is. */
+export interface AskLeader {
+  kind: "ask_leader";
+  id: number;
+}
+
+/** Ask for the leader of the project as a clip. */
+export interface ShowLeader {
+  kind: "show_leader";
+  id: number;
+}
+
+/** Ask for the moves of the follower that was made last. */
+export interface Transcribe {
+  kind: "transcribe";
+  id: number;
+}
+
+/** Let the leader of the project dance now, and the follower answer live. */
+export interface Rehearse {
+  kind: "rehearse";
+  lag?: number;
+}
+
+/** Which takes a library has. */
+export interface AskTakes {
+  kind: "ask_takes";
+  id: number;
+  library?: string;
+  words?: string;
+  tags?: string[];
+  first?: number;
+  count?: number;
+}
+
+/** Thumbnails of takes of a library. */
+export interface AskThumbnails {
+  kind: "ask_thumbnails";
+  id: number;
+  takes: string[];
+  library?: string;
+}
+
+/** A take of a library as it was recorded; answered by a clip. */
+export interface AskClip {
+  kind: "ask_clip";
+  id: number;
+  take: string;
+  library?: string;
+}
+
+/** Where a library has something like a part of a take. */
+export interface AskAlike {
+  kind: "ask_alike";
+  id: number;
+  take: string;
+  start: number;
+  stop: number;
+  library?: string;
+  count?: number;
+}
+
+/** A library of the project: its takes, and what can be done with it. */
+export interface LibraryRow {
+  name: string;
+  takes: number;
+  seconds: number;
+  tracks: string[];
+  partners: boolean;
+}
+
+/** The first message to a page, sent again when what it says changes. */
+export interface Welcome {
+  kind: "welcome";
+  version: string;
+  formats: string[];
+  films: string[];
+  libraries: LibraryRow[];
+  files: string[];
+}
+
+/** The project, whenever it changes. */
+export interface State {
+  kind: "state";
+  project: Project;
+  revision: number;
+  undo?: string | null;
+  redo?: string | null;
+  number?: number;
+}
+
+/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
+export interface Working {
+  kind: "working";
+  label: string;
+  done: number;
+  total: number;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** A section asks for nothing that could be made yet. */
+export interface Nothing {
+  kind: "nothing";
+  section: "duet" | "keys" | "sensors" | "walk";
+}
+
+/** Something could not be done, in one line. */
+export interface Failed {
+  kind: "failed";
+  message: string;
+  id?: number | null;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** Something a person should know, in one line. */
+export interface Said {
+  kind: "said";
+  message: string;
+}
+
+/** Files that were written: their names, and where the page can fetch them from. */
+export interface Exported {
+  kind: "exported";
+  id: number;
+  files: [string, string][];
+}
+
+/** A take that can lead, and the people in it who can. */
+export interface LeaderRow {
+  take: string;
+  seconds: number;
+  persons: string[];
+}
+
+/** The takes of a library that can lead. */
+export interface LeaderTakes {
+  kind: "leader_takes";
+  id: number;
+  library: string;
+  takes?: LeaderRow[];
+  target?: string;
+  targets?: string[];
+  advice?: string;
+}
+
+/** The leader of the project. */
+export interface LeaderFacts {
+  kind: "leader_facts";
+  id: number;
+  name: string;
+  seconds: number;
+  person: string;
+  persons?: string[];
+  truth?: boolean;
+  notes?: string[];
+}
+
+/** A move of a transcript. */
+export interface MoveRow {
+  move: string;
+  start: number;
+  stop: number;
+  margin?: number | null;
+  notation?: string;
+}
+
+/** The moves of the follower in order, or what to do to have them. */
+export interface Transcribed {
+  kind: "transcribed";
+  id: number;
+  moves?: MoveRow[];
+  advice?: string;
+}
+
+/** How a rehearsal goes. */
+export interface Rehearsed {
+  kind: "rehearsed";
+  second: number;
+  seconds: number;
+  lag: number;
+  running?: boolean;
+  error?: number | null;
+}
+
+/** A take of a library. */
+export interface TakeRow {
+  name: string;
+  seconds: number;
+  tracks: string[];
+  tags: string[];
+}
+
+/** Takes of a library. */
+export interface Takes {
+  kind: "takes";
+  id: number;
+  found: number;
+  all: number;
+  rows: TakeRow[];
+  tags: [string, number][];
+}
+
+/** A part of a take that is like an example, and how far it is from it in metres. */
+export interface FoundRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  distance: number;
+}
+
+/** Parts of takes that are like an example, the nearest first, one of each track. */
+export interface Alike {
+  kind: "alike";
+  id: number;
+  rows: FoundRow[];
+}
+
+/** A piece of the motion shown; see `kinetograph.Piece`. */
+export interface PieceRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  source_start: number;
+  source_stop: number;
+  cost: number;
+  seam: number;
+  mirrored?: boolean;
+  layer?: string;
+}
+
+/** A span of a lane of the timeline. */
+export interface Span {
+  start: number;
+  stop: number;
+  label?: string;
+  title?: string;
+}
+
+/** A lane of the timeline: spans, or the values of a signal at even times. */
+export interface Lane {
+  name: string;
+  role: string;
+  spans?: Span[];
+  values?: number[];
+  unit?: string;
+}
+
+/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
+export interface Figure {
+  name: string;
+  value: string;
+  title?: string;
+}
+
+/** The header of a blob whose payload is the GLB of what was made. */
+export interface MadeHeader {
+  kind: "made";
+  section: "duet" | "keys" | "sensors" | "walk";
+  key: string;
+  seconds: number;
+  fps: number;
+  floor?: number;
+  characters?: string[];
+  pieces?: PieceRow[];
+  lanes?: Lane[];
+  figures?: Figure[];
+  warnings?: string[];
+  path?: [number, number, number][];
+  costs?: number[];
+  chosen?: number;
+}
+
+/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
+export interface ClipHeader {
+  kind: "clip";
+  id: number;
+  name?: string;
+  floor?: number;
+  start?: number;
+}
+
+/** A moving thumbnail. */
+export interface ThumbnailRow {
+  take: string;
+  frames: number;
+  bones: number;
+  seconds: number;
+  widths: number[];
+  sides: number[];
+}
+
+/** The header of a blob of thumbnails. */
+export interface ThumbnailsHeader {
+  kind: "thumbnails";
+  id: number;
+  rows: ThumbnailRow[];
+}
+
+/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
+export interface LiveHeader {
+  kind: "live";
+  section: "duet" | "keys" | "sensors" | "walk";
+  floor?: number;
+  characters?: string[];
+}
+
+/** The header of a blob from the page: a file that was dropped onto it. */
+export interface FileHeader {
+  kind: "file";
+  id: number;
+  name: string;
+  role: "character" | "layout" | "leader" | "readings" | "recording";
+}
+
+/** A file was taken into the project, under this name; the project's files. */
+export interface Kept {
+  kind: "kept";
+  id: number;
+  name: string;
+  files: string[];
+}
+
+/** How fast are the library's people? Answered by `Pace`; its model is fitted by then. */
+export interface AskPace {
+  kind: "ask_pace";
+  id: number;
+}
+
+/** What could take the place of the piece at a time of the walk? Answered by `Candidates`. */
+export interface NextBest {
+  kind: "next_best";
+  id: number;
+  time: number;
+  count?: number;
+}
+
+/** The walk as a clip under rules besides its own: those of a candidate. */
+export interface CandidateClip {
+  kind: "candidate_clip";
+  id: number;
+  rules: RuleRow[];
+}
+
+/** The recording behind the piece at a time of the walk, placed where the piece is, as a clip. */
+export interface PieceSource {
+  kind: "piece_source";
+  id: number;
+  time: number;
+}
+
+/** A take of the library as a clip, at its own pace, from where the path begins. */
+export interface PlayTake {
+  kind: "play_take";
+  id: number;
+  take: string;
+}
+
+/** A person begins to draw: a body is to follow. */
+export interface WalkLive {
+  kind: "walk_live";
+}
+
+/** Points that were drawn since the last: seconds, and metres x and z. */
+export interface WalkDrawn {
+  kind: "walk_drawn";
+  points: [number, number, number][];
+}
+
+/** A take of a library: how long it is, and its mean speed over the ground, metres per second. */
+export interface TakePace {
+  name: string;
+  seconds: number;
+  speed: number;
+}
+
+/** How fast the library's people walk, metres per second. */
+export interface Pace {
+  kind: "pace";
+  id: number;
+  slowest: number;
+  fastest: number;
+  usual: [number, number, number];
+  stands: boolean;
+  takes: TakePace[];
+}
+
+/** A piece that could be at a time of the walk, and what the best walk with it costs. */
+export interface CandidateRow {
+  take: string;
+  mirrored: boolean;
+  source_start: number;
+  source_stop: number;
+  start: number;
+  stop: number;
+  cost: number;
+  interpretation: number;
+  continuity: number;
+  reuse: number;
+  more: number;
+  rules: RuleRow[];
+}
+
+/** What could be at a time of the walk; the first is what is there. */
+export interface Candidates {
+  kind: "candidates";
+  id: number;
+  time: number;
+  rows: CandidateRow[];
+}
+
+export type AnyMessage =
+  | Edit
+  | Undo
+  | Redo
+  | Solve
+  | Cancel
+  | Export
+  | StopRun
+  | AskLeaders
+  | AskLeader
+  | ShowLeader
+  | Transcribe
+  | Rehearse
+  | AskTakes
+  | AskThumbnails
+  | AskClip
+  | AskAlike
+  | Welcome
+  | State
+  | Working
+  | Nothing
+  | Failed
+  | Said
+  | Exported
+  | LeaderTakes
+  | LeaderFacts
+  | Transcribed
+  | Rehearsed
+  | Takes
+  | Alike
+  | Kept
+  | AskPace
+  | NextBest
+  | CandidateClip
+  | PieceSource
+  | PlayTake
+  | WalkLive
+  | WalkDrawn
+  | Pace
+  | Candidates;

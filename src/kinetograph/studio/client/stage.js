@@ -1,0 +1,352 @@
+// The stage: camera, lights, ground, and frames that are drawn only where something changed.
+import {
+  BufferGeometry, Color, DirectionalLight, Float32BufferAttribute, Fog, Group, HemisphereLight, LineBasicMaterial, LineSegments,
+  Matrix4, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { element, onTheme } from "./dom.js";
+
+/** @typedef {"corner" | "front" | "side" | "top"} View */
+
+const REACH = 40; // metres of ground around the middle of the view
+const PART = 4; // metres: drawing in software loses lines that reach behind the camera
+const LIGHT = new Vector3(0.45, 1.6, 0.55); // towards the light
+const SLOW = 34; // milliseconds between frames from which on fewer pixels are drawn
+const STILL = 2; // pixels of the picture by pixel of the page, while nothing moves
+const REST = 250; // milliseconds after which nothing moves
+const PERSON = 1.8; // metres
+const NEAR = 4.2; // metres from which one person is seen whole
+const FAR = 200; // metres beyond which the ground is not pointed at
+const DIRECTIONS = { corner: [0.55, 0.42, 1], front: [0, 0.25, 1], side: [1, 0.25, 0], top: [0, 1, 0.001] };
+
+/** What is seen. Call {@link Stage.render} after a change; a frame is drawn before the next refresh of the screen. */
+export class Stage {
+  #floor = 0;
+  #pending = 0;
+  /** @type {Set<() => void>} */
+  #callbacks = new Set();
+  /** @type {(() => [number, number, number] | null) | null} */
+  #followed = null;
+  #pace = new Pace();
+  #resting = 0;
+  #isStill = false;
+  #shade = 0.25;
+
+  /** @param {HTMLElement} parent is filled by the canvas */
+  constructor(parent) {
+    this.parent = parent;
+    /** Whether frames are drawn without a graphics card, which takes three times as long with smooth edges. */
+    this.software = isSoftware();
+    this.renderer = new WebGLRenderer({ antialias: !this.software, stencil: true, powerPreference: "high-performance" });
+    this.canvas = this.renderer.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", "The stage: bodies on the ground");
+    parent.append(this.canvas);
+    this.scene = new Scene();
+    this.scene.fog = new Fog("#000", 10, 30);
+    this.camera = new PerspectiveCamera(38, 1, 0.1, 400);
+    this.controls = this.#orbit();
+    this.ground = makeGround();
+    this.scene.add(this.ground, ...makeLights());
+    this.view("corner");
+    this.#colour();
+    onTheme(() => this.#colour());
+    new ResizeObserver(() => this.#resize()).observe(parent);
+    this.#resize();
+  }
+
+  /** Height of the ground, metres. */
+  get floor() {
+    return this.#floor;
+  }
+
+  set floor(height) {
+    const shift = height - this.#floor;
+    this.#floor = height;
+    this.ground.position.y = height;
+    this.controls.target.y += shift;
+    this.camera.position.y += shift;
+    this.controls.update();
+    this.render();
+  }
+
+  /**
+   * @param {...import("three").Object3D} objects
+   */
+  add(...objects) {
+    this.scene.add(...objects);
+    this.render();
+  }
+
+  /**
+   * @param {...import("three").Object3D} objects
+   */
+  remove(...objects) {
+    this.scene.remove(...objects);
+    this.render();
+  }
+
+  /** Asks for a frame. Many calls before it is drawn are one. */
+  render() {
+    this.#pending ||= requestAnimationFrame((now) => this.#draw(now));
+  }
+
+  /**
+   * Calls back before every frame that is drawn; the function returned stops that.
+   *
+   * @param {() => void} callback
+   * @returns {() => void}
+   */
+  onFrame(callback) {
+    this.#callbacks.add(callback);
+    return () => void this.#callbacks.delete(callback);
+  }
+
+  /**
+   * The point of the ground that the pointer is on.
+   *
+   * @param {{clientX: number, clientY: number}} event
+   * @returns {{x: number, z: number} | null} metres; null above the horizon
+   */
+  groundPoint(event) {
+    const point = this.ray(event).ray.intersectPlane(new Plane(new Vector3(0, 1, 0), -this.#floor), new Vector3());
+    if (!point || point.distanceTo(this.camera.position) > FAR) return null;
+    return { x: point.x, z: point.z };
+  }
+
+  /**
+   * The ray through the pointer, to pick objects with.
+   *
+   * @param {{clientX: number, clientY: number}} event
+   * @returns {Raycaster}
+   */
+  ray(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * 2 - 1;
+    const y = 1 - ((event.clientY - box.top) / box.height) * 2;
+    const raycaster = new Raycaster();
+    this.camera.updateMatrixWorld();
+    raycaster.setFromCamera(new Vector2(x, y), this.camera);
+    return raycaster;
+  }
+
+  /**
+   * Where a point of the world is on the page; for labels, and for tests that point at something.
+   *
+   * @param {number} x
+   * @param {number} y
+   * @param {number} z
+   * @returns {{clientX: number, clientY: number}}
+   */
+  screenPoint(x, y, z) {
+    const box = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();
+    const at = new Vector3(x, y, z).project(this.camera);
+    return { clientX: box.left + ((at.x + 1) / 2) * box.width, clientY: box.top + ((1 - at.y) / 2) * box.height };
+  }
+
+  /**
+   * Looks from another side at what is looked at.
+   *
+   * @param {View} from
+   */
+  view(from) {
+    const distance = Math.max(this.camera.position.distanceTo(this.controls.target), 4.5);
+    const direction = new Vector3().fromArray(DIRECTIONS[from]).normalize();
+    this.camera.position.copy(this.controls.target).addScaledVector(direction, distance);
+    this.controls.update();
+    this.render();
+  }
+
+  /**
+   * Brings a box into view, from the side that is looked from.
+   *
+   * @param {import("three").Box3} box
+   */
+  frame(box) {
+    const centre = box.getCenter(new Vector3());
+    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1);
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    const half = (this.camera.fov * Math.PI) / 360;
+    const narrow = Math.atan(Math.tan(half) * Math.min(this.camera.aspect, 1));
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(direction, (0.92 * radius) / Math.sin(narrow));
+    this.controls.update();
+    this.render();
+  }
+
+  /** Comes as near to what is looked at as shows one person. */
+  closeUp() {
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    this.controls.target.y = this.#floor + PERSON / 2;
+    this.camera.position.copy(this.controls.target).addScaledVector(direction, NEAR / Math.min(this.camera.aspect, 1));
+    this.controls.update();
+    this.render();
+  }
+
+  /**
+   * Keeps the camera with something that moves, at the distance and angle that it has.
+   *
+   * @param {(() => [number, number, number] | null) | null} where its position at every frame; null lets go
+   */
+  follow(where) {
+    this.#followed = where;
+    this.render();
+  }
+
+  /** Frees what the graphics card holds. */
+  dispose() {
+    cancelAnimationFrame(this.#pending);
+    clearTimeout(this.#resting);
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.canvas.remove();
+  }
+
+  #orbit() {
+    const controls = new OrbitControls(this.camera, this.canvas);
+    controls.target.set(0, 0.9, 0);
+    controls.maxPolarAngle = Math.PI / 2 - 0.02;
+    controls.minDistance = 0.5;
+    controls.maxDistance = 80;
+    controls.screenSpacePanning = false;
+    controls.zoomToCursor = true;
+    controls.addEventListener("change", () => this.render());
+    return controls;
+  }
+
+  /** @param {number} now milliseconds */
+  #draw(now) {
+    this.#pending = 0;
+    this.#pace.count(now);
+    if (this.#isStill || this.renderer.getPixelRatio() !== this.#pixels()) this.renderer.setPixelRatio(this.#pixels());
+    this.#isStill = false;
+    for (const callback of [...this.#callbacks]) callback();
+    this.#goAlong();
+    const { target } = this.controls;
+    this.ground.position.set(Math.round(target.x / 10) * 10, this.#floor, Math.round(target.z / 10) * 10);
+    const distance = this.camera.position.distanceTo(target);
+    const fog = /** @type {Fog} */ (this.scene.fog);
+    [fog.near, fog.far] = [distance + 4, distance + Math.min(14 + 1.5 * distance, REACH)];
+    this.#flattenShadows();
+    this.renderer.render(this.scene, this.camera);
+    clearTimeout(this.#resting);
+    this.#resting = setTimeout(() => this.#drawStill(), REST);
+  }
+
+  /**
+   * Draws what stands still again with more pixels, where moving pictures are drawn with few: what a person looks at
+   * for longer has smooth edges, and what moves does not wait for them.
+   */
+  #drawStill() {
+    if (this.#pixels() >= STILL || this.#pending) return;
+    this.renderer.setPixelRatio(STILL);
+    this.renderer.render(this.scene, this.camera);
+    this.#isStill = true;
+  }
+
+  /** Pixels of the picture by pixel of the page, while it moves. */
+  #pixels() {
+    return this.software || this.#pace.slow ? 1 : Math.min(devicePixelRatio, STILL);
+  }
+
+  #goAlong() {
+    const at = this.#followed?.();
+    if (!at) return;
+    const shift = new Vector3(at[0] - this.controls.target.x, 0, at[2] - this.controls.target.z);
+    this.controls.target.add(shift);
+    this.camera.position.add(shift);
+    this.camera.lookAt(this.controls.target);
+  }
+
+  /** Shadows are the bodies themselves, projected on the ground away from the light. */
+  #flattenShadows() {
+    const { x, y, z } = LIGHT;
+    const [dx, dz, floor] = [-x / y, -z / y, this.#floor];
+    const flat = new Matrix4().set(1, dx, 0, -dx * floor, 0, 0, 0, floor, 0, dz, 1, -dz * floor, 0, 0, 0, 1);
+    this.scene.traverse((object) => {
+      if (!object.userData.isShadow) return;
+      object.matrixWorld.copy(flat);
+      /** @type {import("three").MeshBasicMaterial} */ (/** @type {import("three").Mesh} */ (object).material).opacity = this.#shade;
+    });
+  }
+
+  #colour() {
+    const style = getComputedStyle(this.parent);
+    const colour = (/** @type {string} */ name, /** @type {string} */ fallback) => new Color(style.getPropertyValue(name).trim() || fallback);
+    const sky = colour("--stage", "#202227");
+    this.scene.background = sky;
+    this.#shade = Number(style.getPropertyValue("--stage-shade")) || 0.25;
+    /** @type {Fog} */ (this.scene.fog).color.copy(sky);
+    this.ground.children.forEach((lines, i) => {
+      const material = /** @type {LineBasicMaterial} */ (/** @type {LineSegments} */ (lines).material);
+      material.color.copy(colour(["--stage-line", "--stage-line-strong"][i], "#444"));
+    });
+    this.render();
+  }
+
+  #resize() {
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.#pending ||= requestAnimationFrame((now) => this.#draw(now));
+  }
+}
+
+/** How fast frames follow each other while they are drawn without a break. */
+class Pace {
+  #last = 0;
+  #count = 0;
+  /** Whether ten frames in a row took long. */
+  slow = false;
+
+  /** @param {number} now milliseconds */
+  count(now) {
+    const since = now - this.#last;
+    this.#last = now;
+    if (since < 200) this.#count = since > SLOW ? this.#count + 1 : 0;
+    this.slow ||= this.#count >= 10;
+  }
+}
+
+function isSoftware() {
+  const gl = element("canvas").getContext("webgl2");
+  if (!gl) return false;
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+function makeLights() {
+  const sun = new DirectionalLight("#ffffff", 2.1);
+  sun.position.copy(LIGHT).multiplyScalar(10);
+  return [new HemisphereLight("#ffffff", "#8d8f98", 1.9), sun];
+}
+
+/** Lines every metre, and stronger ones every five. */
+function makeGround() {
+  /** @type {number[]} */
+  const fine = [];
+  /** @type {number[]} */
+  const strong = [];
+  for (let at = -REACH; at <= REACH; at++)
+    for (let from = -REACH; from < REACH; from += PART)
+      (at % 5 ? fine : strong).push(at, 0, from, at, 0, from + PART, from, 0, at, from + PART, 0, at);
+  const ground = new Group();
+  ground.add(...[fine, strong].map(lines));
+  return ground;
+}
+
+/** @param {number[]} points */
+function lines(points) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+  const made = new LineSegments(geometry, new LineBasicMaterial({ depthTest: false, depthWrite: false }));
+  made.renderOrder = -2;
+  made.frustumCulled = false;
+  return made;
+}
