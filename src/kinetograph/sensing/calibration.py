@@ -53,6 +53,8 @@ class Calibration:
     accepted : ndarray of bool, shape (S,)
         False where calibration is no better than none, or the halves of a free calibration disagree; the sensor then
         has the identity.
+    spread : ndarray, shape (S,)
+        Root-mean-square m/s^2 by which the raw readings vary about their mean.
     """
 
     names: tuple[str, ...]
@@ -62,6 +64,12 @@ class Calibration:
     before: FloatArray
     apart: FloatArray
     accepted: BoolArray
+    spread: FloatArray
+
+    @property
+    def unexplained(self) -> FloatArray:
+        """The residuals' shares of the readings' spread, shape ``(S,)``."""
+        return self.residuals / np.maximum(self.spread, 1e-9)
 
     def apply(self, readings: Readings) -> Readings:
         """The readings as the virtual sensors would have given them. Raises RequestError for unknown sensors."""
@@ -244,6 +252,7 @@ def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: Float
         before,
         apart,
         accepted,
+        np.array([_rms(own.measured - own.measured.mean(axis=0)) for own in pairs]),
     )
 
 

@@ -184,6 +184,12 @@ class Sensors(_Part, frozen=True):
         Kinds of columns to use.
     synthesis : str
         ``continuity``, ``interpolation`` or ``optimisation``.
+    track : str
+        The library's track to use, where takes have several.
+    source : str
+        What is listened to live, as ``kinetograph live sense --from`` names it; ``replay:`` with a file of the project.
+    names : dict of str to str
+        Names of the layout by the names under which sensors are heard.
     """
 
     library: str = ""
@@ -191,6 +197,9 @@ class Sensors(_Part, frozen=True):
     layout: str = "wii"
     use: tuple[str, ...] = ()
     synthesis: Literal["continuity", "interpolation", "optimisation"] = "continuity"
+    track: str = ""
+    source: str = ""
+    names: dict[str, str] = {}
 
 
 class Project(_Part, frozen=True):

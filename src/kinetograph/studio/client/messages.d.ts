@@ -75,6 +75,9 @@ export interface Sensors {
   layout?: string;
   use?: string[];
   synthesis?: "continuity" | "interpolation" | "optimisation";
+  track?: string;
+  source?: string;
+  names?: Record<string, string>;
 }
 
 /** What a person has asked for. */
@@ -553,6 +556,101 @@ export interface Candidates {
   rows: CandidateRow[];
 }
 
+/** Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`. */
+export interface JointUncertainty {
+  kind: "joint_uncertainty";
+  id: number;
+}
+
+/** Sense live: what the section's source sends drives a body. */
+export interface Listen {
+  kind: "listen";
+}
+
+/** Calibrate the sensors of the section's layout, and save the layout as a file of the project. */
+export interface Calibrate {
+  kind: "calibrate";
+  source: string;
+  still?: [number, number] | null;
+  ready?: number;
+  standing?: number;
+  moving?: number;
+  layout?: string;
+}
+
+/** Call sensors by other names from now on, while listening. */
+export interface CallSensors {
+  kind: "call_sensors";
+  names: Record<string, string>;
+}
+
+/** What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force. */
+export interface HeardRow {
+  sensor: string;
+  rate: number;
+  lost: string;
+  late: number;
+  force: number;
+  known: boolean;
+}
+
+/** Who is heard, once a second, and the layout's sensors. */
+export interface Heard {
+  kind: "heard";
+  rows: HeardRow[];
+  sensors: string[];
+}
+
+/** The link that a phone has to open, and its QR code. */
+export interface PhoneLink {
+  kind: "phone_link";
+  link: string;
+  code?: string[];
+}
+
+/** What ran live has come to its end, after so many frames. */
+export interface LiveEnded {
+  kind: "live_ended";
+  section: "duet" | "keys" | "sensors" | "walk";
+  frames: number;
+}
+
+/** Where a calibration is: what the wearer does now, and the seconds that are left of it. */
+export interface CalibrationStep {
+  kind: "calibration_step";
+  step: "moving" | "ready" | "solving" | "still";
+  left: number;
+  total: number;
+}
+
+/** How a sensor was calibrated. */
+export interface CalibratedRow {
+  sensor: string;
+  verdict: string;
+  before?: number;
+  residual?: number;
+  unexplained?: number;
+  apart?: number;
+  rotated?: number;
+}
+
+/** Sensors that were calibrated. */
+export interface Calibrated {
+  kind: "calibrated";
+  layout: string;
+  rows: CalibratedRow[];
+  files: string[];
+}
+
+/** The header of a blob whose payload is a value for every joint at even times, as float32. */
+export interface JointsHeader {
+  kind: "joints";
+  id: number;
+  fps: number;
+  joints: string[];
+  frames: number;
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -592,4 +690,13 @@ export type AnyMessage =
   | WalkLive
   | WalkDrawn
   | Pace
-  | Candidates;
+  | Candidates
+  | JointUncertainty
+  | Listen
+  | Calibrate
+  | CallSensors
+  | Heard
+  | PhoneLink
+  | LiveEnded
+  | CalibrationStep
+  | Calibrated;
