@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing
+from kinetograph.studio import browsing, sensing
 from kinetograph.studio.messages import Message
 from kinetograph.studio.project import Mode, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
 
-SECTIONS: Mapping[Mode, Section] = {}
+SECTIONS: Mapping[Mode, Section] = {"sensors": sensing.make}
 """What makes each section of a project."""
 
-ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS}
+ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS, **sensing.ANSWERS}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {}
+RUNS: Mapping[type[Message], Run] = {**sensing.RUNS}
 """What runs live, by the message that starts it."""
 
-HEARD: tuple[type[Message], ...] = ()
+HEARD: tuple[type[Message], ...] = (*sensing.HEARD,)
 """Messages for what runs live."""
 
 PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
