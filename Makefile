@@ -1,8 +1,9 @@
-# Two commands on a fresh machine with python3 (3.11 or newer), pip and make:
+# Three commands on a fresh machine with python3 (3.11 or newer), pip and make:
+#   make studio  a page in the browser: draw a path on the ground and somebody walks it
 #   make demo    a walk along a drawn path, from recordings that are fetched once
 #   make test    the whole suite
-# For those who work on it: make docs, make lint, make format, make bench, make pictures, make dist, make check-dist,
-# make check-clients, make clean.
+# For those who work on it: make docs, make lint, make format, make bench, make pictures, make page, make dist,
+# make check-dist, make check-clients, make clean.
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -11,13 +12,14 @@ BLENDER ?= .venv-blender
 STAMP  := $(VENV)/.installed
 DOCS   := $(VENV)/.installed-docs
 BUILD  := $(VENV)/.installed-build
+STUDIO := src/kinetograph/studio
 CHECK  := build/check-dist
 DEMO   ?= out
 
-.PHONY: demo test lint format bench docs pictures dist check-dist check-clients clean help
+.PHONY: studio demo test lint page format bench docs pictures dist check-dist check-clients clean help
 
 help:
-	@sed -n '1,5p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
+	@sed -n '1,6p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
 
 $(STAMP): pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "missing: $(PYTHON); install Python 3.11 or newer, or set PYTHON=..." >&2; exit 1; }
@@ -27,6 +29,13 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
 	@touch $@
+
+# Node of the PATH builds the page and checks its types, or else a wheel of Node
+page: $(STAMP)
+	@$(BIN)/python hatch_build.py build
+
+studio: page
+	@$(BIN)/kinetograph studio
 
 demo: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips
@@ -40,6 +49,7 @@ lint: $(STAMP)
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check
 	@$(BIN)/mypy
+	@$(BIN)/python hatch_build.py check
 
 format: $(STAMP)
 	@$(BIN)/ruff check --fix
@@ -71,11 +81,12 @@ dist: $(BUILD)
 	@rm -rf dist
 	@$(BIN)/python -m build --outdir dist
 
-# the wheel into a bare environment, and its demo; the suite from the unpacked sdist, without further recordings
+# the wheel into a bare environment, its page and its demo; the suite from the unpacked sdist, without further recordings
 check-dist: dist
 	@rm -rf $(CHECK) && mkdir -p $(CHECK)
 	@$(PYTHON) -m venv $(CHECK)/bare
 	@$(CHECK)/bare/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl
+	@cd $(CHECK) && bare/bin/python -c 'from kinetograph.studio.page import page_folder; print("the page is in", page_folder())'
 	@cd $(CHECK) && bare/bin/kinetograph data fetch deepmimic-clips && bare/bin/kinetograph demo -o demo
 	@tar -xzf dist/*.tar.gz -C $(CHECK) --one-top-level=sdist --strip-components=1
 	@$(PYTHON) -m venv $(CHECK)/suite
@@ -92,4 +103,5 @@ check-clients: $(STAMP)
 	@if test -d "$(VMC4B)"; then $(BIN)/python tests/clients/vmc.py --blender $(BLENDER)/bin/python --receiver $(VMC4B); else echo "without VMC4B=FOLDER, a checkout of that add-on, VMC is not checked in Blender"; fi
 
 clean:
+	rm -rf $(STUDIO)/page $(STUDIO)/client/node_modules
 	rm -rf $(VENV) $(DEMO) dist build docs/_build docs/api docs/gallery docs/cli.md .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -137,6 +137,8 @@ class Synthesis:
     weights : ndarray, shape (F,), optional
         The share of the recording of its piece in each frame; the rest is that of the neighbour it is blended with.
         Empty where no frame mixes two recordings.
+    met : tuple of float, optional
+        Seconds at which the keys of keyframe control are met, one per key; empty for other controls.
     """
 
     motion: Motion
@@ -148,6 +150,7 @@ class Synthesis:
     warnings: tuple[str, ...] = ()
     edited: FloatArray = field(default_factory=lambda: np.zeros(0))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    met: tuple[float, ...] = ()
 
     def piece_at(self, frame: int) -> Piece:
         """The piece that a frame came from; a frame on a seam belongs to the later piece.

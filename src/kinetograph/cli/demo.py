@@ -11,7 +11,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.options import AsJson, add
-from kinetograph.cli.output import draw, note, notes, progress_bar, result, summarize, write_report
+from kinetograph.cli.output import note, notes, progress_bar, result, summarize
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -75,18 +75,19 @@ def _walk(output: Path, speed: float) -> tuple[Synthesis, dict[str, Any]]:
 
 
 def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
-    from kinetograph.drawing.pictures import strobe
-    from kinetograph.formats import save
+    from kinetograph.drawing import draw_synthesis, strobe
+    from kinetograph.formats import save, write_report
 
     save(synthesis.motion, output / "walk.bvh")
     save(_standing(synthesis.motion), output / "walk.glb")
-    draw(synthesis, output / "walk.png", control, "a walk along a drawn path")
+    draw_synthesis(synthesis, output / "walk.png", control, "a walk along a drawn path")
     strobe(synthesis.motion, output / "walk_strobe.png", path_signal=control)
-    write_report(synthesis, output / "walk.json", force=True)
+    write_report(synthesis, output / "walk.json")
 
 
 def _rise(output: Path) -> dict[str, Any]:
     """From the first pose of getting up to a run, through the recordings of the sample that lead there."""
+    from kinetograph.drawing import draw_synthesis
     from kinetograph.formats import save
     from kinetograph.keys import key_at
     from kinetograph.pipeline import inbetween
@@ -96,7 +97,7 @@ def _rise(output: Path) -> dict[str, Any]:
     (made,) = inbetween((key_at(lying, 0.0), key_at(running, 0.4)), library)
     save(made.motion, output / "rise.bvh")
     save(_standing(made.motion), output / "rise.glb")
-    draw(made, output / "rise.png", None, "from lying to running")
+    draw_synthesis(made, output / "rise.png", None, "from lying to running")
     return {
         "seconds": made.motion.duration,
         "recordings": [piece.take for piece in made.pieces],

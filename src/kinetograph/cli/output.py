@@ -149,65 +149,15 @@ def write_synthesis(
     number : int
         Which of several syntheses it is, from 1.
     """
-    from kinetograph.formats import save
+    from kinetograph.drawing import draw_synthesis
+    from kinetograph.formats import save, write_report
 
     for path in written.output:
         save(synthesis.motion, numbered(path, number), force=written.force)
     if written.picture:
-        draw(synthesis, numbered(written.picture, number), control, title)
+        draw_synthesis(synthesis, numbered(written.picture, number), control, title)
     if written.report:
-        write_report(synthesis, numbered(written.report, number), written.force)
-
-
-def draw(synthesis: Synthesis, picture: Path, control: Signal | Motion | None, title: str) -> None:
-    """A contact sheet of a synthesis and its control, with its contacts and seams."""
-    from kinetograph.drawing.pictures import contact_sheet
-    from kinetograph.motion import Motion
-    from kinetograph.post import contacts_of
-    from kinetograph.signal import Signal
-
-    contact_sheet(
-        [synthesis.motion, control] if isinstance(control, Motion) else synthesis.motion,
-        picture,
-        contacts=contacts_of(synthesis.annotations),
-        path_signal=control if isinstance(control, Signal) else None,
-        title=title,
-        seams=[piece.start for piece in synthesis.pieces[1:]],
-    )
-
-
-def write_report(synthesis: Synthesis, path: Path, force: bool) -> None:
-    """Pieces, costs, contacts and warnings as JSON; the file appears whole or not at all."""
-    from dataclasses import asdict
-
-    content = {
-        "cost": synthesis.cost,
-        "costs": dict(synthesis.costs),
-        "statistics": dict(synthesis.statistics),
-        "warnings": synthesis.warnings,
-        "pieces": [
-            {**asdict(piece), "held": piece.held, "stretch": None if piece.held else piece.stretch}
-            for piece in synthesis.pieces
-        ],
-        "annotations": [asdict(annotation) for annotation in synthesis.annotations],
-        "frames": _frames(synthesis),
-    }
-    write_text(json.dumps(content, indent=1), path, force)
-
-
-def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
-    """One row per frame: where it came from, its weight and, where the method says, the metres it was edited by."""
-    rows: list[dict[str, Any]] = [
-        {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
-    ]
-    for frame, row in enumerate(rows):
-        if synthesis.piece_at(frame).held:
-            row["held"] = True
-    for row, weight in zip(rows, synthesis.weights, strict=False):
-        row["weight"] = float(weight)
-    for row, edited in zip(rows, synthesis.edited, strict=False):
-        row["edited"] = float(edited)
-    return rows
+        write_report(synthesis, numbered(written.report, number), force=written.force)
 
 
 SHOWN = ("gap", "handhold", "constraints", "most_used", "times_running")

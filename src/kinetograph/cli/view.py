@@ -16,6 +16,8 @@ from kinetograph.cli.reading import LenientReading, Role, parse_roles
 if TYPE_CHECKING:
     from kinetograph.take import Take
 
+FILMS = (".gif", ".mp4")
+
 
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
@@ -26,10 +28,10 @@ def register(app: typer.Typer) -> None:
 class Picture:
     """What is drawn."""
 
-    output: Annotated[Path, typer.Option("-o", "--output", help="The picture to write, .png, or the film, .gif.")]
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture to write, .png, or film, .gif or .mp4.")]
     character: CharacterName = None
     frames: Annotated[int, typer.Option(help="How many poses.")] = 24
-    seconds: Annotated[float, typer.Option(help="Length of a film, .gif.")] = 8.0
+    seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0
     force: Force = False
 
 
@@ -67,7 +69,7 @@ def view(
     take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
     notes(guesses, file)
     take, _ = fitted(take, file)
-    if picture.character is not None or picture.output.suffix.lower() == ".gif":
+    if picture.character is not None or picture.output.suffix.lower() in FILMS:
         _draw_character(take, picture)
     else:
         _draw_figures(take, picture, sheet, file.name)
@@ -106,7 +108,7 @@ def _draw_character(take: Take, picture: Picture) -> None:
     worn = body(picture.character)
     take = dressed(take, worn)
     with progress_bar("drawing") as progress, atomic_path(picture.output) as draft:
-        if picture.output.suffix.lower() == ".gif":
+        if picture.output.suffix.lower() in FILMS:
             character_film(take, draft, worn.character, seconds=picture.seconds, progress=progress)
         else:
             character_sheet(take, draft, worn.character, frames=picture.frames, progress=progress)

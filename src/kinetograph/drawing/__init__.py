@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kinetograph.drawing.film import character_film, character_sheet
     from kinetograph.drawing.pictures import contact_sheet, strobe
+    from kinetograph.drawing.syntheses import draw_synthesis
     from kinetograph.drawing.text import bones_over_time, draw_bones
+    from kinetograph.drawing.video import find_ffmpeg
 
 _LATER = {
     "bones_over_time": "text",
@@ -19,10 +21,21 @@ _LATER = {
     "character_sheet": "film",
     "contact_sheet": "pictures",
     "draw_bones": "text",
+    "draw_synthesis": "syntheses",
+    "find_ffmpeg": "video",
     "strobe": "pictures",
 }
 
-__all__ = ["bones_over_time", "character_film", "character_sheet", "contact_sheet", "draw_bones", "strobe"]
+__all__ = [
+    "bones_over_time",
+    "character_film",
+    "character_sheet",
+    "contact_sheet",
+    "draw_bones",
+    "draw_synthesis",
+    "find_ffmpeg",
+    "strobe",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -129,7 +129,7 @@ def cast_at(stage: Stage, seconds: FloatArray) -> Cast:
         chosen = pick(motion, frames_at(motion, seconds))
         bones = tuple(bone for bone in body_capsules(motion.skeleton) if bone.part != "heel")
         palette = [_rgb(colour) for colour in CASTS[i % len(CASTS)]]
-        segments.append(_segments(chosen, bones))
+        segments.append(bone_ends(chosen, bones))
         widths += [_SLIM.get(bone.part, 0.85) * sum(bone.radii) for bone in bones]
         colours += [palette[bone.side] for bone in bones]
         centres.append(chosen.translation)
@@ -146,7 +146,7 @@ def _rgb(colour: str) -> FloatArray:
     return np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
 
 
-def _segments(motion: Motion, bones: tuple[Capsule, ...]) -> FloatArray:
+def bone_ends(motion: Motion, bones: tuple[Capsule, ...]) -> FloatArray:
     """World ends ``(F, B, 2, 3)`` of the bones: joint to joint, and to the tips of the leaves."""
     positions, rotations = forward(motion)
     carriers = np.array([bone.joint for bone in bones])

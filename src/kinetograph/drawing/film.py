@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from kinetograph.arrays import FloatArray, IntArray
-from kinetograph.character import Character
+from kinetograph.arrays import FloatArray
+from kinetograph.character import Character, Skin
 from kinetograph.drawing.stage import Camera, Figure, draw, posed
+from kinetograph.drawing.video import write_video
 from kinetograph.errors import RequestError
 from kinetograph.formats import body_of
 from kinetograph.motion import Motion, cut, resample
@@ -20,6 +23,8 @@ from kinetograph.take import Take
 _CELL = (240, 300)
 _FRAME = (400, 400)
 _FILM_RATE = 25.0  # a GIF counts in hundredths of a second
+_VIDEO_RATE = 30.0
+_FOLLOW = 0.15  # of the way to where it should be, a frame
 _TRIED = 4  # frames of a film that its colours are chosen from
 _VIVID = 24  # of 255: the least difference between the channels of a colour that is not a grey
 _DIRECTION = np.array([0.55, 0.28, 0.85])
@@ -59,15 +64,15 @@ def character_sheet(
     motions = _motions(what)
     length = max(len(motion) for motion in motions)
     chosen = np.unique(np.linspace(0, length - 1, frames).round().astype(int))
-    cast = [_cast(motion, character, chosen) for motion in motions]
+    cast = [_Actor(motion, *body_of(motion, character)) for motion in motions]
     columns = min(len(chosen), 6)
     width, height = _CELL
     page = Image.new("RGB", (columns * width, -(-len(chosen) // columns) * height), "white")
     pen = ImageDraw.Draw(page)
     for i, frame in enumerate(chosen.tolist()):
-        figures = [figures[i] for figures in cast]
+        figures = [actor.at(frame) for actor in cast]
         at = (i % columns * width, i // columns * height)
-        page.paste(_image(draw(figures, _camera(figures), width, height)), at)
+        page.paste(Image.fromarray(_pixels(draw(figures, _camera(figures), width, height))), at)
         pen.text((at[0] + 8, at[1] + height - 18), f"{frame / motions[0].fps:.2f} s", fill=(40, 40, 40))
         if progress is not None:
             progress(i + 1, len(chosen))
@@ -89,7 +94,7 @@ def character_film(
     what : Take or Motion
         All motions of a take are drawn together.
     path : str or Path
-        A ``.gif`` file.
+        A ``.gif`` file, or ``.mp4`` where this machine has ffmpeg, see `find_ffmpeg`.
     character : Character, optional
         Whose skin the motions wear; they must have its skeleton. Without one, capsules.
     seconds : float
@@ -100,38 +105,60 @@ def character_film(
     Raises
     ------
     RequestError
-        There is no motion, the file is not ``.gif``, or a skeleton is not the character's.
+        There is no motion, the file is of another kind or needs ffmpeg, or a skeleton is not the character's.
     """
-    if Path(path).suffix.lower() != ".gif" or not seconds > 0:
-        raise RequestError(f"{path}: a film of some seconds is a .gif file")
-    motions = [resample(motion, _FILM_RATE) for motion in _motions(what)]
-    count = min(max(len(motion) for motion in motions), max(int(seconds * _FILM_RATE), 1))
-    cast = [_cast(motion, character, np.arange(count)) for motion in motions]
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".gif", ".mp4") or not seconds > 0:
+        raise RequestError(f"{path}: a film of some seconds is a .gif or .mp4 file")
+    rate = _FILM_RATE if suffix == ".gif" else _VIDEO_RATE
+    motions = [resample(motion, rate) for motion in _motions(what)]
+    cast = [_Actor(motion, *body_of(motion, character)) for motion in motions]
+    count = int(min(max(len(motion) for motion in motions), max(seconds * rate, 1)))
+    frames = _frames(cast, count, progress)
+    if suffix == ".mp4":
+        write_video(frames, path, _FRAME, rate)
+        return
+    palette = _palette(cast, count)
+    pictures = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / rate), loop=0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Actor:
+    """A motion, its skin, and the rest positions of its joints."""
+
+    motion: Motion
+    skin: Skin
+    rest: FloatArray
+
+    def at(self, frame: int) -> Figure:
+        """The figure of a frame; the last one is repeated for those after it."""
+        frame = min(frame, len(self.motion) - 1)
+        return posed(cut(self.motion, frame, frame + 1), self.skin, self.rest)[0]
+
+
+def _frames(cast: list[_Actor], count: int, progress: Progress | None) -> Iterator[npt.NDArray[np.uint8]]:
     target: FloatArray | None = None
-    palette = _palette(cast)
-    pictures = []
     for i in range(count):
-        figures = [figures[i] for figures in cast]
+        figures = [actor.at(i) for actor in cast]
         camera = _camera(figures)
         # the camera follows slowly, as steps would shake it
-        target = camera.target if target is None else target + 0.15 * (camera.target - target)
+        target = camera.target if target is None else target + _FOLLOW * (camera.target - target)
         camera = Camera(camera.place - camera.target + target, target, camera.tall)
-        picture = _image(draw(figures, camera, *_FRAME))
-        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+        yield _pixels(draw(figures, camera, *_FRAME))
         if progress is not None:
             progress(i + 1, count)
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / _FILM_RATE), loop=0)
 
 
-def _palette(cast: list[list[Figure]]) -> Image.Image:
+def _palette(cast: list[_Actor], count: int) -> Image.Image:
     """The colours of all frames of a film: half of them for what is vivid, half for floor, sky and greys.
 
     If they were chosen by how often they occur, most would go to the floor, and faces would be grey.
     """
     pixels = []
-    for i in np.unique(np.linspace(0, len(cast[0]) - 1, _TRIED).astype(int)).tolist():
-        figures = [figures[i] for figures in cast]
-        pixels.append(np.asarray(_image(draw(figures, _camera(figures), *_CELL))).reshape(-1, 3))
+    for i in np.unique(np.linspace(0, count - 1, _TRIED).astype(int)).tolist():
+        figures = [actor.at(i) for actor in cast]
+        pixels.append(_pixels(draw(figures, _camera(figures), *_CELL)).reshape(-1, 3))
     flat = np.concatenate(pixels)
     vivid = np.ptp(flat.astype(np.int64), axis=1) > _VIVID
     colours = [_quantized(part) for part in (flat[vivid], flat[~vivid]) if len(part)]
@@ -154,13 +181,6 @@ def _motions(what: Take | Motion) -> list[Motion]:
     return motions
 
 
-def _cast(motion: Motion, character: Character | None, frames: IntArray) -> list[Figure]:
-    """The figures of some frames of a motion; its last frame is repeated for those after it."""
-    skin, rest = body_of(motion, character)
-    picked = [cut(motion, i, i + 1) for i in np.minimum(frames, len(motion) - 1).tolist()]
-    return [posed(frame, skin, rest)[0] for frame in picked]
-
-
 def _camera(figures: list[Figure]) -> Camera:
     """A camera in front and a little above, that looks at the middle of the figures."""
     points = np.concatenate([figure.points for figure in figures])
@@ -173,5 +193,5 @@ def _camera(figures: list[Figure]) -> Camera:
     return Camera(middle + direction * 3.2 * seen, middle, seen)
 
 
-def _image(pixels: FloatArray) -> Image.Image:
-    return Image.fromarray((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8))
+def _pixels(image: FloatArray) -> npt.NDArray[np.uint8]:
+    return (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)

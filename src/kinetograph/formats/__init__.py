@@ -19,6 +19,7 @@ from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 if TYPE_CHECKING:
     from kinetograph.formats.keys_json import find_pose, read_keys
     from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
+    from kinetograph.formats.report_json import write_report
     from kinetograph.formats.sensor_recordings import (
         merge_sensors,
         read_kinect,
@@ -41,6 +42,7 @@ _LATER = {
     "read_xsens": "sensor_recordings",
     "write_layout": "readings",
     "write_readings": "readings",
+    "write_report": "report_json",
 }
 
 __all__ = [
@@ -74,6 +76,7 @@ __all__ = [
     "unique",
     "write_layout",
     "write_readings",
+    "write_report",
 ]
 
 

@@ -50,6 +50,7 @@ _ROOMS = {
     "Span": "retiming",
     "Tolls": "goals",
     "UnreachableError": "markov",
+    "Windows": "windows",
     "advance_body": "frame_programme",
     "bar": "transitions",
     "best_paths": "continuity",
@@ -132,6 +133,7 @@ __all__ = [
     "Span",
     "Tolls",
     "UnreachableError",
+    "Windows",
     "advance_body",
     "bar",
     "best_paths",
@@ -245,3 +247,4 @@ if TYPE_CHECKING:
         make_graph,
     )
     from kinetograph.learn.trust import learn_strengths, shrinkage
+    from kinetograph.learn.windows import Windows

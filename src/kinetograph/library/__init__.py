@@ -5,7 +5,7 @@ from __future__ import annotations
 from kinetograph.library.annotations_csv import export_annotations, import_annotations, read_annotations, read_times
 from kinetograph.library.check import Report
 from kinetograph.library.info import Info, TrackInfo
-from kinetograph.library.store import Library, annotations_of, contents
+from kinetograph.library.store import Library, annotations_of, contents, labels
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "contents",
     "export_annotations",
     "import_annotations",
+    "labels",
     "read_annotations",
     "read_times",
 ]

@@ -86,3 +86,16 @@ def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:
             "LEFT JOIN skeletons ON skeletons.id = tracks.skeleton ORDER BY takes.id, tracks.id"
         )
         return tuple(TrackInfo(*row) for row in rows)
+
+
+def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
+    """The different annotations of every annotated take: kind and label, by take. Raises LibraryError."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    with catalogue.reading(folder) as db:
+        rows = db.execute(
+            "SELECT DISTINCT takes.name, annotations.kind, label FROM annotations JOIN tracks ON tracks.id = "
+            "annotations.track JOIN takes ON takes.id = tracks.take ORDER BY takes.id, annotations.kind, label"
+        )
+        for take, kind, label in rows:
+            found.setdefault(take, []).append((kind, label))
+    return {take: tuple(pairs) for take, pairs in found.items()}

@@ -14,7 +14,7 @@ from pathlib import Path
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, frame_files, records, takes
 from kinetograph.library.check import Report, examine
-from kinetograph.library.info import Info, TrackInfo, count, list_tracks
+from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_tracks
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
@@ -234,6 +234,11 @@ class Library:
 def contents(library: Library) -> tuple[TrackInfo, ...]:
     """Every track of a library, by take, without reading its frames."""
     return list_tracks(library.path)
+
+
+def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:
+    """The different annotations of every annotated take of a library: kind and label, by take."""
+    return list_labels(library.path)
 
 
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:

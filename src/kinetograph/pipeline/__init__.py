@@ -13,16 +13,21 @@ from typing import TYPE_CHECKING, Any
 _ROOMS = {
     "CUT_BY": "segmenting",
     "CutSettings": "segmenting",
+    "ExampleIndex": "finding",
+    "Found": "finding",
     "GrowingSettings": "growing",
     "Labelled": "labelling",
     "Smoothing": "performing",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
+    "find_alike": "finding",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
+    "index_takes": "finding",
     "label_partners": "labelling",
+    "matches": "finding",
     "open_library": "libraries",
     "perform": "performing",
     "perform_alternatives": "performing",
@@ -41,16 +46,21 @@ _ROOMS = {
 __all__ = [
     "CUT_BY",
     "CutSettings",
+    "ExampleIndex",
+    "Found",
     "GrowingSettings",
     "Labelled",
     "Smoothing",
     "couple_of",
     "cut_by_hand",
+    "find_alike",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
+    "index_takes",
     "label_partners",
+    "matches",
     "open_library",
     "perform",
     "perform_alternatives",
@@ -78,6 +88,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
+    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves

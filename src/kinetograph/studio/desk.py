@@ -6,6 +6,7 @@ import functools
 import operator
 import sys
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
@@ -28,10 +29,11 @@ from kinetograph.studio.messages import (
     Welcome,
     read_blob,
 )
-from kinetograph.studio.project import Project, write_project
+from kinetograph.studio.project import Mode, Project, write_project
 from kinetograph.studio.questions import Questions
 from kinetograph.studio.room import Room
 from kinetograph.studio.running import Runner
+from kinetograph.studio.sections import Section
 from kinetograph.studio.solving import Solver
 from kinetograph.studio.welcome import welcome
 
@@ -61,13 +63,15 @@ class Desk:
         The project's file.
     project : Project
         As it is at first.
+    sections : mapping of str to Section
+        What makes each section.
     """
 
-    def __init__(self, path: Path, project: Project) -> None:
+    def __init__(self, path: Path, project: Project, sections: Mapping[Mode, Section] = making.SECTIONS) -> None:
         self.path = path
         self.history = History(project)
         self.room = Room(path.parent)
-        self.solver = Solver(self.room, making.SECTIONS, self.post)
+        self.solver = Solver(self.room, sections, self.post)
         self._pages: dict[Page, Runner] = {}
         self._questions = Questions()
 
@@ -119,7 +123,7 @@ class Desk:
             case Solve():
                 self.solver.make(self.history.project, again=True)
             case Cancel():
-                self.solver.cancel()
+                self.solver.stop()
             case StopRun():
                 self._pages[page].stop()
             case _ if type(message) in making.RUNS:

@@ -70,8 +70,11 @@ def _motion(path: Path) -> None:
 
 
 def _readings(path: Path) -> None:
+    from kinetograph.formats.readings import read_readings
+
     if path.suffix.lower() not in (".csv", ".txt", ".tsv"):
         raise RequestError(f"{path}: expected readings as a table, .csv")
+    read_readings(path)
 
 
 def _layout(path: Path) -> None:

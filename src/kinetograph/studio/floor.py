@@ -11,7 +11,7 @@ from kinetograph.motion import Motion
 from kinetograph.post import Undersides, planted_feet, undersides
 from kinetograph.segmentation import detect_contacts
 
-_LOW = 0.1  # quantile of the lowest planted sole: feet roll, and some frames are outliers
+_LOW = 0.2  # quantile of the lowest planted sole: feet roll, and some frames are outliers
 
 
 def floor_of(motion: Motion, character: Character | None = None) -> float:

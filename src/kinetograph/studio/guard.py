@@ -55,7 +55,8 @@ class Guard:
     def check_token(self, target: str, cookies: str | None) -> None:
         """Raise Refusal unless the token is in the query or in the cookie."""
         given = parse_qs(urlsplit(target).query).get("token", [])
-        if not any(hmac.compare_digest(each.encode(), self.token.encode()) for each in (*given, *self._kept(cookies))):
+        kept, mine = self._kept(cookies), self.token.encode()
+        if not any(hmac.compare_digest(each.encode("utf-8", "surrogatepass"), mine) for each in (*given, *kept)):
             raise Refusal(
                 HTTPStatus.FORBIDDEN,
                 f"expected the token of this server, found {'another' if given else 'none'}; "

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.project import KeyRow, Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -83,60 +83,81 @@ class Export(Message, frozen=True, tag="export"):
         Suffixes, as in ``(".bvh", ".glb")``.
     name : str
         Of the files, without a suffix.
+    together : bool
+        Write what is shown with it, such as its leader, where the format holds several bodies.
     """
 
     id: int
     formats: tuple[str, ...]
     name: str
+    together: bool = False
 
 
 class StopRun(Message, frozen=True, tag="stop_run"):
     """End what runs live."""
 
 
-class JointUncertainty(Message, frozen=True, tag="joint_uncertainty"):
-    """Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`."""
+class AskTakes(Message, frozen=True, tag="ask_takes"):
+    """Which takes a library has.
+
+    Parameters
+    ----------
+    id : int
+    library : str
+        ``""`` for the first.
+    words : str
+        All are found in the name of a take or in one of its tags; one with ``*`` or ``?`` is a pattern.
+    tags : tuple of str
+        All are tags of a take.
+    first, count : int
+        The part of what is found that is sent.
+    """
 
     id: int
+    library: str = ""
+    words: str = ""
+    tags: tuple[str, ...] = ()
+    first: int = 0
+    count: int = 200
 
 
-class Listen(Message, frozen=True, tag="listen"):
-    """Sense live: what the section's source sends drives a body."""
+class AskThumbnails(Message, frozen=True, tag="ask_thumbnails"):
+    """Thumbnails of takes of a library."""
+
+    id: int
+    takes: tuple[str, ...]
+    library: str = ""
 
 
-class Calibrate(Message, frozen=True, tag="calibrate"):
-    """Calibrate the sensors of the section's layout, and save the layout as a file of the project.
+class AskClip(Message, frozen=True, tag="ask_clip"):
+    """A take of a library as it was recorded; answered by a clip."""
 
-    Parameters
-    ----------
-    source : str
-        A file of the project with readings, or what is listened to live.
-    still : (float, float), optional
-        Of a file: the seconds between which its wearer stands still.
-    ready, standing, moving : float
-        Live: seconds before standing still, of standing still, and of moving as in the library.
-    layout : str
-        The file that is written, ending in .toml.
-    """
-
-    source: str
-    still: tuple[float, float] | None = None
-    ready: float = 3.0
-    standing: float = 4.0
-    moving: float = 20.0
-    layout: str = "worn.toml"
+    id: int
+    take: str
+    library: str = ""
 
 
-class CallSensors(Message, frozen=True, tag="call_sensors"):
-    """Call sensors by other names from now on, while listening.
+class AskAlike(Message, frozen=True, tag="ask_alike"):
+    """Where a library has something like a part of a take.
 
     Parameters
     ----------
-    names : dict of str to str
-        Names of the layout by the names under which sensors are heard.
+    id : int
+    take : str
+        ``""`` for what is shown.
+    start, stop : float
+        Seconds.
+    library : str
+        ``""`` for the first.
+    count : int
     """
 
-    names: dict[str, str]
+    id: int
+    take: str
+    start: float
+    stop: float
+    library: str = ""
+    count: int = 50
 
 
 # ---- to the page ----
@@ -217,6 +238,409 @@ class Exported(Message, frozen=True, tag="exported"):
 
     id: int
     files: tuple[tuple[str, str], ...]
+
+
+class TakeRow(msgspec.Struct, frozen=True):
+    """A take of a library."""
+
+    name: str
+    seconds: float
+    tracks: tuple[str, ...]
+    tags: tuple[str, ...]
+
+
+class Takes(Message, frozen=True, tag="takes"):
+    """Takes of a library.
+
+    Parameters
+    ----------
+    id : int
+    found, all : int
+        How many there are with the words and tags, and how many in the library.
+    rows : tuple of TakeRow
+        The part that was asked for.
+    tags : tuple of (str, int)
+        The tags of the library, and how many takes have each.
+    """
+
+    id: int
+    found: int
+    all: int
+    rows: tuple[TakeRow, ...]
+    tags: tuple[tuple[str, int], ...]
+
+
+class FoundRow(msgspec.Struct, frozen=True):
+    """A part of a take that is like an example, and how far it is from it in metres."""
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    distance: float
+
+
+class Alike(Message, frozen=True, tag="alike"):
+    """Parts of takes that are like an example, the nearest first, one of each track."""
+
+    id: int
+    rows: tuple[FoundRow, ...]
+
+
+# ---- headers of blobs ----
+
+
+class PieceRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A piece of the motion shown; see `kinetograph.Piece`."""
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    source_start: float
+    source_stop: float
+    cost: float
+    seam: float
+    mirrored: bool = False
+    layer: str = ""
+
+
+class Span(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A span of a lane of the timeline."""
+
+    start: float
+    stop: float
+    label: str = ""
+    title: str = ""
+
+
+class Lane(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A lane of the timeline: spans, or the values of a signal at even times.
+
+    Parameters
+    ----------
+    name : str
+    role : str
+        ``contacts``, ``moves``, ``handholds``, ``error``, ``edited``, ``readings``, ``uncertainty``.
+    spans : tuple of Span
+    values : tuple of float
+        From the first second to the last.
+    unit : str
+        Of the values.
+    """
+
+    name: str
+    role: str
+    spans: tuple[Span, ...] = ()
+    values: tuple[float, ...] = ()
+    unit: str = ""
+
+
+class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``."""
+
+    name: str
+    value: str
+    title: str = ""
+
+
+class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit_defaults=True):
+    """The header of a blob whose payload is the GLB of what was made.
+
+    Parameters
+    ----------
+    section : str
+    key : str
+        Names what was made: the same for the same section of a project.
+    seconds, fps : float
+    floor : float
+        Metres: where the ground is.
+    characters : tuple of str
+        The names of the bodies in the GLB; the first is what was made, others are ``leader``, ``truth``.
+    pieces, lanes, figures, warnings : tuple
+    path : tuple of (float, float, float)
+        The path that was performed: seconds, metres x and z.
+    costs : dict of str to float
+        Of each alternative, the first being the one that is chosen.
+    """
+
+    section: Mode
+    key: str
+    seconds: float
+    fps: float
+    floor: float = 0.0
+    characters: tuple[str, ...] = ("motion",)
+    pieces: tuple[PieceRow, ...] = ()
+    lanes: tuple[Lane, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    warnings: tuple[str, ...] = ()
+    path: tuple[tuple[float, float, float], ...] = ()
+    costs: tuple[float, ...] = ()
+    chosen: int = 0
+
+
+class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
+    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+    floor : float
+        Metres.
+    start : float
+        The second of what is shown at which it begins.
+    """
+
+    id: int
+    name: str = ""
+    floor: float = 0.0
+    start: float = 0.0
+
+
+class ThumbnailRow(msgspec.Struct, frozen=True):
+    """A moving thumbnail.
+
+    Parameters
+    ----------
+    take : str
+    frames, bones : int
+    seconds : float
+        From the first frame to the last.
+    widths : tuple of int
+        Of the bones, millimetres.
+    sides : tuple of int
+        Of each bone: 0 in the middle, 1 on the left, 2 on the right.
+    """
+
+    take: str
+    frames: int
+    bones: int
+    seconds: float
+    widths: tuple[int, ...]
+    sides: tuple[int, ...]
+
+
+class ThumbnailsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="thumbnails"):
+    """The header of a blob of thumbnails.
+
+    The payload has int16 numbers, take by take, frame by frame, bone by bone: millimetres to the right and above the
+    floor of one end, then of the other.
+    """
+
+    id: int
+    rows: tuple[ThumbnailRow, ...]
+
+
+class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
+    """The header of a blob whose payload is a body as GLB, which the pose frames after it move."""
+
+    section: Mode
+    floor: float = 0.0
+    characters: tuple[str, ...] = ("motion",)
+
+
+class FileHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="file", forbid_unknown_fields=True):
+    """The header of a blob from the page: a file that was dropped onto it.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+        Its name, without a folder.
+    role : str
+        What it is to be: ``character``, ``leader``, ``readings``, ``layout`` or ``recording``.
+    """
+
+    id: int
+    name: str
+    role: Literal["character", "leader", "readings", "layout", "recording"]
+
+
+class Kept(Message, frozen=True, tag="kept"):
+    """A file was taken into the project, under this name; the project's files."""
+
+    id: int
+    name: str
+    files: tuple[str, ...]
+
+
+def blob(header: msgspec.Struct, payload: bytes) -> bytes:
+    """A binary frame: the number 1, the header's length, the header as JSON, the payload from a multiple of 4 on."""
+    text = msgspec.json.encode(header)
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<2I", BLOB, len(text)) + text + payload
+
+
+class AskPace(Message, frozen=True, tag="ask_pace"):
+    """How fast are the library's people? Answered by `Pace`; its model is fitted by then."""
+
+    id: int
+
+
+class NextBest(Message, frozen=True, tag="next_best"):
+    """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
+
+    Parameters
+    ----------
+    id : int
+    time : float
+        Seconds.
+    count : int
+        Others at most.
+    """
+
+    id: int
+    time: float
+    count: int = 4
+
+
+class CandidateClip(Message, frozen=True, tag="candidate_clip"):
+    """The walk as a clip under rules besides its own: those of a candidate."""
+
+    id: int
+    rules: tuple[RuleRow, ...]
+
+
+class PieceSource(Message, frozen=True, tag="piece_source"):
+    """The recording behind the piece at a time of the walk, placed where the piece is, as a clip."""
+
+    id: int
+    time: float
+
+
+class PlayTake(Message, frozen=True, tag="play_take"):
+    """A take of the library as a clip, at its own pace, from where the path begins."""
+
+    id: int
+    take: str
+
+
+class WalkLive(Message, frozen=True, tag="walk_live"):
+    """A person begins to draw: a body is to follow."""
+
+
+class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
+    """Points that were drawn since the last: seconds, and metres x and z."""
+
+    points: tuple[tuple[float, float, float], ...]
+
+
+class TakePace(msgspec.Struct, frozen=True):
+    """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
+
+    name: str
+    seconds: float
+    speed: float
+
+
+class Pace(Message, frozen=True, tag="pace"):
+    """How fast the library's people walk, metres per second.
+
+    Parameters
+    ----------
+    id : int
+    slowest, fastest : float
+        Between which a path is walked at its own times.
+    usual : tuple of float
+        The 5th, 50th and 95th percentiles of the steps that were recorded.
+    stands : bool
+        Whether there is a pose to hold where a path stands still.
+    takes : tuple of TakePace
+    """
+
+    id: int
+    slowest: float
+    fastest: float
+    usual: tuple[float, float, float]
+    stands: bool
+    takes: tuple[TakePace, ...]
+
+
+class CandidateRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, and what the best walk with it costs.
+
+    Parameters
+    ----------
+    take : str
+    mirrored : bool
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    cost, interpretation, continuity, reuse : float
+        What the whole walk costs, and the terms that this is the sum of.
+    more : float
+        How much more than the walk with the first.
+    rules : tuple of RuleRow
+        Besides the walk's own, under which it is the best.
+    """
+
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    cost: float
+    interpretation: float
+    continuity: float
+    reuse: float
+    more: float
+    rules: tuple[RuleRow, ...]
+
+
+class Candidates(Message, frozen=True, tag="candidates"):
+    """What could be at a time of the walk; the first is what is there."""
+
+    id: int
+    time: float
+    rows: tuple[CandidateRow, ...]
+
+
+class JointUncertainty(Message, frozen=True, tag="joint_uncertainty"):
+    """Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`."""
+
+    id: int
+
+
+class Listen(Message, frozen=True, tag="listen"):
+    """Sense live: what the section's source sends drives a body."""
+
+
+class Calibrate(Message, frozen=True, tag="calibrate"):
+    """Calibrate the sensors of the section's layout, and save the layout as a file of the project.
+
+    Parameters
+    ----------
+    source : str
+        A file of the project with readings, or what is listened to live.
+    still : (float, float), optional
+        Of a file: the seconds between which its wearer stands still.
+    ready, standing, moving : float
+        Live: seconds before standing still, of standing still, and of moving as in the library.
+    layout : str
+        The file that is written, ending in .toml.
+    """
+
+    source: str
+    still: tuple[float, float] | None = None
+    ready: float = 3.0
+    standing: float = 4.0
+    moving: float = 20.0
+    layout: str = "worn.toml"
+
+
+class CallSensors(Message, frozen=True, tag="call_sensors"):
+    """Call sensors by other names from now on, while listening.
+
+    Parameters
+    ----------
+    names : dict of str to str
+        Names of the layout by the names under which sensors are heard.
+    """
+
+    names: dict[str, str]
 
 
 class HeardRow(msgspec.Struct, frozen=True):
@@ -334,114 +758,6 @@ class Calibrated(Message, frozen=True, tag="calibrated"):
     files: tuple[str, ...]
 
 
-# ---- headers of blobs ----
-
-
-class PieceRow(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A piece of the motion shown; see `kinetograph.Piece`."""
-
-    take: str
-    track: str
-    start: float
-    stop: float
-    source_start: float
-    source_stop: float
-    cost: float
-    seam: float
-    mirrored: bool = False
-    layer: str = ""
-
-
-class Span(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A span of a lane of the timeline."""
-
-    start: float
-    stop: float
-    label: str = ""
-    title: str = ""
-
-
-class Lane(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A lane of the timeline: spans, or the values of a signal at even times.
-
-    Parameters
-    ----------
-    name : str
-    role : str
-        ``contacts``, ``moves``, ``handholds``, ``error``, ``edited``, ``readings``, ``uncertainty``.
-    spans : tuple of Span
-    values : tuple of float
-        From the first second to the last.
-    unit : str
-        Of the values.
-    """
-
-    name: str
-    role: str
-    spans: tuple[Span, ...] = ()
-    values: tuple[float, ...] = ()
-    unit: str = ""
-
-
-class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``."""
-
-    name: str
-    value: str
-    title: str = ""
-
-
-class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit_defaults=True):
-    """The header of a blob whose payload is the GLB of what was made.
-
-    Parameters
-    ----------
-    section : str
-    key : str
-        Names what was made: the same for the same section of a project.
-    seconds, fps : float
-    floor : float
-        Metres: where the ground is.
-    characters : tuple of str
-        The names of the bodies in the GLB; the first is what was made, others are ``leader``, ``truth``.
-    pieces, lanes, figures, warnings : tuple
-    path : tuple of (float, float, float)
-        The path that was performed: seconds, metres x and z.
-    costs : dict of str to float
-        Of each alternative, the first being the one that is chosen.
-    """
-
-    section: Mode
-    key: str
-    seconds: float
-    fps: float
-    floor: float = 0.0
-    characters: tuple[str, ...] = ("motion",)
-    pieces: tuple[PieceRow, ...] = ()
-    lanes: tuple[Lane, ...] = ()
-    figures: tuple[Figure, ...] = ()
-    warnings: tuple[str, ...] = ()
-    path: tuple[tuple[float, float, float], ...] = ()
-    costs: tuple[float, ...] = ()
-    chosen: int = 0
-
-
-class ClipHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="clip", omit_defaults=True):
-    """The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take."""
-
-    id: int
-    name: str = ""
-    floor: float = 0.0
-
-
-class LiveHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="live", omit_defaults=True):
-    """The header of a blob whose payload is a body as GLB, which the pose frames after it move."""
-
-    section: Mode
-    floor: float = 0.0
-    characters: tuple[str, ...] = ("motion",)
-
-
 class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
     """The header of a blob whose payload is a value for every joint at even times, as float32.
 
@@ -460,36 +776,98 @@ class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
     frames: int
 
 
-class FileHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="file", forbid_unknown_fields=True):
-    """The header of a blob from the page: a file that was dropped onto it.
+class KeyPose(Message, frozen=True, tag="key_pose"):
+    """Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0."""
+
+    id: int
+    row: KeyRow
+
+
+class KeyEnds(Message, frozen=True, tag="key_ends"):
+    """Asks where the hands and feet of a key are (`EndPlaces`)."""
+
+    id: int
+    row: KeyRow
+
+
+class KeysMet(Message, frozen=True, tag="keys_met"):
+    """Asks when and where the project's keys are met in what is shown (`Met`)."""
+
+    id: int
+
+
+class Alternative(Message, frozen=True, tag="alternative"):
+    """Asks for one of the motions through the keys as a clip; the first is number 0."""
+
+    id: int
+    number: int
+
+
+class KeyTrouble(Message, frozen=True, tag="key_trouble"):
+    """Asks which of the project's keys cannot be met (`Trouble`)."""
+
+    id: int
+
+
+class EndPlaces(Message, frozen=True, tag="end_places"):
+    """Where the hands and feet of a key are.
 
     Parameters
     ----------
     id : int
-    name : str
-        Its name, without a folder.
-    role : str
-        What it is to be: ``character``, ``leader``, ``readings``, ``layout`` or ``recording``.
+    ends : dict of str to (float, float, float)
+        By role: metres from the root's place on the ground, in the frame of the root's heading.
+    roles : tuple of str
+        The parts of the body that may count.
+    position : (float, float)
+        Where the root is in its recording, metres x and z.
+    heading : float
+        Of the root in its recording, degrees.
+    said : tuple of str
+        What a person should know of them.
     """
 
     id: int
-    name: str
-    role: Literal["character", "leader", "readings", "layout", "recording"]
+    ends: dict[str, tuple[float, float, float]]
+    roles: tuple[str, ...]
+    position: tuple[float, float]
+    heading: float
+    said: tuple[str, ...] = ()
 
 
-class Kept(Message, frozen=True, tag="kept"):
-    """A file was taken into the project, under this name; the project's files."""
+class MetRow(msgspec.Struct, frozen=True):
+    """When and where a key is met: seconds, metres x and z of the root, and its heading in degrees."""
+
+    time: float
+    position: tuple[float, float]
+    heading: float
+
+
+class Met(Message, frozen=True, tag="met"):
+    """When and where the keys are met, one row per key."""
 
     id: int
-    name: str
-    files: tuple[str, ...]
+    rows: tuple[MetRow, ...]
 
 
-def blob(header: msgspec.Struct, payload: bytes) -> bytes:
-    """A binary frame: the number 1, the header's length, the header as JSON, the payload from a multiple of 4 on."""
-    text = msgspec.json.encode(header)
-    text += b" " * (-len(text) % 4)
-    return struct.pack("<2I", BLOB, len(text)) + text + payload
+class Trouble(Message, frozen=True, tag="trouble"):
+    """Why keys cannot be met.
+
+    Parameters
+    ----------
+    id : int
+    message : str
+        Empty where they can.
+    row : int, optional
+        The key that it is about.
+    seconds : float, optional
+        How much later that key can be met.
+    """
+
+    id: int
+    message: str = ""
+    row: int | None = None
+    seconds: float | None = None
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:

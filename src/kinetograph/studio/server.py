@@ -192,4 +192,4 @@ async def serve_studio(
         await stop.wait()
         beginning.cancel()
         desk.solver.cancel()
-        await asyncio.gather(beginning, return_exceptions=True)
+        await asyncio.gather(beginning, desk.solver.rest(), return_exceptions=True)

@@ -103,6 +103,12 @@ class Solver:
         self._order.stopped.set()
         return True
 
+    def stop(self) -> None:
+        """Stop what is being made, and send what was made before."""
+        if self.cancel() and self._order is not None:
+            section = self._order.section
+            self._post(self.outcomes[section][1] if section in self.outcomes else Nothing(section))
+
     async def rest(self) -> None:
         """Wait until nothing is being made."""
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -137,7 +143,8 @@ class Solver:
 
     def _outcome(self, order: Order, progress: Progress) -> Message | bytes:
         try:
-            made = self._sections[order.section](order.project, self._room, progress)
+            make = self._sections.get(order.section)
+            made = make(order.project, self._room, progress) if make else None
             if made is None:
                 self._room.latest.pop(order.section, None)
                 return Nothing(order.section)

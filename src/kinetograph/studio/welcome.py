@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
-
 from kinetograph import __version__
 from kinetograph.errors import KinetographError
 from kinetograph.library import contents
+from kinetograph.studio import exporting
 from kinetograph.studio.messages import LibraryRow, Welcome
 from kinetograph.studio.project import Project
 from kinetograph.studio.room import Room
@@ -24,11 +23,8 @@ def welcome(project: Project, room: Room) -> Welcome:
     -------
     Welcome
     """
-    from kinetograph.formats import WRITERS
-
     rows = [row for name in project.libraries if (row := _row(project, room, name)) is not None]
-    films = (".gif", *((".mp4",) if shutil.which("ffmpeg") else ()))
-    return Welcome(__version__, tuple(sorted(WRITERS)), films, tuple(rows), room.files())
+    return Welcome(__version__, exporting.MOTIONS, exporting.films(), tuple(rows), room.files())
 
 
 def _row(project: Project, room: Room, name: str) -> LibraryRow | None:

@@ -20,4 +20,5 @@ await build({
   legalComments: "linked",
   logLevel: "warning",
 });
-for (const name of ["index.html", "style.css"]) await copyFile(join(here, name), join(output, name));
+await copyFile(join(here, "node_modules", "three", "LICENSE"), join(output, "three.LICENSE.txt"));
+for (const name of ["style.css", "index.html"]) await copyFile(join(here, name), join(output, name));

@@ -4,13 +4,16 @@ import {
   Matrix4, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { onTheme } from "./dom.js";
+import { element, onTheme } from "./dom.js";
 
 /** @typedef {"corner" | "front" | "side" | "top"} View */
 
 const REACH = 40; // metres of ground around the middle of the view
+const PART = 4; // metres: drawing in software loses lines that reach behind the camera
 const LIGHT = new Vector3(0.45, 1.6, 0.55); // towards the light
 const SLOW = 34; // milliseconds between frames from which on fewer pixels are drawn
+const STILL = 2; // pixels of the picture by pixel of the page, while nothing moves
+const REST = 250; // milliseconds after which nothing moves
 const PERSON = 1.8; // metres
 const NEAR = 4.2; // metres from which one person is seen whole
 const FAR = 200; // metres beyond which the ground is not pointed at
@@ -25,13 +28,16 @@ export class Stage {
   /** @type {(() => [number, number, number] | null) | null} */
   #followed = null;
   #pace = new Pace();
+  #resting = 0;
+  #isStill = false;
+  #shade = 0.25;
 
   /** @param {HTMLElement} parent is filled by the canvas */
   constructor(parent) {
     this.parent = parent;
-    this.renderer = new WebGLRenderer({ antialias: true, stencil: true, powerPreference: "high-performance" });
-    /** Whether frames are drawn without a graphics card. */
-    this.software = isSoftware(this.renderer);
+    /** Whether frames are drawn without a graphics card, which takes three times as long with smooth edges. */
+    this.software = isSoftware();
+    this.renderer = new WebGLRenderer({ antialias: !this.software, stencil: true, powerPreference: "high-performance" });
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -192,6 +198,7 @@ export class Stage {
   /** Frees what the graphics card holds. */
   dispose() {
     cancelAnimationFrame(this.#pending);
+    clearTimeout(this.#resting);
     this.controls.dispose();
     this.renderer.dispose();
     this.canvas.remove();
@@ -212,6 +219,9 @@ export class Stage {
   /** @param {number} now milliseconds */
   #draw(now) {
     this.#pending = 0;
+    this.#pace.count(now);
+    if (this.#isStill || this.renderer.getPixelRatio() !== this.#pixels()) this.renderer.setPixelRatio(this.#pixels());
+    this.#isStill = false;
     for (const callback of [...this.#callbacks]) callback();
     this.#goAlong();
     const { target } = this.controls;
@@ -221,10 +231,24 @@ export class Stage {
     [fog.near, fog.far] = [distance + 4, distance + Math.min(14 + 1.5 * distance, REACH)];
     this.#flattenShadows();
     this.renderer.render(this.scene, this.camera);
-    if (this.#pace.isSlow(now) && this.renderer.getPixelRatio() > 1) {
-      this.renderer.setPixelRatio(1);
-      this.render();
-    }
+    clearTimeout(this.#resting);
+    this.#resting = setTimeout(() => this.#drawStill(), REST);
+  }
+
+  /**
+   * Draws what stands still again with more pixels, where moving pictures are drawn with few: what a person looks at
+   * for longer has smooth edges, and what moves does not wait for them.
+   */
+  #drawStill() {
+    if (this.#pixels() >= STILL || this.#pending) return;
+    this.renderer.setPixelRatio(STILL);
+    this.renderer.render(this.scene, this.camera);
+    this.#isStill = true;
+  }
+
+  /** Pixels of the picture by pixel of the page, while it moves. */
+  #pixels() {
+    return this.software || this.#pace.slow ? 1 : Math.min(devicePixelRatio, STILL);
   }
 
   #goAlong() {
@@ -242,7 +266,9 @@ export class Stage {
     const [dx, dz, floor] = [-x / y, -z / y, this.#floor];
     const flat = new Matrix4().set(1, dx, 0, -dx * floor, 0, 0, 0, floor, 0, dz, 1, -dz * floor, 0, 0, 0, 1);
     this.scene.traverse((object) => {
-      if (object.userData.isShadow) object.matrixWorld.copy(flat);
+      if (!object.userData.isShadow) return;
+      object.matrixWorld.copy(flat);
+      /** @type {import("three").MeshBasicMaterial} */ (/** @type {import("three").Mesh} */ (object).material).opacity = this.#shade;
     });
   }
 
@@ -251,6 +277,7 @@ export class Stage {
     const colour = (/** @type {string} */ name, /** @type {string} */ fallback) => new Color(style.getPropertyValue(name).trim() || fallback);
     const sky = colour("--stage", "#202227");
     this.scene.background = sky;
+    this.#shade = Number(style.getPropertyValue("--stage-shade")) || 0.25;
     /** @type {Fog} */ (this.scene.fog).color.copy(sky);
     this.ground.children.forEach((lines, i) => {
       const material = /** @type {LineBasicMaterial} */ (/** @type {LineSegments} */ (lines).material);
@@ -262,7 +289,6 @@ export class Stage {
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.parent;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -273,27 +299,25 @@ export class Stage {
 /** How fast frames follow each other while they are drawn without a break. */
 class Pace {
   #last = 0;
-  #slow = 0;
+  #count = 0;
+  /** Whether ten frames in a row took long. */
+  slow = false;
 
-  /**
-   * Whether the last ten frames were slow.
-   *
-   * @param {number} now milliseconds
-   * @returns {boolean}
-   */
-  isSlow(now) {
+  /** @param {number} now milliseconds */
+  count(now) {
     const since = now - this.#last;
     this.#last = now;
-    if (since < 200) this.#slow = since > SLOW ? this.#slow + 1 : 0;
-    return this.#slow >= 10;
+    if (since < 200) this.#count = since > SLOW ? this.#count + 1 : 0;
+    this.slow ||= this.#count >= 10;
   }
 }
 
-/** @param {WebGLRenderer} renderer */
-function isSoftware(renderer) {
-  const gl = renderer.getContext();
+function isSoftware() {
+  const gl = element("canvas").getContext("webgl2");
+  if (!gl) return false;
   const info = gl.getExtension("WEBGL_debug_renderer_info");
   const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
@@ -310,7 +334,8 @@ function makeGround() {
   /** @type {number[]} */
   const strong = [];
   for (let at = -REACH; at <= REACH; at++)
-    (at % 5 ? fine : strong).push(at, 0, -REACH, at, 0, REACH, -REACH, 0, at, REACH, 0, at);
+    for (let from = -REACH; from < REACH; from += PART)
+      (at % 5 ? fine : strong).push(at, 0, from, at, 0, from + PART, from, 0, at, from + PART, 0, at);
   const ground = new Group();
   ground.add(...[fine, strong].map(lines));
   return ground;

@@ -73,6 +73,7 @@ class Studio {
     const main = element("main", { class: "stage", "aria-label": "Stage" });
     document.body.append(this.#bar(), main, this.aside, this.#footer(), this.status);
     this.stage = new Stage(main);
+    this.stage.closeUp();
     main.append(this.#views());
     this.library = createLibrary(this);
     this.exporting = createExport(this);

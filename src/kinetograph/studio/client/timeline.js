@@ -37,12 +37,17 @@ import { Emitter, button, element, iconButton } from "./dom.js";
 const MOST_ZOOM = 400; // pixels a second and more show nothing new
 const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const TICK = 70; // least pixels between labels of the ruler
+const MOST_POINTS = 1500; // of a curve
 const CLICK = 3; // pixels that a pointer may move in a click
 
 /** @extends {Emitter<TimelineEvents>} */
 export class Timeline extends Emitter {
   #time = 0;
   #zoom = 1;
+  // sizes in pixels, measured where they change: asking for them at every frame would lay out the page
+  #width = 0;
+  #room = 0;
+  #x = 0;
   /** @type {Map<HTMLElement, Where>} */
   #places = new Map();
   #dragging = false;
@@ -91,7 +96,7 @@ export class Timeline extends Emitter {
    */
   setTime(seconds) {
     this.#time = seconds;
-    this.head.style.setProperty("--at", String(seconds / this.duration));
+    this.#placeHead();
     this.#keepInView();
   }
 
@@ -373,6 +378,9 @@ export class Timeline extends Emitter {
   #drawRuler() {
     const width = this.ruler.clientWidth;
     if (!width) return;
+    this.#width = width;
+    this.#room = this.scroller.clientWidth - (this.content.clientWidth - width);
+    this.#placeHead();
     const least = (TICK * this.duration) / width;
     const step = STEPS.find((candidate) => candidate >= least) ?? STEPS[STEPS.length - 1];
     const ticks = [];
@@ -385,12 +393,18 @@ export class Timeline extends Emitter {
     this.content.style.setProperty("--tick", `${(100 * step) / this.duration}%`);
   }
 
+  /** By a transform, which moves the playhead without laying out or painting the lanes again. */
+  #placeHead() {
+    const x = Math.round((this.#time / this.duration) * this.#width);
+    if (x !== this.#x) this.head.style.transform = `translateX(${x}px)`;
+    this.#x = x;
+  }
+
   /** @param {boolean} [centred] */
   #keepInView(centred = false) {
     if (this.#zoom <= 1 || this.#dragging) return;
-    const names = this.content.clientWidth - this.ruler.clientWidth;
-    const x = (this.#time / this.duration) * this.ruler.clientWidth;
-    const room = this.scroller.clientWidth - names;
+    const x = (this.#time / this.duration) * this.#width;
+    const room = this.#room;
     const left = this.scroller.scrollLeft;
     if (centred || x < left || x > left + room - 20) this.scroller.scrollLeft = Math.max(x - (centred ? 0.5 : 0.1) * room, 0);
   }
@@ -424,12 +438,18 @@ function curves(lane) {
     svg.setAttribute(key, value);
   all.forEach((values, i) => {
     const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-    const points = values.map((value, k) => `${(k / Math.max(values.length - 1, 1)).toFixed(5)} ${(1 - (value - low) / (high - low || 1)).toFixed(4)}`);
+    const points = thinned(values).map((value, k) => `${(k / Math.max(Math.min(values.length, MOST_POINTS) - 1, 1)).toFixed(5)} ${(1 - (value - low) / (high - low || 1)).toFixed(4)}`);
     path.setAttribute("d", `M${points.join("L")}`);
     path.setAttribute("class", `curve curve-${i % 3}`);
     svg.append(path);
   });
   return svg;
+}
+
+/** @param {number[]} values */
+function thinned(values) {
+  if (values.length <= MOST_POINTS) return values;
+  return Array.from({ length: MOST_POINTS }, (_, k) => values[Math.round((k * (values.length - 1)) / (MOST_POINTS - 1))]);
 }
 
 /**

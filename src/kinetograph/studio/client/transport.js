@@ -17,6 +17,7 @@ export class Transport extends Emitter {
   #looping = true;
   #last = 0;
   #frame = 0;
+  #written = 0;
 
   /** @param {{keys?: boolean}} [options] `keys: false` where the page listens for keys itself, see {@link Transport.key} */
   constructor({ keys = true } = {}) {
@@ -30,6 +31,7 @@ export class Transport extends Emitter {
     this.playButton = iconButton("play", "Play", () => this.toggle(), { class: "primary" });
     this.loopButton = iconButton("loop", "Loop", () => (this.looping = !this.looping), { pressed: true });
     this.readout = element("span", { class: "clock" }, `${clock(0)} / ${clock(0)}`);
+    this.readout.addEventListener("pointerenter", () => (this.readout.title = this.#frames()));
     this.rates = element(
       "select",
       { "aria-label": "Speed", title: "Speed", onchange: () => (this.rate = Number(this.rates.value)) },
@@ -89,8 +91,7 @@ export class Transport extends Emitter {
    */
   seek(seconds) {
     this.#time = Math.min(Math.max(seconds, 0), this.duration);
-    this.readout.textContent = `${clock(this.#time)} / ${clock(this.duration)}`;
-    this.readout.title = `Frame ${Math.round(this.#time * this.fps)} of ${Math.round(this.duration * this.fps)}, ${round(this.fps)} per second`;
+    this.#read();
     this.emit("time", this.#time);
   }
 
@@ -107,6 +108,7 @@ export class Transport extends Emitter {
     if (!this.#playing) return;
     cancelAnimationFrame(this.#frame);
     this.#setPlaying(false);
+    this.#read();
   }
 
   toggle() {
@@ -145,6 +147,19 @@ export class Transport extends Emitter {
     if (!(event.key in actions)) return;
     event.preventDefault();
     actions[event.key]();
+  }
+
+  /** While playing, ten times a second: nobody reads faster, and text takes as long to draw as a small stage. */
+  #read() {
+    const now = performance.now();
+    if (this.#playing && now - this.#written < 100) return;
+    this.#written = now;
+    this.readout.textContent = `${clock(this.#time)} / ${clock(this.duration)}`;
+  }
+
+  #frames() {
+    const [frame, last] = [this.#time, this.duration].map((seconds) => Math.round(seconds * this.fps));
+    return `Frame ${frame} of ${last}, ${round(this.fps)} per second`;
   }
 
   /** @param {boolean} playing */

@@ -1,0 +1,57 @@
+"""The report of a synthesis as JSON: its pieces, its costs, and where every frame comes from."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from kinetograph.formats.atomic import atomic_path
+from kinetograph.synthesis import Synthesis
+
+
+def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) -> None:
+    """Write pieces, costs, contacts and warnings as JSON; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    synthesis : Synthesis
+    path : str or Path
+    force : bool
+        Overwrite a file that exists.
+
+    Raises
+    ------
+    RequestError
+        The file exists and ``force`` is false, or its folder cannot be written to.
+    """
+    content = {
+        "cost": synthesis.cost,
+        "costs": dict(synthesis.costs),
+        "statistics": dict(synthesis.statistics),
+        "warnings": synthesis.warnings,
+        "pieces": [
+            {**asdict(piece), "held": piece.held, "stretch": None if piece.held else piece.stretch}
+            for piece in synthesis.pieces
+        ],
+        "annotations": [asdict(annotation) for annotation in synthesis.annotations],
+        "frames": _frames(synthesis),
+    }
+    with atomic_path(path, force=force) as draft:
+        draft.write_text(json.dumps(content, indent=1))
+
+
+def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
+    """One row per frame: where it came from, its weight and, where the method says, the metres it was edited by."""
+    rows: list[dict[str, Any]] = [
+        {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
+    ]
+    for frame, row in enumerate(rows):
+        if synthesis.piece_at(frame).held:
+            row["held"] = True
+    for row, weight in zip(rows, synthesis.weights, strict=False):
+        row["weight"] = float(weight)
+    for row, edited in zip(rows, synthesis.edited, strict=False):
+        row["edited"] = float(edited)
+    return rows
