@@ -721,8 +721,10 @@ class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
         ``good``, ``fair``, ``put it on again`` or ``not heard``.
     before, residual : float
         m/s^2, without and with calibration.
-    unexplained : float
-        The residual's share of the sensor's own variation.
+    like : float
+        How much like another sensor's its readings are: 1 is as much as like its own.
+    other : str
+        That other sensor.
     apart : float
         Degrees between the rotations that halves of the movement give.
     rotated : float
@@ -733,7 +735,8 @@ class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
     verdict: str
     before: float = 0.0
     residual: float = 0.0
-    unexplained: float = 0.0
+    like: float = 0.0
+    other: str = ""
     apart: float = 0.0
     rotated: float = 0.0
 
