@@ -55,6 +55,7 @@ demo: $(PLAIN)
 
 test: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips || echo "without the sample, tests of real clips are skipped"
+	@$(BIN)/python hatch_build.py build || echo "without the studio's page, its tests are skipped"
 	@$(BIN)/python -m pytest
 
 lint: $(STAMP)
