@@ -90,17 +90,11 @@ def read_rows(path: Path, reading: RowReading, use: Sequence[str] | None = None)
     use : sequence of str, optional
         The kinds of columns that are used; orientations that are not are left as they are.
     """
-    from kinetograph.formats.readings import read_readings
-    from kinetograph.sensing import World, find_world, in_our_world
+    from kinetograph import pipeline
 
-    rows, assumed = read_readings(path, parse_columns(reading.columns))
-    notes(assumed, path)
-    if rows.orientation is None or (use and "tilt" not in use):
-        return rows
-    world = find_world(rows, reading.sensor_up)
-    if world != World():
-        notes([f"orientations taken as {world}, as gravity shows"], path)
-    return in_our_world(rows, world)
+    rows, guessed = pipeline.read_rows(path, parse_columns(reading.columns), reading.sensor_up, use or ())
+    notes(guessed, path)
+    return rows
 
 
 def parse_columns(text: str | None) -> dict[str, str] | None:

@@ -22,6 +22,7 @@ _ROOMS = {
     "parse_sink": "sinks",
     "parse_source": "sources",
     "qr_code": "sources.phone_server",
+    "qr_modules": "sources.phone_server",
     "speed_of": "sources",
 }
 
@@ -38,6 +39,7 @@ __all__ = [
     "parse_sink",
     "parse_source",
     "qr_code",
+    "qr_modules",
     "speed_of",
 ]
 
@@ -59,4 +61,4 @@ if TYPE_CHECKING:
     from kinetograph.live.session import Clock, Driver, Session
     from kinetograph.live.sinks import Sink, parse_sink
     from kinetograph.live.sources import StreamSource, parse_source, speed_of
-    from kinetograph.live.sources.phone_server import qr_code
+    from kinetograph.live.sources.phone_server import qr_code, qr_modules

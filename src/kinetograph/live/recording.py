@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
@@ -18,7 +19,6 @@ from kinetograph.live.rows import Gathering, Row
 from kinetograph.motion import Motion
 
 _SECOND = 1.0
-_MOST = 20_000  # times that are kept of one sensor
 
 
 @dataclass
@@ -117,11 +117,18 @@ def _common(rows: list[tuple[str, float, Row]]) -> tuple[str, ...]:
 
 @dataclass
 class ListenDriver:
-    """Listens to who is there."""
+    """Listens to who is there.
 
+    Parameters
+    ----------
+    most : int
+        Times of a sensor, the latest, that its rate and losses are taken from.
+    """
+
+    most: int = 20_000
     gathering: Gathering = field(default_factory=Gathering, init=False)
     others: dict[str, int] = field(default_factory=dict, init=False)
-    _times: dict[str, list[float]] = field(default_factory=dict, init=False)
+    _times: dict[str, deque[float]] = field(default_factory=dict, init=False)
     _last: dict[str, Row] = field(default_factory=dict, init=False)
 
     def take(self, device: str, items: Sequence[Item], now: float) -> None:
@@ -136,9 +143,7 @@ class ListenDriver:
     def advance(self, now: float) -> list[Motion]:
         """Note the times of the rows that came."""
         for name, time, row in self.gathering.rows():
-            times = self._times.setdefault(name, [])
-            if len(times) < _MOST:
-                times.append(time)
+            self._times.setdefault(name, deque(maxlen=self.most)).append(time)
             self._last[name] = row
         return []
 

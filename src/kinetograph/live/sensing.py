@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from kinetograph.errors import KinetographError
 from kinetograph.live.items import Item
 from kinetograph.live.rows import Gathering, Row
-from kinetograph.methods.sensor import SensorModel
+from kinetograph.methods.sensor import RootIntegrator, SensorModel
 from kinetograph.motion import Motion
 from kinetograph.sensing import GRAVITY, Readings
 from kinetograph.synthesis import LivePose
@@ -49,10 +49,13 @@ class SensorDriver:
     model : SensorModel
     rename : mapping of str to str
         From the devices' names of sensors to those of the layout.
+    watch : callable, optional
+        Takes each pose as it is settled, with its uncertainty.
     """
 
     model: SensorModel
     rename: Mapping[str, str] = field(default_factory=dict)
+    watch: Callable[[LivePose], None] | None = None
 
     def __post_init__(self) -> None:
         examples = self.model.fitted.examples
@@ -97,7 +100,24 @@ class SensorDriver:
         notes, self._notes = self._notes, []
         return notes
 
+    @property
+    def standing(self) -> Motion:
+        """The library's mean pose at the origin, of one frame: what there is to show before readings come."""
+        examples = self.model.fitted.examples
+        pose = examples.space.decode(examples.poses.mean(axis=0)[None])[0]
+        root = RootIntegrator(examples.root, self._fps)
+        translation, rotations = root.step(pose, examples.root_features.mean(axis=0))
+        return Motion(self._skeleton, translation[None], rotations[None], self._fps)
+
+    def call(self, rename: Mapping[str, str]) -> None:
+        """Call the devices' sensors by other names from now on."""
+        self.gathering.rename = rename
+        self.gathering.strangers.clear()
+        self._strangers.clear()
+
     def _motion(self, pose: LivePose) -> Motion:
+        if self.watch is not None:
+            self.watch(pose)
         return Motion(self._skeleton, pose.translation[None], pose.rotations[None], self._fps)
 
     def _watch(self, now: float) -> None:

@@ -32,6 +32,7 @@ _ROOMS = {
     "perform": "performing",
     "perform_alternatives": "performing",
     "perform_with": "performing",
+    "read_rows": "sensing",
     "read_take": "libraries",
     "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
@@ -64,6 +65,7 @@ __all__ = [
     "perform",
     "perform_alternatives",
     "perform_with",
+    "read_rows",
     "read_take",
     "recordings_in",
     "refuse_cuts",
@@ -107,3 +109,4 @@ if TYPE_CHECKING:
         segment_library,
         segment_take,
     )
+    from kinetograph.pipeline.sensing import read_rows

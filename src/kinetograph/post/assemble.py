@@ -21,6 +21,9 @@ from kinetograph.post.torsos import TorsoSettings, keep_apart
 from kinetograph.synthesis import Piece
 from kinetograph.take import Annotation
 
+UNTOUCHED = 0.01
+"""Metres of mean joint distance from the recording below which a frame counts as untouched; see `edits`."""
+
 
 @dataclass(frozen=True)
 class PostSettings:

@@ -9,6 +9,7 @@ from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_on
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.device import Device
 from kinetograph.sensing.free_calibration import LibraryReadings, Standing, calibrate_freely, calibrate_on_library
+from kinetograph.sensing.judging import judged
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor, attach, keep_sensors, preset
 from kinetograph.sensing.readings import (
     GRAVITY,
@@ -54,6 +55,7 @@ __all__ = [
     "faultless",
     "find_world",
     "in_our_world",
+    "judged",
     "keep_sensors",
     "kinds_of",
     "mounted",

@@ -150,6 +150,10 @@ class Duet(_Part, frozen=True):
         The track of the library that is made.
     mirror : bool
         Use recordings with left and right exchanged as well.
+    person : str
+        The track that leads, where the take or the file has several people.
+    units, up : str
+        What a file's lengths are in, and its upward axis; guessed unless given.
     rules : tuple of RuleRow
         What is pinned and forbidden.
     """
@@ -158,6 +162,9 @@ class Duet(_Part, frozen=True):
     leader: str = ""
     target: str = ""
     mirror: bool = False
+    person: str = ""
+    units: str = ""
+    up: str = ""
     rules: tuple[RuleRow, ...] = ()
 
 
@@ -177,6 +184,12 @@ class Sensors(_Part, frozen=True):
         Kinds of columns to use.
     synthesis : str
         ``continuity``, ``interpolation`` or ``optimisation``.
+    track : str
+        The library's track to use, where takes have several.
+    source : str
+        What is listened to live, as ``kinetograph live sense --from`` names it; ``replay:`` with a file of the project.
+    names : dict of str to str
+        Names of the layout by the names under which sensors are heard.
     """
 
     library: str = ""
@@ -184,6 +197,9 @@ class Sensors(_Part, frozen=True):
     layout: str = "wii"
     use: tuple[str, ...] = ()
     synthesis: Literal["continuity", "interpolation", "optimisation"] = "continuity"
+    track: str = ""
+    source: str = ""
+    names: dict[str, str] = {}
 
 
 class Project(_Part, frozen=True):

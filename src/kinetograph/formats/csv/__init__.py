@@ -8,7 +8,7 @@ cell is a missing sample. Rows that are not evenly spaced are interpolated linea
 
 from __future__ import annotations
 
-from kinetograph.formats.csv.reader import read
+from kinetograph.formats.csv.reader import path_of, read
 from kinetograph.formats.csv.writer import write
 
-__all__ = ["read", "write"]
+__all__ = ["path_of", "read", "write"]

@@ -11,7 +11,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats.conventions import check_up, points_from_up, unit_factor
-from kinetograph.formats.csv.table import EXPECTED, Table, parse_number, parse_table
+from kinetograph.formats.csv.table import EXPECTED, Table, decimals_of, parse_number, parse_table
 from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.formats.timing import bracket_times, check_fps, usual_rates
 from kinetograph.signal import Signal
@@ -55,6 +55,38 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     if points:
         signal = _points(signal, points, is_path, unit_factor(options.units or "metre"), up)
     return Loaded(Take(path.stem, {"path" if is_path else "signal": signal}), tuple(notes))
+
+
+def path_of(rows: Sequence[tuple[float, float, float]], name: str = "path") -> Signal:
+    """Points at uneven times as the path that a file of these rows would be read as.
+
+    Parameters
+    ----------
+    rows : sequence of (float, float, float)
+        Seconds, increasing, and metres x and z.
+    name : str
+        What errors call it.
+
+    Returns
+    -------
+    Signal
+        From time 0 on, at an even rate.
+
+    Raises
+    ------
+    FormatError
+        Fewer than two rows, numbers that are not finite, or times that do not increase.
+    """
+    path, numbers = Path(name), np.asarray(rows, dtype=np.float64).reshape(-1, 3)
+    if len(numbers) < 2 or not np.isfinite(numbers).all():
+        raise FormatError(path, f"expected two points or more of finite numbers, found {len(numbers)}")
+    late = np.flatnonzero(np.diff(numbers[:, 0]) <= 0)
+    if len(late):
+        before, time = numbers[late[0] : late[0] + 2, 0]
+        raise FormatError(path, f"times must increase, found {time:g} after {before:g}; is a row there twice?")
+    values, decimals = numbers[:, 1:], max(decimals_of(repr(time)) for time in numbers[:, 0].tolist())
+    table = Table(("x", "z"), numbers[:, 0], values, np.ones(values.shape, dtype=np.bool_), decimals, {})
+    return _points(_evenly(path, table, None)[0], ("path",), True, 1.0, "y")
 
 
 def _evenly(path: Path, table: Table, fps: float | None) -> tuple[Signal, list[str]]:

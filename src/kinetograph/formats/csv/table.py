@@ -98,7 +98,7 @@ def parse_table(path: Path, lenient: bool) -> Table:
             message = f"times must increase, found {time:g} after {before:g}; is a row there twice?"
             raise FormatError(path, message, line=number)
         before = time
-        decimals = max(decimals, _decimals(cells[0].replace(",", ".")))
+        decimals = max(decimals, decimals_of(cells[0].replace(",", ".")))
     if not flat:
         raise FormatError(path, "expected rows of numbers below the header, found none")
     numbers = np.array(flat).reshape(-1, len(header))
@@ -165,6 +165,7 @@ def parse_number(path: Path, line: int, column: str, cell: str, separator: str) 
     return value
 
 
-def _decimals(number: str) -> int:
+def decimals_of(number: str) -> int:
+    """How many decimals a number is written with."""
     mantissa, _, exponent = number.lower().partition("e")
     return len(mantissa.partition(".")[2]) - int(exponent or 0)

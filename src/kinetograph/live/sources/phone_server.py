@@ -139,6 +139,15 @@ def qr_code(link: str) -> str:
     return out.getvalue()
 
 
+def qr_modules(link: str) -> tuple[str, ...]:
+    """A link as the rows of a QR code, ``1`` for dark and ``0`` for light modules; none without the extra."""
+    try:
+        import segno
+    except ImportError:
+        return ()
+    return tuple("".join("1" if module else "0" for module in row) for row in segno.make(link, micro=False).matrix)
+
+
 def _reachable(host: str) -> str:
     """An address that a phone can open: of the interface that leads outside, where all are listened on."""
     if host not in ("0.0.0.0", "::"):

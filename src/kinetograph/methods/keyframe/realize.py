@@ -12,7 +12,7 @@ from kinetograph.keys import Key
 from kinetograph.learn import Route, RouteSegment
 from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.methods.keyframe.key_goals import pinned
-from kinetograph.post.assemble import Part, PostSettings, edits, join_parts
+from kinetograph.post.assemble import UNTOUCHED, Part, PostSettings, edits, join_parts
 from kinetograph.post.contacts import carry
 from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet
@@ -20,8 +20,6 @@ from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.skeleton import Skeleton, same_shape
 from kinetograph.synthesis import Piece, Synthesis
 
-UNTOUCHED = 0.01
-"""Metres of mean joint distance from the recording below which a frame counts as untouched."""
 SHAPE = 0.02
 """Metres by which the bones of a key and of the library may differ for the key's pose to be met exactly."""
 
@@ -73,6 +71,7 @@ def realize_route(
         statistics=edit_statistics(edited, len(pieces), len(set(owners))),
         warnings=warnings,
         edited=edited,
+        met=tuple(point.frame / index.fps for point in points),
     )
 
 

@@ -6,6 +6,7 @@ frame of control after another. `Steering` follows a stick without one.
 """
 
 from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.methods.performance.candidates import Candidate, next_best
 from kinetograph.methods.performance.clustering import segment_distances
 from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
 from kinetograph.methods.performance.control_points import (
@@ -61,6 +62,7 @@ __all__ = [
     "LIMB_ENDS",
     "Affine",
     "Alignment",
+    "Candidate",
     "Channels",
     "Chooser",
     "Continued",
@@ -108,6 +110,7 @@ __all__ = [
     "left_early",
     "legal_steps",
     "most_used",
+    "next_best",
     "only_track",
     "partner_control",
     "path_on_ground",

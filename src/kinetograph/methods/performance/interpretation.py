@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
@@ -38,6 +38,34 @@ def interpret(
     _check_length(fitted, len(x) - 1)
     partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
     return prove(fitted.search, lambda: _legal(fitted, x, rules, progress), partial)
+
+
+@dataclass(frozen=True, eq=False)
+class Interpreting:
+    """A control that is interpreted again and again, under other rules; its states are placed once.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    x : ndarray, shape (T + 1, P, 3)
+        Control points at the search's rate.
+    """
+
+    fitted: Fitted
+    x: FloatArray
+    _arrivals: list[Arrivals] = field(init=False)
+    _partial: dict[int, Arrivals] = field(init=False)
+
+    def __post_init__(self) -> None:
+        _check_length(self.fitted, len(self.x) - 1)
+        early = only_standing_early(self.fitted, self.x, left_early(self.fitted, self.x))
+        object.__setattr__(self, "_arrivals", list(_legal(self.fitted, self.x, ())))
+        object.__setattr__(self, "_partial", early)
+
+    def best(self, rules: Sequence[Rule] = ()) -> SegmentalPath:
+        """The best sequence; see `interpret`."""
+        partial = bind_partial(self.fitted, rules, self._partial, len(self.x) - 1)
+        return prove(self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals), partial)
 
 
 def _legal(

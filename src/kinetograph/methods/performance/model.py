@@ -133,7 +133,7 @@ class PerformanceModel:
         RequestError
             For a control without direction, or too short for the search's rate.
         """
-        read = self._read(control)
+        read = self.read(control)
         path = self.interpret(read, progress, rules)
         return realize(self.fitted, read, path)
 
@@ -158,7 +158,7 @@ class PerformanceModel:
         RequestError
             As `synthesize` does.
         """
-        read = self._read(control)
+        read = self.read(control)
         search = interpretation.best_sequences if alike else interpretation.alternatives
         paths = search(self.fitted, _samples(self.method, read), count, rules)
         return tuple(realize(self.fitted, replace(read, handholds=()), path) for path in paths)
@@ -167,16 +167,33 @@ class PerformanceModel:
         self, control: Control | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
     ) -> SegmentalPath:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
-        read = control if isinstance(control, Control) else self._read(control)
+        read = control if isinstance(control, Control) else self.read(control)
         return interpretation.interpret(self.fitted, _samples(self.method, read), progress, rules)
 
-    def transcribe(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> list[Transcript]:
-        """The moves of a control in order (chapter 7). Raises RequestError where the recordings name no moves."""
-        return transcribe(self.fitted, _samples(self.method, self._read(control)), rules)
+    def transcribe(
+        self, control: Take | Signal | Motion, rules: Sequence[Rule] = (), progress: Progress | None = None
+    ) -> list[Transcript]:
+        """The moves of a control in order (chapter 7).
+
+        Parameters
+        ----------
+        control : Take or Signal or Motion
+            See `synthesize`.
+        rules : sequence of Rule
+            What is pinned or forbidden.
+        progress : Progress, optional
+            Called with the moves whose margins are known and their number.
+
+        Raises
+        ------
+        RequestError
+            Where the recordings name no moves.
+        """
+        return transcribe(self.fitted, _samples(self.method, self.read(control)), rules, progress)
 
     def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
-        return interpretation.gap(self.fitted, _samples(self.method, self._read(control)), rules)
+        return interpretation.gap(self.fitted, _samples(self.method, self.read(control)), rules)
 
     def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool | None = None) -> Live:
         """Begin a control that arrives frame by frame: ``step`` gives the frames of motion that are settled.
@@ -244,8 +261,11 @@ class PerformanceModel:
         chooser = FramePlanner(frames, settings.rules, planner or PlannerSettings())
         return Steering(frames, chooser, settings, place, facing)
 
-    def _read(self, control: Take | Signal | Motion) -> Control:
-        """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept."""
+    def read(self, control: Take | Signal | Motion) -> Control:
+        """The control as it is performed: a drawn path that is too fast is slowed, unless its times are to be kept.
+
+        Raises RequestError for a control that cannot be read.
+        """
         read = read_control(self.method, control)
         drawn = read.partner is None and isinstance(self.method.control_points, GroundPath)
         return walkable(read, self.fitted.fastest) if drawn and not self.method.keep_time else read

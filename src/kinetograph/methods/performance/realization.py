@@ -17,7 +17,7 @@ from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.methods.performance.repetition import most_used, times_running
 from kinetograph.methods.performance.standing import joined_holds, standing_warnings
 from kinetograph.motion import Motion, sample
-from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.assemble import UNTOUCHED, Body, Part, PostSettings, constrain, edits, join_parts
 from kinetograph.post.breathing import breathe
 from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.contacts import carry
@@ -58,6 +58,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
     reuse = {"reuse": path.reuse} if fitted.reuse else {}
     late = {"late": control.late} if control.late else {}
+    edited = edits(motion, recorded.parts)
     return Synthesis(
         motion,
         tuple(pieces),
@@ -69,11 +70,12 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
             **gap,
             **repetition,
             **late,
+            "untouched": float((edited < UNTOUCHED).mean()),
             **_moved(joined, motion),
             **_hold_statistics(hold_residuals(motion, recorded.holds)),
         },
         warnings=(*_warnings(fitted, control), *standing_warnings(fitted, pieces), *_strange(fitted, pieces)),
-        edited=edits(motion, recorded.parts),
+        edited=edited,
     )
 
 

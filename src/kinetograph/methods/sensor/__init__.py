@@ -14,6 +14,7 @@ from kinetograph.methods.sensor.local_models import LocalModels
 from kinetograph.methods.sensor.model import SensorControl, SensorModel, fit_examples
 from kinetograph.methods.sensor.pose_space import PoseSpace, without_heading
 from kinetograph.methods.sensor.result import SensorSynthesis
+from kinetograph.methods.sensor.root import RootIntegrator
 from kinetograph.methods.sensor.settings import ByDensity, ByMean, LleReduction, LocalModelSettings, PcaReduction
 from kinetograph.methods.sensor.smoothing import CausalSmoothing, NoSmoothing, WindowSmoothing
 from kinetograph.methods.sensor.syntheses import Continuity, Interpolation, Optimisation
@@ -37,6 +38,7 @@ __all__ = [
     "Optimisation",
     "PcaReduction",
     "PoseSpace",
+    "RootIntegrator",
     "SensorControl",
     "SensorFit",
     "SensorModel",

@@ -62,6 +62,9 @@ export interface Duet {
   leader?: string;
   target?: string;
   mirror?: boolean;
+  person?: string;
+  units?: string;
+  up?: string;
   rules?: RuleRow[];
 }
 
@@ -72,6 +75,9 @@ export interface Sensors {
   layout?: string;
   use?: string[];
   synthesis?: "continuity" | "interpolation" | "optimisation";
+  track?: string;
+  source?: string;
+  names?: Record<string, string>;
 }
 
 /** What a person has asked for. */
@@ -330,6 +336,7 @@ export interface ClipHeader {
   id: number;
   name?: string;
   floor?: number;
+  start?: number;
 }
 
 /** A moving thumbnail. */
@@ -373,6 +380,344 @@ export interface Kept {
   files: string[];
 }
 
+/** How fast are the library's people? Answered by `Pace`; its model is fitted by then. */
+export interface AskPace {
+  kind: "ask_pace";
+  id: number;
+}
+
+/** What could take the place of the piece at a time of the walk? Answered by `Candidates`. */
+export interface NextBest {
+  kind: "next_best";
+  id: number;
+  time: number;
+  count?: number;
+}
+
+/** The walk as a clip under rules besides its own: those of a candidate. */
+export interface CandidateClip {
+  kind: "candidate_clip";
+  id: number;
+  rules: RuleRow[];
+}
+
+/** The recording behind the piece at a time of the walk, placed where the piece is, as a clip. */
+export interface PieceSource {
+  kind: "piece_source";
+  id: number;
+  time: number;
+}
+
+/** A take of the library as a clip, at its own pace, from where the path begins. */
+export interface PlayTake {
+  kind: "play_take";
+  id: number;
+  take: string;
+}
+
+/** A person begins to draw: a body is to follow. */
+export interface WalkLive {
+  kind: "walk_live";
+}
+
+/** Points that were drawn since the last: seconds, and metres x and z. */
+export interface WalkDrawn {
+  kind: "walk_drawn";
+  points: [number, number, number][];
+}
+
+/** A take of a library: how long it is, and its mean speed over the ground, metres per second. */
+export interface TakePace {
+  name: string;
+  seconds: number;
+  speed: number;
+}
+
+/** How fast the library's people walk, metres per second. */
+export interface Pace {
+  kind: "pace";
+  id: number;
+  slowest: number;
+  fastest: number;
+  usual: [number, number, number];
+  stands: boolean;
+  takes: TakePace[];
+}
+
+/** A piece that could be at a time of the walk, and what the best walk with it costs. */
+export interface CandidateRow {
+  take: string;
+  mirrored: boolean;
+  source_start: number;
+  source_stop: number;
+  start: number;
+  stop: number;
+  cost: number;
+  interpretation: number;
+  continuity: number;
+  reuse: number;
+  more: number;
+  rules: RuleRow[];
+}
+
+/** What could be at a time of the walk; the first is what is there. */
+export interface Candidates {
+  kind: "candidates";
+  id: number;
+  time: number;
+  rows: CandidateRow[];
+}
+
+/** Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`. */
+export interface JointUncertainty {
+  kind: "joint_uncertainty";
+  id: number;
+}
+
+/** Sense live: what the section's source sends drives a body. */
+export interface Listen {
+  kind: "listen";
+}
+
+/** Calibrate the sensors of the section's layout, and save the layout as a file of the project. */
+export interface Calibrate {
+  kind: "calibrate";
+  source: string;
+  still?: [number, number] | null;
+  ready?: number;
+  standing?: number;
+  moving?: number;
+  layout?: string;
+}
+
+/** Call sensors by other names from now on, while listening. */
+export interface CallSensors {
+  kind: "call_sensors";
+  names: Record<string, string>;
+}
+
+/** What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force. */
+export interface HeardRow {
+  sensor: string;
+  rate: number;
+  lost: string;
+  late: number;
+  force: number;
+  known: boolean;
+}
+
+/** Who is heard, once a second, and the layout's sensors. */
+export interface Heard {
+  kind: "heard";
+  rows: HeardRow[];
+  sensors: string[];
+}
+
+/** The link that a phone has to open, and its QR code. */
+export interface PhoneLink {
+  kind: "phone_link";
+  link: string;
+  code?: string[];
+}
+
+/** What ran live has come to its end, after so many frames. */
+export interface LiveEnded {
+  kind: "live_ended";
+  section: "duet" | "keys" | "sensors" | "walk";
+  frames: number;
+}
+
+/** Where a calibration is: what the wearer does now, and the seconds that are left of it. */
+export interface CalibrationStep {
+  kind: "calibration_step";
+  step: "moving" | "ready" | "solving" | "still";
+  left: number;
+  total: number;
+}
+
+/** How a sensor was calibrated. */
+export interface CalibratedRow {
+  sensor: string;
+  verdict: string;
+  before?: number;
+  residual?: number;
+  unexplained?: number;
+  apart?: number;
+  rotated?: number;
+}
+
+/** Sensors that were calibrated. */
+export interface Calibrated {
+  kind: "calibrated";
+  layout: string;
+  rows: CalibratedRow[];
+  files: string[];
+}
+
+/** The header of a blob whose payload is a value for every joint at even times, as float32. */
+export interface JointsHeader {
+  kind: "joints";
+  id: number;
+  fps: number;
+  joints: string[];
+  frames: number;
+}
+
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
+}
+
+/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
+export interface AskLeaders {
+  kind: "ask_leaders";
+  id: number;
+  library?: string | null;
+}
+
+/** Ask who the leader of the project is. */
+export interface AskLeader {
+  kind: "ask_leader";
+  id: number;
+}
+
+/** Ask for the leader of the project as a clip. */
+export interface ShowLeader {
+  kind: "show_leader";
+  id: number;
+}
+
+/** Ask for the moves of the follower that was made last. */
+export interface Transcribe {
+  kind: "transcribe";
+  id: number;
+}
+
+/** Let the leader of the project dance now, and the follower answer live. */
+export interface Rehearse {
+  kind: "rehearse";
+  lag?: number;
+}
+
+/** A take that can lead, and the people in it who can. */
+export interface LeaderRow {
+  take: string;
+  seconds: number;
+  persons: string[];
+}
+
+/** The takes of a library that can lead. */
+export interface LeaderTakes {
+  kind: "leader_takes";
+  id: number;
+  library: string;
+  takes?: LeaderRow[];
+  target?: string;
+  targets?: string[];
+  advice?: string;
+}
+
+/** The leader of the project. */
+export interface LeaderFacts {
+  kind: "leader_facts";
+  id: number;
+  name: string;
+  seconds: number;
+  person: string;
+  persons?: string[];
+  truth?: boolean;
+  notes?: string[];
+}
+
+/** A move of a transcript. */
+export interface MoveRow {
+  move: string;
+  start: number;
+  stop: number;
+  margin?: number | null;
+  notation?: string;
+}
+
+/** The moves of the follower in order, or what to do to have them. */
+export interface Transcribed {
+  kind: "transcribed";
+  id: number;
+  moves?: MoveRow[];
+  advice?: string;
+}
+
+/** How a rehearsal goes. */
+export interface Rehearsed {
+  kind: "rehearsed";
+  second: number;
+  seconds: number;
+  lag: number;
+  running?: boolean;
+  error?: number | null;
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -394,4 +739,39 @@ export type AnyMessage =
   | Exported
   | Takes
   | Alike
-  | Kept;
+  | Kept
+  | AskPace
+  | NextBest
+  | CandidateClip
+  | PieceSource
+  | PlayTake
+  | WalkLive
+  | WalkDrawn
+  | Pace
+  | Candidates
+  | JointUncertainty
+  | Listen
+  | Calibrate
+  | CallSensors
+  | Heard
+  | PhoneLink
+  | LiveEnded
+  | CalibrationStep
+  | Calibrated
+  | KeyPose
+  | KeyEnds
+  | KeysMet
+  | Alternative
+  | KeyTrouble
+  | EndPlaces
+  | Met
+  | Trouble
+  | AskLeaders
+  | AskLeader
+  | ShowLeader
+  | Transcribe
+  | Rehearse
+  | LeaderTakes
+  | LeaderFacts
+  | Transcribed
+  | Rehearsed;
