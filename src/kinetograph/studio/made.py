@@ -59,7 +59,7 @@ def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:
         pieces=tuple(piece_row(piece) for piece in synthesis.pieces),
         lanes=(*contact_lanes(synthesis.annotations), *made.lanes, *edited_lane(synthesis)),
         figures=(*made.figures, *synthesis_figures(synthesis)),
-        warnings=tuple(synthesis.warnings),
+        warnings=grouped(synthesis.warnings),
         path=made.path,
         costs=tuple(each.cost for each in made.syntheses),
         chosen=made.chosen,
@@ -95,6 +95,36 @@ def clip(take: Take, character: Character | None) -> bytes:
     from kinetograph.formats.gltf import encode
 
     return encode(take, character)
+
+
+def grouped(lines: Sequence[str]) -> tuple[str, ...]:
+    """Lines that say the same of several things, as one.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Those that are about something begin with its name and a colon.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> grouped(["a: too fast", "slow", "b: too fast"])
+    ('2 takes (a, b): too fast', 'slow')
+    """
+    about: dict[str, list[str]] = {}
+    for line in lines:
+        name, colon, text = line.partition(": ")
+        about.setdefault(text if colon else line, []).append(name if colon else "")
+    return tuple(f"{_together(names)}{text}" for text, names in about.items())
+
+
+def _together(names: Sequence[str]) -> str:
+    if len(names) > 1:
+        return f"{len(names)} takes ({', '.join(names)}): "
+    return f"{names[0]}: " if names[0] else ""
 
 
 def piece_row(piece: Piece) -> PieceRow:
