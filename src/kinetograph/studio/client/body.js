@@ -12,7 +12,7 @@ import { Spline } from "./spline.js";
 /** @typedef {import("./glb.js").Character} Character */
 /** @typedef {Record<string, [number, number, number]>} Positions world positions in metres by name of the joint */
 
-const UNCERTAIN = new Color("#ffc21a");
+const UNCERTAIN = new Color("#ffe23d");
 const SHADOW_ORDER = -1;
 
 /**
