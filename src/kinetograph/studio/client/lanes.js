@@ -6,7 +6,7 @@
  */
 
 /** @type {Record<string, Lane["kind"]>} */
-const KINDS = { contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
+const KINDS = { keys: "keys", contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
 
 /**
  * The lanes of what was made: its pieces, then those that came with it.
@@ -20,6 +20,7 @@ export function lanesOf(made) {
     kind: KINDS[role] ?? "moves",
     spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title })),
     values: values?.length ? values : undefined,
+    draggable: false,
   }));
   const pieces = (made.pieces ?? []).map((piece) => ({
     start: piece.start,
