@@ -343,7 +343,7 @@ export class Timeline extends Emitter {
     const track = element("div", { class: "track", ...list }, spans);
     if (lane.values?.length) {
       const drawn = curves(lane);
-      for (const each of drawn) each.style.width = `${(100 * this.clip) / this.duration}%`;
+      drawn[0].style.width = `${(100 * this.clip) / this.duration}%`;
       track.prepend(...drawn);
     }
     return element("div", { class: `lane ${lane.kind}` }, element("div", { class: "lane-name", title: lane.name }, lane.name), track);

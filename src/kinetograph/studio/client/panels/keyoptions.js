@@ -9,7 +9,7 @@ import { check, checkbox, number } from "./keyform.js";
  * @typedef {object} OptionEvents
  * @property {(change: Partial<Keys>, label: string) => void} change
  * @property {(span: [number, number]) => void} lock
- * @property {(shown: boolean) => void} ghosts
+ * @property {() => void} ghosts the others are to be shown otherwise
  * @property {() => number} time seconds that are shown
  */
 
@@ -62,9 +62,9 @@ export class KeyOptions {
     const counts = Array.from({ length: MOST }, (_, i) => element("option", { value: i + 1 }, String(i + 1)));
     this.count = element("select", { onchange: () => events.change({ alternatives: Number(this.count.value), chosen: 0 }, "alternatives") }, counts);
     this.choices = element("div", { class: "choices", role: "radiogroup", "aria-label": "Alternatives" });
-    this.ghosts = checkbox(() => events.ghosts(this.ghosts.checked));
-    this.ghosts.checked = true;
-    this.ghostsField = check(this.ghosts, "Show the others as ghosts");
+    const views = Object.entries({ beside: "beside it", place: "in place", none: "not shown" });
+    this.ghosts = element("select", { onchange: () => events.ghosts() }, views.map(([value, text]) => element("option", { value }, text)));
+    this.ghostsField = field("The others", this.ghosts);
     this.from = number("keep from, seconds", 0.1, () => {});
     this.to = number("keep to, seconds", 0.1, () => {});
     this.lockButton = button("Lock", () => this.#lock());

@@ -59,7 +59,7 @@ export class KeyPicker {
     try {
       const answer = await this.app.connection.ask({ kind: "ask_takes", library: chosen, count: MOST });
       if (this.#library !== chosen) return;
-      this.#takes = answer.takes;
+      this.#takes = answer.rows;
       this.take.replaceChildren(...this.#takes.map((take) => element("option", { value: take.name }, take.name)));
       this.#choose(0, false);
     } catch (error) {

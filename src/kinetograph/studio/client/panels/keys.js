@@ -426,11 +426,11 @@ class KeysPanel {
     const { connection, store } = this.app;
     const made = store.made;
     const chosen = made?.chosen ?? 0;
-    const numbers = this.options.ghosts.checked ? (made?.costs ?? []).map((_, i) => i).filter((i) => i !== chosen) : [];
+    const numbers = this.options.ghosts.value !== "none" ? (made?.costs ?? []).map((_, i) => i).filter((i) => i !== chosen) : [];
     try {
       const others = await Promise.all(numbers.map(async (number) => ({ number, clip: await loadClip((await connection.ask({ kind: "alternative", number })).payload) })));
       if (store.made !== made || !this.#active) for (const { clip } of others) clip.dispose();
-      else this.stage.showAlternatives(others);
+      else this.stage.showAlternatives(others, this.options.ghosts.value === "beside");
     } catch {
       this.stage.showAlternatives([]);
     }

@@ -23,6 +23,7 @@ const KEY = "#b07800";
 const ACCENT = "#0b62c4";
 const DISC = 0.42; // metres
 const NOSE = 0.62;
+const SPACE = 1.1; // metres between alternatives
 const NEAR = 0.14; // metres from a ray within which a body is clicked
 
 /** A pose, fetched once and shown as often as it is the same. */
@@ -169,14 +170,17 @@ export class KeyStage {
    * Motions that are not the one chosen.
    *
    * @param {{clip: Clip, number: number}[]} others
+   * @param {boolean} [beside] each further to the right, as it is seen now; else where they are
    */
-  showAlternatives(others) {
+  showAlternatives(others, beside = false) {
     for (const { clip } of this.#others) clip.dispose();
     this.#others = others;
-    for (const { clip, number } of others) {
-      clip.setGhost(0.32, COLOURS[number]);
+    const right = new Vector3(1, 0, 0).applyQuaternion(this.app.stage.camera.quaternion).setY(0).normalize();
+    others.forEach(({ clip, number }, i) => {
+      clip.setGhost(0.4, COLOURS[number]);
+      if (beside) clip.object.position.copy(right).multiplyScalar(SPACE * (i + 1));
       this.root.add(clip.object);
-    }
+    });
     this.seek(this.app.transport.time);
   }
 
@@ -300,7 +304,7 @@ export class KeyStage {
       if (Math.hypot(released.clientX - x, released.clientY - y) > 4) return;
       const { ray } = this.app.stage.ray(released);
       const far = (/** @type {Vector3[]} */ joints) => Math.min(...joints.map((at) => ray.distanceToPoint(at)), Infinity);
-      const world = (/** @type {Clip} */ clip) => Object.values(clip.pose(this.app.transport.time)).map((at) => new Vector3(...at));
+      const world = (/** @type {Clip} */ clip) => Object.values(clip.pose(this.app.transport.time)).map((at) => new Vector3(...at).add(clip.object.position));
       const own = this.app.clip ? far(world(this.app.clip)) : Infinity;
       const bodies = [
         ...this.#others.map(({ clip, number }) => ({ at: far(world(clip)), choose: () => this.events.choose(number) })),
