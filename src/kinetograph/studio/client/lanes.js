@@ -6,7 +6,7 @@
  */
 
 /** @type {Record<string, Lane["kind"]>} */
-const KINDS = { contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
+const KINDS = { keys: "keys", contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
 
 /** @type {Record<string, string>} as the capsules of a body are coloured */
 const SIDES = { left: "var(--left)", right: "var(--right)" };
@@ -23,6 +23,7 @@ export function lanesOf(made) {
     kind: KINDS[role] ?? "moves",
     spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: role === "contacts" ? SIDES[(label ?? "").split(" ")[0]] : undefined })),
     values: values?.length ? values : undefined,
+    draggable: false,
   }));
   const pieces = (made.pieces ?? []).map((piece) => ({
     start: piece.start,

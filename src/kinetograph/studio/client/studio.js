@@ -136,7 +136,9 @@ class Studio {
   showLanes() {
     if (this.#previewed) return;
     const { made } = this.store;
-    this.timeline.setLanes(made ? [...(this.panel.lanes?.(made) ?? []), ...lanesOf(made)] : []);
+    const own = made ? (this.panel.lanes?.(made) ?? []) : [];
+    const others = made ? lanesOf(made).filter((lane) => !own.some(({ name }) => name === lane.name)) : [];
+    this.timeline.setLanes([...own, ...others]);
   }
 
   /**
