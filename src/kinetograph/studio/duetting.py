@@ -14,6 +14,7 @@ from kinetograph.pipeline import perform_with
 from kinetograph.progress import Progress
 from kinetograph.segmentation import notation
 from kinetograph.studio.comparing import compared
+from kinetograph.studio.floor import floor_of
 from kinetograph.studio.leading import (
     Leader,
     couples,
@@ -210,8 +211,6 @@ def leader_facts(room: Room, project: Project, message: AskLeader) -> LeaderFact
 
 def leader_clip(room: Room, project: Project, message: ShowLeader) -> bytes:
     """The leader alone, to look at while the follower is being made."""
-    from kinetograph.studio.floor import floor_of
-
     leader = _leader(project, room)
     character = room.character(project.character)
     take = bodies({"leader": leader.motion}, character)

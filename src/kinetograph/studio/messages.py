@@ -376,6 +376,8 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
         How long the leader dances.
     lag : float
         Seconds by which the follower shown is behind the leader.
+    load : float
+        Seconds of work for a second of dance; above 1, the leader has to wait.
     running : bool
         False at its end.
     error : float, optional
@@ -385,6 +387,7 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
     second: float
     seconds: float
     lag: float
+    load: float = 0.0
     running: bool = True
     error: float | None = None
 

@@ -324,6 +324,7 @@ export interface Rehearsed {
   second: number;
   seconds: number;
   lag: number;
+  load?: number;
   running?: boolean;
   error?: number | null;
 }
