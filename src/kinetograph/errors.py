@@ -20,6 +20,24 @@ class RequestError(KinetographError, ValueError):
     """A request that cannot be met: an unknown name, an option out of range."""
 
 
+class TooSoonError(RequestError):
+    """A key that is to be met sooner than recordings lead to it.
+
+    Parameters
+    ----------
+    message : str
+    label : str
+        What the key is called.
+    seconds : float
+        How much later it can be met.
+    """
+
+    def __init__(self, message: str, label: str, seconds: float) -> None:
+        self.label = label
+        self.seconds = seconds
+        super().__init__(message)
+
+
 class LibraryError(KinetographError):
     """A library folder that is missing, damaged or of another version."""
 

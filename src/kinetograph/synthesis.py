@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.display import notebook_html
 from kinetograph.motion import Motion
 from kinetograph.take import Annotation
 
@@ -137,6 +138,8 @@ class Synthesis:
     weights : ndarray, shape (F,), optional
         The share of the recording of its piece in each frame; the rest is that of the neighbour it is blended with.
         Empty where no frame mixes two recordings.
+    met : tuple of float, optional
+        Seconds at which the keys of keyframe control are met, one per key; empty for other controls.
     """
 
     motion: Motion
@@ -148,6 +151,10 @@ class Synthesis:
     warnings: tuple[str, ...] = ()
     edited: FloatArray = field(default_factory=lambda: np.zeros(0))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    met: tuple[float, ...] = ()
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
 
     def piece_at(self, frame: int) -> Piece:
         """The piece that a frame came from; a frame on a seam belongs to the later piece.

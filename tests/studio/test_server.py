@@ -189,15 +189,19 @@ def test_ten_thousand_malformed_messages_are_each_refused_in_one_line(server: Se
 def test_a_frame_of_100_mb_is_refused_in_words_and_the_server_lives(server: Server) -> None:
     caller = Caller(server)
     with pytest.raises(ConnectionClosed) as caught:
-        caller.send(bytes(100 * 2**20))
-        while True:
-            caller.next()
+        _send_and_hear(caller, bytes(100 * 2**20))
     assert caught.value.rcvd is not None
     assert caught.value.rcvd.code == 1009
     assert str(LARGEST) in caught.value.rcvd.reason
     again = Caller(server)
     assert again.next()["kind"] == "welcome"
     again.close()
+
+
+def _send_and_hear(caller: Caller, frame: bytes) -> None:
+    caller.send(frame)
+    while True:
+        caller.next()
 
 
 @pytest.mark.parametrize("role", ["character", "leader", "recording", "readings", "layout"])

@@ -67,9 +67,8 @@ def calibrate(
     With --motion, a recording of that movement, rotations are found to a degree, and the offset of the clocks too.
     With --still, stand still and then move as in the library's recordings; without either, only the movement is used.
     "before" and "residual" are the errors of readings without and with the calibration, in m/s^2; "apart degrees" is
-    the difference between the calibrations of the recording's two halves. "unexplained" is the residual's share of the
-    readings' spread; where it is large, the sensor is likely to be on another limb, and the verdict is to put it on
-    again. A sensor that calibration makes worse is left as it was.
+    the difference between the calibrations of the recording's two halves. A sensor that reads more like another one's
+    limb than like its own is to be put on again. A sensor that calibration makes worse is left as it was.
 
     Example: kinetograph calibrate out/worn.csv -l out/walks.library --motion out/walk.bvh -o out/mine.toml
 
@@ -144,8 +143,9 @@ def calibrated(calibration: Calibration) -> list[dict[str, Any]]:
 
     from kinetograph import rotations as rot
     from kinetograph.sensing import judged
+    from kinetograph.sensing.judging import AGAIN
 
-    verdicts = judged(calibration)
+    verdicts, (_, others) = judged(calibration), calibration.elsewhere
     rotated = np.degrees(rot.angle_between(calibration.rotations, rot.identity(len(calibration.names))))
     return [
         {
@@ -155,7 +155,7 @@ def calibrated(calibration: Calibration) -> list[dict[str, Any]]:
             "before": float(calibration.before[i]),
             "residual": float(calibration.residuals[i]),
             "apart_degrees": float(np.degrees(calibration.apart[i])),
-            "unexplained": float(calibration.unexplained[i]),
+            "reads_like": others[i] if verdicts[i] == AGAIN else "",
             "accepted": bool(calibration.accepted[i]),
             "verdict": verdicts[i],
         }

@@ -14,12 +14,13 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import carry, contacts_of, merge
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.post.easing import smoothstep
+from kinetograph.post.ends import end_roles, ends_of, limb_joints, put_ends
 from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
 from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
 from kinetograph.post.limbs import LEG, has_limb
-from kinetograph.post.limits import JointLimits, JointRange, limbs_of, limit_limbs, seen_ranges
+from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
@@ -49,6 +50,7 @@ __all__ = [
     "Undersides",
     "Waypoint",
     "bend",
+    "beyond",
     "carry",
     "clean_feet",
     "constrain",
@@ -56,6 +58,8 @@ __all__ = [
     "contacts_of",
     "crossfade",
     "edits",
+    "end_roles",
+    "ends_of",
     "floor_height",
     "follow_hands",
     "has_limb",
@@ -67,6 +71,7 @@ __all__ = [
     "joint_table",
     "keep_above",
     "keep_apart",
+    "limb_joints",
     "limbs_of",
     "limit_limbs",
     "meet_poses",
@@ -77,6 +82,7 @@ __all__ = [
     "planted_feet",
     "planted_roles",
     "pose_of",
+    "put_ends",
     "raise_feet",
     "recorded_lows",
     "retarget",

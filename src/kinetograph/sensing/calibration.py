@@ -53,8 +53,9 @@ class Calibration:
     accepted : ndarray of bool, shape (S,)
         False where calibration is no better than none, or the halves of a free calibration disagree; the sensor then
         has the identity.
-    spread : ndarray, shape (S,)
-        Root-mean-square m/s^2 by which the raw readings vary about their mean.
+    as_others : ndarray, shape (S, S)
+        Root-mean-square m/s^2 between each sensor's readings, rotated as suits best, and the virtual readings of every
+        sensor: a row for the former, a column for the latter.
     """
 
     names: tuple[str, ...]
@@ -64,12 +65,20 @@ class Calibration:
     before: FloatArray
     apart: FloatArray
     accepted: BoolArray
-    spread: FloatArray
+    as_others: FloatArray
 
     @property
-    def unexplained(self) -> FloatArray:
-        """The residuals' shares of the readings' spread, shape ``(S,)``."""
-        return self.residuals / np.maximum(self.spread, 1e-9)
+    def elsewhere(self) -> tuple[FloatArray, tuple[str, ...]]:
+        """How much like another sensor's each sensor's readings are, shape ``(S,)``, and the other's name.
+
+        1 is as much like the other's as like its own, 0 is nothing like it.
+        """
+        count = len(self.names)
+        if count == 1:
+            return np.zeros(1), self.names
+        others = np.where(np.eye(count, dtype=np.bool_), np.inf, self.as_others)
+        share = np.diag(self.as_others) / np.maximum(others.min(axis=1), 1e-9)
+        return share, tuple(self.names[i] for i in others.argmin(axis=1))
 
     def apply(self, readings: Readings) -> Readings:
         """The readings as the virtual sensors would have given them. Raises RequestError for unknown sensors."""
@@ -210,10 +219,45 @@ def calibrate(
         )
     mask = np.ones(measured.shape[:2], dtype=np.bool_) if valid is None else valid
     pairs = [Pairs(measured[mask[:, s], s], reference[mask[:, s], s]) for s in range(len(names))]
-    return calibrate_pairs(names, pairs)
+    return calibrate_pairs(names, pairs, as_others(measured, reference, mask))
 
 
-def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: FloatArray | None = None) -> Calibration:
+def as_others(
+    measured: FloatArray,
+    reference: FloatArray,
+    mask: BoolArray,
+    standing: tuple[FloatArray, FloatArray] | None = None,
+) -> FloatArray:
+    """How far each sensor's readings, rotated as suits best, are from what every virtual sensor would have measured.
+
+    Parameters
+    ----------
+    measured, reference : ndarray, shape (F, S, 3)
+        In m/s^2.
+    mask : ndarray of bool, shape (F, S)
+        Which readings there are.
+    standing : pair of ndarray, shape (S, 3), optional
+        What each sensor read at rest, and what it should have read.
+
+    Returns
+    -------
+    ndarray, shape (S, S)
+        Root-mean-square m/s^2: a row for a sensor, a column for whose it is compared with.
+    """
+    count = measured.shape[1]
+    out = np.full((count, count), np.inf)
+    for sensor in range(count):
+        used = mask[:, sensor]
+        for other in range(count if used.any() else 0):
+            still = None if standing is None else (standing[0][sensor], standing[1][other])
+            pairs = Pairs(measured[used, sensor], reference[used, other], standing=still, biased=False)
+            out[sensor, other] = _rms(rot.rotate(fit_pairs(pairs)[0], pairs.measured) - pairs.reference)
+    return out
+
+
+def calibrate_pairs(
+    names: tuple[str, ...], pairs: Sequence[Pairs], others: FloatArray, apart: FloatArray | None = None
+) -> Calibration:
     """Calibrate each sensor by its pairs, unless that is no better than none on frames kept aside.
 
     Parameters
@@ -221,6 +265,8 @@ def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: Float
     names : tuple of str
     pairs : sequence of Pairs
         One per sensor.
+    others : ndarray, shape (S, S)
+        See `as_others`.
     apart : ndarray, shape (S,), optional
         Radians by which two halves of the frames disagree, where the reference itself depends on the
         calibration; beyond ``APART`` a sensor is not accepted.
@@ -252,7 +298,7 @@ def calibrate_pairs(names: tuple[str, ...], pairs: Sequence[Pairs], apart: Float
         before,
         apart,
         accepted,
-        np.array([_rms(own.measured - own.measured.mean(axis=0)) for own in pairs]),
+        others,
     )
 
 

@@ -17,7 +17,7 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.motion import Motion
-from kinetograph.sensing.calibration import RATE, Calibration, calibrate_pairs, faultless, framed
+from kinetograph.sensing.calibration import RATE, Calibration, as_others, calibrate_pairs, faultless, framed
 from kinetograph.sensing.layout import Layout, attach, keep_sensors
 from kinetograph.sensing.readings import GRAVITY, Readings, check_units, select_rows
 from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
@@ -212,7 +212,9 @@ def calibrate_freely(
     parts = [_settled(measured[rows], library, mask[rows], standing)[0] for rows in (slice(half), slice(half, None))]
     # where one half alone gives another rotation, that of the whole is not reliable either
     apart = np.max([rot.angle_between(rotations, part) for part in parts], axis=0)
-    return calibrate_pairs(names, pairs, apart)
+    frames = len(reference)
+    still = None if standing is None else (standing.read, standing.wanted)
+    return calibrate_pairs(names, pairs, as_others(measured[:frames], reference, mask[:frames], still), apart)
 
 
 def _settled(

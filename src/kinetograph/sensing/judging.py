@@ -9,20 +9,20 @@ from kinetograph.sensing.calibration import Calibration
 GOOD, FAIR, AGAIN = "good", "fair", "put it on again"
 """The words, from best to worst."""
 
-EXPLAINED = 0.78
-"""Unexplained share of a sensor's readings up to which its calibration is good."""
-WRONG = 0.82
-"""Unexplained share beyond which a sensor is likely to be on another limb."""
+NEAR = 0.93
+"""Likeness to another sensor's readings, see `Calibration.elsewhere`, beyond which a calibration is fair at best."""
+WRONG = 1.01
+"""Likeness beyond which the sensor is likely to be where the other belongs."""
 UNCERTAIN = np.radians(30.0)
-"""Angle between the rotations that halves of the movement give, beyond which a calibration is no better than fair."""
+"""Angle between the rotations that halves of the movement give, beyond which a calibration is fair at best."""
 
 
 def judged(calibration: Calibration) -> tuple[str, ...]:
     """How well each sensor is worn: ``"good"``, ``"fair"``, or ``"put it on again"``.
 
-    A sensor that is on the limb that its layout names reads what the library's do, once it is calibrated; the share of
-    its readings that the library leaves unexplained says whether it is. A sensor that is as its layout has it may be
-    good although its calibration was not accepted: there was nothing to gain.
+    Residuals alone do not say it: they depend on how alike the library and the movement are. But whatever they are, a
+    sensor that is where its layout has it reads what the library's sensor there does, rather than what another does. A
+    sensor may be good although its calibration was not accepted: it is as its layout has it already.
 
     Parameters
     ----------
@@ -33,7 +33,13 @@ def judged(calibration: Calibration) -> tuple[str, ...]:
     tuple of str
         One per sensor.
     """
-    return tuple(
-        AGAIN if share > WRONG else FAIR if share > EXPLAINED or apart > UNCERTAIN else GOOD
-        for share, apart in zip(calibration.unexplained, calibration.apart, strict=True)
-    )
+    likeness, others = calibration.elsewhere
+    words = [
+        AGAIN if share > WRONG else FAIR if share > NEAR or apart > UNCERTAIN else GOOD
+        for share, apart in zip(likeness, calibration.apart, strict=True)
+    ]
+    like = [calibration.names.index(other) for other in others]
+    for index, other in enumerate(like):  # two that have changed places
+        if words[index] == AGAIN and like[other] == index and likeness[other] > NEAR:
+            words[other] = AGAIN
+    return tuple(words)

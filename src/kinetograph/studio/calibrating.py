@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from kinetograph.studio.messages import Calibrate, Calibrated, CalibratedRow, Ca
 from kinetograph.studio.project import Project
 from kinetograph.studio.room import FILES, Room, plain_name
 from kinetograph.studio.sections import Send
-from kinetograph.studio.sensor_live import heard_of, source_of
+from kinetograph.studio.sensor_live import heard_of, is_live, source_of
 from kinetograph.studio.sensor_models import layout_of
 
 _SETTLING = 0.3  # seconds at either end of standing still that are left out
@@ -45,20 +46,19 @@ async def calibrate(room: Room, project: Project, message: Calibrate, send: Send
     """
     if not message.layout.lower().endswith(".toml"):
         raise RequestError(f"a layout is written as .toml, found {message.layout!r}")
-    path = room.folder / FILES / plain_name(message.layout)
+    plain_name(message.layout)
     layout = layout_of(project, room)[0]
-    if "://" in message.source or message.source.startswith("replay:") or message.source == "phone":
+    still: tuple[float, float] | None
+    if is_live(message.source):
         readings, still = await _recorded(room, project, message, layout, send)
     else:
         readings, still = await asyncio.to_thread(_read, room, message.source), message.still
     send(CalibrationStep("solving", 0.0, 0.0))
     calibration = await asyncio.to_thread(_solved, room, project, readings, layout, still)
+    written = ""
     if calibration.accepted.any():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        await asyncio.to_thread(_write, layout, calibration, path)
-    written = path.name if calibration.accepted.any() else ""
-    files = tuple(sorted(each.name for each in path.parent.iterdir())) if path.parent.is_dir() else ()
-    send(Calibrated(written, rows_of(calibration, layout), files))
+        written = await asyncio.to_thread(_written, layout, calibration, room, message.layout)
+    send(Calibrated(written, rows_of(calibration, layout), room.files()))
 
 
 def _read(room: Room, name: str) -> Readings:
@@ -77,8 +77,16 @@ def _solved(
     return calibrate_on_library(readings, layout, list(motions.values()), still)
 
 
-def _write(layout: Layout, calibration: Calibration, path: object) -> None:
+def _written(layout: Layout, calibration: Calibration, room: Room, name: str) -> str:
+    """Write the layout; the name that it has, which no file had before: what was made with another stays right."""
     from kinetograph.formats.readings import write_layout
+
+    folder = room.folder / FILES
+    folder.mkdir(parents=True, exist_ok=True)
+    path, number = folder / name, 1
+    while path.exists():
+        number += 1
+        path = folder / f"{Path(name).stem}_{number}.toml"
 
     notes = {
         name: f"{word}: residual {after:.2f} m/s^2, {before:.2f} before calibration"
@@ -86,7 +94,8 @@ def _write(layout: Layout, calibration: Calibration, path: object) -> None:
             calibration.names, judged(calibration), calibration.residuals, calibration.before, strict=True
         )
     }
-    write_layout(mounted(layout, calibration), str(path), notes=notes)
+    write_layout(mounted(replace(layout, name=path.stem), calibration), path, notes=notes)
+    return path.name
 
 
 def rows_of(calibration: Calibration, layout: Layout) -> tuple[CalibratedRow, ...]:
@@ -102,17 +111,18 @@ def rows_of(calibration: Calibration, layout: Layout) -> tuple[CalibratedRow, ..
     -------
     tuple of CalibratedRow
     """
+    likeness, others = calibration.elsewhere
     rotated = np.degrees(rot.angle_between(calibration.rotations, rot.identity(len(calibration.names))))
     rows = {
         name: CalibratedRow(
             name,
             word,
-            *(
-                round(float(values[i]), 3)
-                for values in (calibration.before, calibration.residuals, calibration.unexplained)
-            ),
-            round(float(np.degrees(calibration.apart[i])), 1),
-            round(float(rotated[i]), 1),
+            before=round(float(calibration.before[i]), 3),
+            residual=round(float(calibration.residuals[i]), 3),
+            like=round(float(likeness[i]), 3),
+            other=others[i],
+            apart=round(float(np.degrees(calibration.apart[i])), 1),
+            rotated=round(float(rotated[i]), 1),
         )
         for i, (name, word) in enumerate(zip(calibration.names, judged(calibration), strict=True))
     }

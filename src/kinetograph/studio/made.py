@@ -58,8 +58,8 @@ def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:
         characters=("motion", *made.others),
         pieces=tuple(piece_row(piece) for piece in synthesis.pieces),
         lanes=(*contact_lanes(synthesis.annotations), *made.lanes, *edited_lane(synthesis)),
-        figures=(*made.figures, *_figures(synthesis)),
-        warnings=tuple(synthesis.warnings),
+        figures=(*made.figures, *synthesis_figures(synthesis)),
+        warnings=grouped(synthesis.warnings),
         path=made.path,
         costs=tuple(each.cost for each in made.syntheses),
         chosen=made.chosen,
@@ -97,6 +97,36 @@ def clip(take: Take, character: Character | None) -> bytes:
     return encode(take, character)
 
 
+def grouped(lines: Sequence[str]) -> tuple[str, ...]:
+    """Lines that say the same of several things, as one.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Those that are about something begin with its name and a colon.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> grouped(["a: too fast", "slow", "b: too fast"])
+    ('2 takes (a, b): too fast', 'slow')
+    """
+    about: dict[str, list[str]] = {}
+    for line in lines:
+        name, colon, text = line.partition(": ")
+        about.setdefault(text if colon else line, []).append(name if colon else "")
+    return tuple(f"{_together(names)}{text}" for text, names in about.items())
+
+
+def _together(names: Sequence[str]) -> str:
+    if len(names) > 1:
+        return f"{len(names)} takes ({', '.join(names)}): "
+    return f"{names[0]}: " if names[0] else ""
+
+
 def piece_row(piece: Piece) -> PieceRow:
     """A piece, for the page."""
     return PieceRow(
@@ -130,7 +160,8 @@ def edited_lane(synthesis: Synthesis) -> tuple[Lane, ...]:
     return (Lane("edited", "edited", values=tuple(np.round(100 * synthesis.edited, 3).tolist()), unit="cm"),)
 
 
-def _figures(synthesis: Synthesis) -> tuple[Figure, ...]:
+def synthesis_figures(synthesis: Synthesis) -> tuple[Figure, ...]:
+    """Its cost, and how much of it is recording."""
     figures = [Figure("cost", f"{synthesis.cost:.4g}")]
     untouched = synthesis.statistics.get("untouched")
     if untouched is not None:

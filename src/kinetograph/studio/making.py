@@ -4,22 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing, duetting, exporting, rehearsing, walking
+from kinetograph.studio import browsing, duetting, exporting, keying, rehearsing, sensing, walking
 from kinetograph.studio.messages import Export, Message
 from kinetograph.studio.project import Mode, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer, Run, Section
 
-SECTIONS: Mapping[Mode, Section] = {"walk": walking.make, "duet": duetting.make}
+SECTIONS: Mapping[Mode, Section] = {
+    "walk": walking.make,
+    "keys": keying.make,
+    "duet": duetting.make,
+    "sensors": sensing.make,
+}
 """What makes each section of a project."""
 
-ANSWERS: Mapping[type[Message], Answer] = {**browsing.ANSWERS, **walking.ANSWERS, **duetting.ANSWERS}
+ANSWERS: Mapping[type[Message], Answer] = {
+    **browsing.ANSWERS,
+    **walking.ANSWERS,
+    **keying.ANSWERS,
+    **duetting.ANSWERS,
+    **sensing.ANSWERS,
+}
 """Questions of the page, and what answers them."""
 
-RUNS: Mapping[type[Message], Run] = {Export: exporting.run, **walking.RUNS, **rehearsing.RUNS}
+RUNS: Mapping[type[Message], Run] = {
+    Export: exporting.run,
+    **walking.RUNS,
+    **rehearsing.RUNS,
+    **sensing.RUNS,
+}
 """What runs live, by the message that starts it."""
 
-HEARD: tuple[type[Message], ...] = (*walking.HEARD,)
+HEARD: tuple[type[Message], ...] = (
+    *walking.HEARD,
+    *sensing.HEARD,
+)
 """Messages for what runs live."""
 
 PREPARE: tuple[Callable[[Project, Room], object], ...] = ()

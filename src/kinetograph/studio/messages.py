@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.studio.project import Mode, Project, RuleRow
+from kinetograph.studio.project import KeyRow, Mode, Project, RuleRow
 
 BLOB, POSE = 1, 2
 """The first number of a binary frame."""
@@ -95,43 +95,6 @@ class Export(Message, frozen=True, tag="export"):
 
 class StopRun(Message, frozen=True, tag="stop_run"):
     """End what runs live."""
-
-
-class AskLeaders(Message, frozen=True, tag="ask_leaders"):
-    """Ask for the takes that can lead a duet: of a library, the project's unless given."""
-
-    id: int
-    library: str | None = None
-
-
-class AskLeader(Message, frozen=True, tag="ask_leader"):
-    """Ask who the leader of the project is."""
-
-    id: int
-
-
-class ShowLeader(Message, frozen=True, tag="show_leader"):
-    """Ask for the leader of the project as a clip."""
-
-    id: int
-
-
-class Transcribe(Message, frozen=True, tag="transcribe"):
-    """Ask for the moves of the follower that was made last."""
-
-    id: int
-
-
-class Rehearse(Message, frozen=True, tag="rehearse"):
-    """Let the leader of the project dance now, and the follower answer live.
-
-    Parameters
-    ----------
-    lag : float
-        Seconds after which motion is decided.
-    """
-
-    lag: float = 0.5
 
 
 class AskTakes(Message, frozen=True, tag="ask_takes"):
@@ -275,121 +238,6 @@ class Exported(Message, frozen=True, tag="exported"):
 
     id: int
     files: tuple[tuple[str, str], ...]
-
-
-class LeaderRow(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A take that can lead, and the people in it who can."""
-
-    take: str
-    seconds: float
-    persons: tuple[str, ...]
-
-
-class LeaderTakes(Message, frozen=True, tag="leader_takes"):
-    """The takes of a library that can lead.
-
-    Parameters
-    ----------
-    id : int
-    library : str
-    takes : tuple of LeaderRow
-    target : str
-        The track that is made unless another is named.
-    targets : tuple of str
-        The tracks that can be made.
-    advice : str
-        What to do where there is none.
-    """
-
-    id: int
-    library: str
-    takes: tuple[LeaderRow, ...] = ()
-    target: str = ""
-    targets: tuple[str, ...] = ()
-    advice: str = ""
-
-
-class LeaderFacts(Message, frozen=True, tag="leader_facts"):
-    """The leader of the project.
-
-    Parameters
-    ----------
-    id : int
-    name : str
-        Of the take or the file.
-    seconds : float
-    person : str
-        Who of ``persons`` leads.
-    persons : tuple of str
-    truth : bool
-        Whether the one who followed is known.
-    notes : tuple of str
-        What was guessed.
-    """
-
-    id: int
-    name: str
-    seconds: float
-    person: str
-    persons: tuple[str, ...] = ()
-    truth: bool = False
-    notes: tuple[str, ...] = ()
-
-
-class MoveRow(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A move of a transcript.
-
-    Parameters
-    ----------
-    move : str
-        Empty where the recordings name none.
-    start, stop : float
-    margin : float, optional
-        What the best interpretation without it costs more, as a share; None where there is no other.
-    notation : str
-        The move in the thesis' symbols.
-    """
-
-    move: str
-    start: float
-    stop: float
-    margin: float | None = None
-    notation: str = ""
-
-
-class Transcribed(Message, frozen=True, tag="transcribed"):
-    """The moves of the follower in order, or what to do to have them."""
-
-    id: int
-    moves: tuple[MoveRow, ...] = ()
-    advice: str = ""
-
-
-class Rehearsed(Message, frozen=True, tag="rehearsed"):
-    """How a rehearsal goes.
-
-    Parameters
-    ----------
-    second : float
-        Where the leader is now.
-    seconds : float
-        How long the leader dances.
-    lag : float
-        Seconds by which the follower shown is behind the leader.
-    load : float
-        Seconds of work for a second of dance; above 1, the leader has to wait.
-    running : bool
-        False at its end.
-    error : float, optional
-        Centimetres: at the end, the mean distance of joints from the recorded follower's.
-    """
-
-    second: float
-    seconds: float
-    lag: float
-    load: float = 0.0
-    running: bool = True
-    error: float | None = None
 
 
 class TakeRow(msgspec.Struct, frozen=True):
@@ -873,8 +721,10 @@ class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
         ``good``, ``fair``, ``put it on again`` or ``not heard``.
     before, residual : float
         m/s^2, without and with calibration.
-    unexplained : float
-        The residual's share of the sensor's own variation.
+    like : float
+        How much like another sensor's its readings are: 1 is as much as like its own.
+    other : str
+        That other sensor.
     apart : float
         Degrees between the rotations that halves of the movement give.
     rotated : float
@@ -885,7 +735,8 @@ class CalibratedRow(msgspec.Struct, frozen=True, omit_defaults=True):
     verdict: str
     before: float = 0.0
     residual: float = 0.0
-    unexplained: float = 0.0
+    like: float = 0.0
+    other: str = ""
     apart: float = 0.0
     rotated: float = 0.0
 
@@ -923,6 +774,284 @@ class JointsHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="joints"):
     fps: float
     joints: tuple[str, ...]
     frames: int
+
+
+class KeyPose(Message, frozen=True, tag="key_pose"):
+    """Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0."""
+
+    id: int
+    row: KeyRow
+
+
+class KeyEnds(Message, frozen=True, tag="key_ends"):
+    """Asks where the hands and feet of a key are (`EndPlaces`)."""
+
+    id: int
+    row: KeyRow
+
+
+class KeysMet(Message, frozen=True, tag="keys_met"):
+    """Asks when and where the project's keys are met in what is shown (`Met`)."""
+
+    id: int
+
+
+class Alternative(Message, frozen=True, tag="alternative"):
+    """Asks for one of the motions through the keys as a clip; the first is number 0."""
+
+    id: int
+    number: int
+
+
+class KeyTrouble(Message, frozen=True, tag="key_trouble"):
+    """Asks which of the project's keys cannot be met (`Trouble`)."""
+
+    id: int
+
+
+class EndPlaces(Message, frozen=True, tag="end_places"):
+    """Where the hands and feet of a key are.
+
+    Parameters
+    ----------
+    id : int
+    ends : dict of str to (float, float, float)
+        By role: metres from the root's place on the ground, in the frame of the root's heading.
+    roles : tuple of str
+        The parts of the body that may count.
+    position : (float, float)
+        Where the root is in its recording, metres x and z.
+    heading : float
+        Of the root in its recording, degrees.
+    said : tuple of str
+        What a person should know of them.
+    """
+
+    id: int
+    ends: dict[str, tuple[float, float, float]]
+    roles: tuple[str, ...]
+    position: tuple[float, float]
+    heading: float
+    said: tuple[str, ...] = ()
+
+
+class MetRow(msgspec.Struct, frozen=True):
+    """When and where a key is met: seconds, metres x and z of the root, and its heading in degrees."""
+
+    time: float
+    position: tuple[float, float]
+    heading: float
+
+
+class Met(Message, frozen=True, tag="met"):
+    """When and where the keys are met, one row per key."""
+
+    id: int
+    rows: tuple[MetRow, ...]
+
+
+class Trouble(Message, frozen=True, tag="trouble"):
+    """Why keys cannot be met.
+
+    Parameters
+    ----------
+    id : int
+    message : str
+        Empty where they can.
+    row : int, optional
+        The key that it is about.
+    seconds : float, optional
+        How much later that key can be met.
+    """
+
+    id: int
+    message: str = ""
+    row: int | None = None
+    seconds: float | None = None
+
+
+class AskLeaders(Message, frozen=True, tag="ask_leaders"):
+    """Ask for the takes that can lead a duet: of a library, the project's unless given."""
+
+    id: int
+    library: str | None = None
+
+
+class AskLeader(Message, frozen=True, tag="ask_leader"):
+    """Ask who the leader of the project is."""
+
+    id: int
+
+
+class ShowLeader(Message, frozen=True, tag="show_leader"):
+    """Ask for the leader of the project as a clip."""
+
+    id: int
+
+
+class AskHands(Message, frozen=True, tag="ask_hands"):
+    """Ask which hands of the follower that was made last hold which of the leader's."""
+
+    id: int
+
+
+class Transcribe(Message, frozen=True, tag="transcribe"):
+    """Ask for the moves of the follower that was made last."""
+
+    id: int
+
+
+class Rehearse(Message, frozen=True, tag="rehearse"):
+    """Let the leader of the project dance now, and the follower answer live.
+
+    Parameters
+    ----------
+    lag : float
+        Seconds after which motion is decided.
+    """
+
+    lag: float = 0.5
+
+
+class LeaderRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A take that can lead, and the people in it who can."""
+
+    take: str
+    seconds: float
+    persons: tuple[str, ...]
+
+
+class LeaderTakes(Message, frozen=True, tag="leader_takes"):
+    """The takes of a library that can lead.
+
+    Parameters
+    ----------
+    id : int
+    library : str
+    takes : tuple of LeaderRow
+    target : str
+        The track that is made unless another is named.
+    targets : tuple of str
+        The tracks that can be made.
+    advice : str
+        What to do where there is none.
+    """
+
+    id: int
+    library: str
+    takes: tuple[LeaderRow, ...] = ()
+    target: str = ""
+    targets: tuple[str, ...] = ()
+    advice: str = ""
+
+
+class LeaderFacts(Message, frozen=True, tag="leader_facts"):
+    """The leader of the project.
+
+    Parameters
+    ----------
+    id : int
+    name : str
+        Of the take or the file.
+    seconds : float
+    person : str
+        Who of ``persons`` leads.
+    persons : tuple of str
+    truth : bool
+        Whether the one who followed is known.
+    notes : tuple of str
+        What was guessed.
+    """
+
+    id: int
+    name: str
+    seconds: float
+    person: str
+    persons: tuple[str, ...] = ()
+    truth: bool = False
+    notes: tuple[str, ...] = ()
+
+
+class HandsRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Hands that hold each other: the joints, as the bodies that are shown call them.
+
+    Parameters
+    ----------
+    start, stop : float
+    own, theirs : str
+        The follower's joint, and the leader's.
+    met : bool
+        Whether they are as near as hands that hold each other.
+    """
+
+    start: float
+    stop: float
+    own: str
+    theirs: str
+    met: bool = True
+
+
+class Hands(Message, frozen=True, tag="hands"):
+    """The handholds of the follower and the leader."""
+
+    id: int
+    holds: tuple[HandsRow, ...] = ()
+
+
+class MoveRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A move of a transcript.
+
+    Parameters
+    ----------
+    move : str
+        Empty where the recordings name none.
+    start, stop : float
+    margin : float, optional
+        What the best interpretation without it costs more, as a share; None where there is no other.
+    notation : str
+        The move in the thesis' symbols.
+    """
+
+    move: str
+    start: float
+    stop: float
+    margin: float | None = None
+    notation: str = ""
+
+
+class Transcribed(Message, frozen=True, tag="transcribed"):
+    """The moves of the follower in order, or what to do to have them."""
+
+    id: int
+    moves: tuple[MoveRow, ...] = ()
+    advice: str = ""
+
+
+class Rehearsed(Message, frozen=True, tag="rehearsed"):
+    """How a rehearsal goes.
+
+    Parameters
+    ----------
+    second : float
+        Where the leader is now.
+    seconds : float
+        How long the leader dances.
+    lag : float
+        Seconds by which the follower shown is behind the leader.
+    load : float
+        Seconds of work for a second of dance; above 1, the leader has to wait.
+    running : bool
+        False at its end.
+    error : float, optional
+        Centimetres: at the end, the mean distance of joints from the recorded follower's.
+    """
+
+    second: float
+    seconds: float
+    lag: float
+    load: float = 0.0
+    running: bool = True
+    error: float | None = None
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.methods.sensor import SensorSynthesis
-from kinetograph.sensing import Readings, select_sensors, uniform
 from kinetograph.skeleton import Skeleton
 from kinetograph.studio.messages import JointsHeader, Lane, Span, blob
+
+if TYPE_CHECKING:
+    from kinetograph.methods.sensor import SensorSynthesis
+    from kinetograph.sensing import Readings
 
 MOST = 3000
 """Values of a lane: about three for every pixel of a wide page."""
@@ -78,6 +82,8 @@ def reading_lanes(rows: Readings, names: tuple[str, ...], seconds: float) -> lis
     -------
     list of Lane
     """
+    from kinetograph.sensing import select_sensors, uniform
+
     worn = [name for name in names if name in rows.names]
     signal = uniform(select_sensors(rows, worn), RATE, seconds)
     force = np.linalg.norm(signal.values.reshape(len(signal), -1, 3), axis=2)

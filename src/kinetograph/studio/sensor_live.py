@@ -41,6 +41,15 @@ _LATEST = 300  # rows of a sensor that its rate is taken from
 _REPLAY = "replay:"
 
 
+def is_live(text: str) -> bool:
+    """Whether a text names what is listened to, rather than a file of the project.
+
+    >>> is_live("slimevr://"), is_live("worn.csv")
+    (True, False)
+    """
+    return text == "phone" or "://" in text or text.startswith(_REPLAY)
+
+
 def source_of(text: str, room: Room, sensors: tuple[str, ...], announce: Callable[[str], None]) -> StreamSource:
     """What a person listens to; replays are of the project's files.
 

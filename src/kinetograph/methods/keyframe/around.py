@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -21,9 +22,14 @@ from kinetograph.take import Annotation
 Solve = Callable[[tuple[Key, ...]], Synthesis]
 """Makes a motion through keys."""
 
+SolveAll = Callable[[tuple[Key, ...]], tuple[Synthesis, ...]]
+"""Makes one or more different motions through keys, the best first."""
 
-def solve_around(held: Synthesis, span: tuple[float, float], keys: tuple[Key, ...], solve: Solve) -> Synthesis:
-    """A span of a result, frame by frame, and new motion through the keys around it.
+
+def solve_around(
+    held: Synthesis, span: tuple[float, float], keys: tuple[Key, ...], solve: SolveAll
+) -> tuple[Synthesis, ...]:
+    """A span of a result, frame by frame, and new motions through the keys around it, the best first.
 
     Parameters
     ----------
@@ -34,7 +40,7 @@ def solve_around(held: Synthesis, span: tuple[float, float], keys: tuple[Key, ..
         Each with a time, in seconds of ``held``. A first key that is pinned nowhere stands where the path to the span
         begins, not where it does in its clip.
     solve : callable
-        Makes a motion through keys.
+        Makes one or more motions through keys.
 
     Raises
     ------
@@ -49,15 +55,23 @@ def solve_around(held: Synthesis, span: tuple[float, float], keys: tuple[Key, ..
         )
     before, after = _divided(keys, low / fps, high / fps)
     begin = low if before else 0  # the held span's first frame in the result
-    parts = [clip_synthesis(held, low, high, begin / fps)]
+    kept = clip_synthesis(held, low, high, begin / fps)
+    leads, rests = [list[Synthesis]()], [list[Synthesis]()]
     if before:
-        lead = _lead_up(before, frame_as_key(held.motion, low, low / fps), solve)
-        parts.insert(0, clip_synthesis(lead, 0, low - 1, 0.0))
+        found = _lead_up(before, frame_as_key(held.motion, low, low / fps), solve)
+        leads = [[clip_synthesis(lead, 0, low - 1, 0.0)] for lead in found]
     if after:
         later = tuple(replace(key, time=_shifted(key, -high / fps)) for key in after)
-        rest = solve((frame_as_key(held.motion, high, 0.0), *later))
-        parts.append(clip_synthesis(rest, 1, len(rest.motion) - 1, (begin + high - low) / fps + 1 / fps))
-    return joined(parts)
+        found = solve((frame_as_key(held.motion, high, 0.0), *later))
+        at = (begin + high - low) / fps + 1 / fps
+        rests = [[clip_synthesis(rest, 1, len(rest.motion) - 1, at)] for rest in found]
+    pairs = zip(_filled(leads, len(rests)), _filled(rests, len(leads)), strict=True)
+    return tuple(joined([*lead, kept, *rest]) for lead, rest in pairs)
+
+
+def _filled(parts: list[list[Synthesis]], length: int) -> list[list[Synthesis]]:
+    """Parts repeated from the first on, where others are more."""
+    return list(itertools.islice(itertools.cycle(parts), max(len(parts), length)))
 
 
 def _divided(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Key, ...], tuple[Key, ...]]:
@@ -96,11 +110,16 @@ def frame_as_key(motion: Motion, frame: int, time: float, label: str = "the held
     return Key(motion, frame, (time, time), (float(x), float(z)), _heading(motion, frame), label=label)
 
 
-def _lead_up(before: tuple[Key, ...], end: Key, solve: Solve) -> Synthesis:
-    """Motion through keys to the span's beginning; where no key is pinned, it is made anywhere and then moved there."""
+def _lead_up(before: tuple[Key, ...], end: Key, solve: SolveAll) -> tuple[Synthesis, ...]:
+    """Motions through keys to the span's beginning; where no key is pinned, made anywhere and then moved there."""
     if any(key.position is not None or key.heading is not None for key in before):
         return solve((*before, end))
-    lead = solve((*before, replace(end, position=None, heading=None)))
+    leads = solve((*before, replace(end, position=None, heading=None)))
+    return tuple(_moved_to(lead, end) for lead in leads)
+
+
+def _moved_to(lead: Synthesis, end: Key) -> Synthesis:
+    """A result moved to end where a key is."""
     angle = _heading(end.clip, end.frame) - _heading(lead.motion, -1)
     shift = end.clip.translation[end.frame] - place(lead.motion, angle, (0.0, 0.0, 0.0)).translation[-1]
     return _moved(lead, angle, on_ground(shift))
@@ -147,6 +166,7 @@ def clip_synthesis(result: Synthesis, first: int, last: int, begin: float) -> Sy
         pieces=tuple(piece for piece in pieces if piece is not None),
         annotations=tuple(notes),
         edited=result.edited[first : last + 1],
+        met=tuple(time + by for time in result.met if low - 1e-9 <= time <= high + 1e-9),
     )
 
 
@@ -171,6 +191,7 @@ def joined(parts: list[Synthesis]) -> Synthesis:
         statistics=edit_statistics(edited, len(pieces), len({(p.take, p.mirrored) for p in pieces})),
         warnings=tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
         edited=edited,
+        met=tuple(time for part in parts for time in part.met),
     )
 
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.errors import RequestError
+from kinetograph.errors import RequestError, TooSoonError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
 from kinetograph.methods.keyframe.features import key_distances
@@ -116,9 +116,11 @@ def require_time(
         quick = np.ceil(steps * (1 - warp))
         if b.window[1] < earliest + quick - 1e-9:
             asked = (b.window[1] - earliest) / index.fps
-            raise RequestError(
+            raise TooSoonError(
                 f"{between} takes {quick / index.fps:.2f} s at least ({steps / index.fps:.2f} s of recordings, "
-                f"{warp:.0%} faster), and {asked:.2f} s are given; give it more time"
+                f"{warp:.0%} faster), and {asked:.2f} s are given; give it more time",
+                after.label,
+                float(quick / index.fps - asked),
             )
         if steps > longest * index.fps:
             raise RequestError(

@@ -179,8 +179,31 @@ class KeyframeModel:
         RequestError
             As `synthesize`, for a span outside the result or keys within it, and for a cluster chain.
         """
+        return self.alternatives_around(held, span, keys, 1)[0]
+
+    def alternatives_around(
+        self, held: Synthesis, span: tuple[float, float], keys: Sequence[Key], count: int = 3
+    ) -> tuple[Synthesis, ...]:
+        """A span of a result held, and the rest made in different ways, the best first.
+
+        Parameters
+        ----------
+        held : Synthesis
+            A result of this model.
+        span : tuple of float
+            Seconds of the result from which and to which it is held.
+        keys : sequence of Key
+            Each with a time, before or after the span.
+        count : int
+            The most motions.
+
+        Raises
+        ------
+        RequestError
+            As `synthesize_around`.
+        """
         if not self.fitted.meets_times:
             raise RequestError(
                 "the cluster chain leaves times free; to hold a span use the timed search (--mode search)"
             )
-        return solve_around(held, span, tuple(keys), self.synthesize)
+        return solve_around(held, span, tuple(keys), lambda around: self.alternatives(around, count))

@@ -71,6 +71,7 @@ def realize_route(
         statistics=edit_statistics(edited, len(pieces), len(set(owners))),
         warnings=warnings,
         edited=edited,
+        met=tuple(point.frame / index.fps for point in points),
     )
 
 

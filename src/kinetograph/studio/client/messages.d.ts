@@ -137,37 +137,6 @@ export interface StopRun {
   kind: "stop_run";
 }
 
-/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
-export interface AskLeaders {
-  kind: "ask_leaders";
-  id: number;
-  library?: string | null;
-}
-
-/** Ask who the leader of the project is. */
-export interface AskLeader {
-  kind: "ask_leader";
-  id: number;
-}
-
-/** Ask for the leader of the project as a clip. */
-export interface ShowLeader {
-  kind: "show_leader";
-  id: number;
-}
-
-/** Ask for the moves of the follower that was made last. */
-export interface Transcribe {
-  kind: "transcribe";
-  id: number;
-}
-
-/** Let the leader of the project dance now, and the follower answer live. */
-export interface Rehearse {
-  kind: "rehearse";
-  lag?: number;
-}
-
 /** Which takes a library has. */
 export interface AskTakes {
   kind: "ask_takes";
@@ -269,64 +238,6 @@ export interface Exported {
   kind: "exported";
   id: number;
   files: [string, string][];
-}
-
-/** A take that can lead, and the people in it who can. */
-export interface LeaderRow {
-  take: string;
-  seconds: number;
-  persons: string[];
-}
-
-/** The takes of a library that can lead. */
-export interface LeaderTakes {
-  kind: "leader_takes";
-  id: number;
-  library: string;
-  takes?: LeaderRow[];
-  target?: string;
-  targets?: string[];
-  advice?: string;
-}
-
-/** The leader of the project. */
-export interface LeaderFacts {
-  kind: "leader_facts";
-  id: number;
-  name: string;
-  seconds: number;
-  person: string;
-  persons?: string[];
-  truth?: boolean;
-  notes?: string[];
-}
-
-/** A move of a transcript. */
-export interface MoveRow {
-  move: string;
-  start: number;
-  stop: number;
-  margin?: number | null;
-  notation?: string;
-}
-
-/** The moves of the follower in order, or what to do to have them. */
-export interface Transcribed {
-  kind: "transcribed";
-  id: number;
-  moves?: MoveRow[];
-  advice?: string;
-}
-
-/** How a rehearsal goes. */
-export interface Rehearsed {
-  kind: "rehearsed";
-  second: number;
-  seconds: number;
-  lag: number;
-  load?: number;
-  running?: boolean;
-  error?: number | null;
 }
 
 /** A take of a library. */
@@ -630,7 +541,8 @@ export interface CalibratedRow {
   verdict: string;
   before?: number;
   residual?: number;
-  unexplained?: number;
+  like?: number;
+  other?: string;
   apart?: number;
   rotated?: number;
 }
@@ -652,6 +564,184 @@ export interface JointsHeader {
   frames: number;
 }
 
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
+}
+
+/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
+export interface AskLeaders {
+  kind: "ask_leaders";
+  id: number;
+  library?: string | null;
+}
+
+/** Ask who the leader of the project is. */
+export interface AskLeader {
+  kind: "ask_leader";
+  id: number;
+}
+
+/** Ask for the leader of the project as a clip. */
+export interface ShowLeader {
+  kind: "show_leader";
+  id: number;
+}
+
+/** Ask which hands of the follower that was made last hold which of the leader's. */
+export interface AskHands {
+  kind: "ask_hands";
+  id: number;
+}
+
+/** Ask for the moves of the follower that was made last. */
+export interface Transcribe {
+  kind: "transcribe";
+  id: number;
+}
+
+/** Let the leader of the project dance now, and the follower answer live. */
+export interface Rehearse {
+  kind: "rehearse";
+  lag?: number;
+}
+
+/** A take that can lead, and the people in it who can. */
+export interface LeaderRow {
+  take: string;
+  seconds: number;
+  persons: string[];
+}
+
+/** The takes of a library that can lead. */
+export interface LeaderTakes {
+  kind: "leader_takes";
+  id: number;
+  library: string;
+  takes?: LeaderRow[];
+  target?: string;
+  targets?: string[];
+  advice?: string;
+}
+
+/** The leader of the project. */
+export interface LeaderFacts {
+  kind: "leader_facts";
+  id: number;
+  name: string;
+  seconds: number;
+  person: string;
+  persons?: string[];
+  truth?: boolean;
+  notes?: string[];
+}
+
+/** Hands that hold each other: the joints, as the bodies that are shown call them. */
+export interface HandsRow {
+  start: number;
+  stop: number;
+  own: string;
+  theirs: string;
+  met?: boolean;
+}
+
+/** The handholds of the follower and the leader. */
+export interface Hands {
+  kind: "hands";
+  id: number;
+  holds?: HandsRow[];
+}
+
+/** A move of a transcript. */
+export interface MoveRow {
+  move: string;
+  start: number;
+  stop: number;
+  margin?: number | null;
+  notation?: string;
+}
+
+/** The moves of the follower in order, or what to do to have them. */
+export interface Transcribed {
+  kind: "transcribed";
+  id: number;
+  moves?: MoveRow[];
+  advice?: string;
+}
+
+/** How a rehearsal goes. */
+export interface Rehearsed {
+  kind: "rehearsed";
+  second: number;
+  seconds: number;
+  lag: number;
+  load?: number;
+  running?: boolean;
+  error?: number | null;
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -660,11 +750,6 @@ export type AnyMessage =
   | Cancel
   | Export
   | StopRun
-  | AskLeaders
-  | AskLeader
-  | ShowLeader
-  | Transcribe
-  | Rehearse
   | AskTakes
   | AskThumbnails
   | AskClip
@@ -676,10 +761,6 @@ export type AnyMessage =
   | Failed
   | Said
   | Exported
-  | LeaderTakes
-  | LeaderFacts
-  | Transcribed
-  | Rehearsed
   | Takes
   | Alike
   | Kept
@@ -700,4 +781,23 @@ export type AnyMessage =
   | PhoneLink
   | LiveEnded
   | CalibrationStep
-  | Calibrated;
+  | Calibrated
+  | KeyPose
+  | KeyEnds
+  | KeysMet
+  | Alternative
+  | KeyTrouble
+  | EndPlaces
+  | Met
+  | Trouble
+  | AskLeaders
+  | AskLeader
+  | ShowLeader
+  | AskHands
+  | Transcribe
+  | Rehearse
+  | LeaderTakes
+  | LeaderFacts
+  | Hands
+  | Transcribed
+  | Rehearsed;
