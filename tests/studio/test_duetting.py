@@ -191,6 +191,7 @@ def test_hands_that_meet_and_hands_that_do_not() -> None:
     )
     reach = 0.28
     (lane,) = compared(follower, holds, lead).lanes
+    assert lane.name == "left hand"
     assert [span.label.startswith("missed: ") for span in lane.spans] == [bool(np.median(apart[30:61]) > reach), True]
     assert f"{100 * np.median(apart[30:61]):.0f} cm apart" in lane.spans[0].title
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,11 +87,10 @@ def compared(made: Motion, holds: tuple[Annotation, ...], leader: Leader) -> Com
     -------
     Comparison
     """
-    lane, figures = _hands(measured(made, holds, leader.motion))
-    lanes = [lane] if lane.spans else []
-    if leader.holds:
-        spans = tuple(Span(note.start, note.stop, _said(note.label)) for note in leader.holds)
-        lanes.append(Lane("hands recorded", "handholds", spans))
+    found = measured(made, holds, leader.motion)
+    figures = _met(found)
+    lanes = _lanes("hand", {hold.note: hold.span for hold in found})
+    lanes += _lanes("recorded", {note: Span(note.start, note.stop, _said(note.label)) for note in leader.holds})
     truth = leader.truth
     if truth is not None and truth.skeleton.names == made.skeleton.names:
         errors = _Errors.of(made, truth)
@@ -174,14 +174,22 @@ def measured(made: Motion, holds: tuple[Annotation, ...], leader: Motion) -> lis
     return found
 
 
-def _hands(holds: list[Hold]) -> tuple[Lane, tuple[Figure, ...]]:
-    """The lane of the hands that are held, and how many of them meet."""
+def _lanes(name: str, spans: Mapping[Annotation, Span]) -> list[Lane]:
+    """A lane for the handholds of each hand of the follower."""
+    lanes = []
+    for hand in HANDS:
+        held = tuple(span for note, span in spans.items() if note.label.startswith(f"{hand}:"))
+        if held:
+            lanes.append(Lane(f"{hand.removesuffix('_hand')} {name}", "handholds", held))
+    return lanes
+
+
+def _met(holds: list[Hold]) -> tuple[Figure, ...]:
+    """How many handholds meet."""
     if not holds:
-        return Lane("hands", "handholds"), ()
+        return ()
     title = f"Handholds whose wrists are within {100 * REACH:.0f} cm, half of the time or more"
-    met = sum(hold.met for hold in holds)
-    lane = Lane("hands", "handholds", tuple(hold.span for hold in holds))
-    return lane, (Figure("hands met", f"{met} of {len(holds)}", title),)
+    return (Figure("hands met", f"{sum(hold.met for hold in holds)} of {len(holds)}", title),)
 
 
 def _has_hands(*motions: Motion) -> bool:
