@@ -126,6 +126,7 @@ def _truth_and_lines(page: Page, tmp_path: Path) -> None:
 
 def _rehearsed(page: Page, tmp_path: Path) -> None:
     page.get_by_role("button", name="Rehearse live").click()
+    page.wait_for_function("document.querySelector('.duet').innerText.includes('behind the leader')", timeout=180_000)
     page.wait_for_function("window.kinetograph.studio.transport.time > 2.5", timeout=180_000)
     _shot(page, tmp_path, "live")
     assert "0.60 s behind the leader" in page.locator(".duet").inner_text()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -97,6 +97,29 @@ def compared(made: Motion, holds: tuple[Annotation, ...], leader: Leader) -> Com
         lanes.append(Lane("error", "error", values=_thinned(100 * errors.distance, truth.fps), unit="cm"))
         figures = (*errors.figures, *_held(errors, leader, truth), *figures)
     return Comparison(tuple(lanes), figures)
+
+
+def held_by_others(holds: tuple[Annotation, ...], leader: Leader) -> tuple[Annotation, ...]:
+    """The handholds of the leader, with the follower made and the recorded one, and those of the recorded one.
+
+    Parameters
+    ----------
+    holds : tuple of Annotation
+        Of the follower that was made, labelled ``own hand:partner's hand``.
+    leader : Leader
+    """
+    of_leader = [replace(note, track="leader", label=_turned(note.label)) for note in (*holds, *leader.holds)]
+    return (*of_leader, *(replace(note, track="truth") for note in leader.holds if leader.truth is not None))
+
+
+def _turned(label: str) -> str:
+    """A handhold as the partner sees it.
+
+    >>> _turned("left_hand:right_hand")
+    'right_hand:left_hand'
+    """
+    own, _, theirs = label.partition(":")
+    return f"{theirs}:{own}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from kinetograph.methods.performance import PerformanceModel, PointsByRole, Rule
 from kinetograph.pipeline import perform_with
 from kinetograph.progress import Progress
 from kinetograph.segmentation import notation
-from kinetograph.studio.comparing import compared, measured
+from kinetograph.studio.comparing import compared, held_by_others, measured
 from kinetograph.studio.floor import floor_of
 from kinetograph.studio.leading import (
     Leader,
@@ -146,6 +146,7 @@ def _made(project: Project, room: Room, progress: Progress) -> MadeDuet:
         others=others,
         lanes=comparison.lanes,
         figures=comparison.figures,
+        notes=held_by_others(holds, leader),
         dance=dance,
         model=model,
     )
