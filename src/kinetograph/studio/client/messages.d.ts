@@ -538,7 +538,8 @@ export interface CalibratedRow {
   verdict: string;
   before?: number;
   residual?: number;
-  unexplained?: number;
+  like?: number;
+  other?: string;
   apart?: number;
   rotated?: number;
 }
