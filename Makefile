@@ -10,6 +10,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 BLENDER ?= .venv-blender
 STAMP  := $(VENV)/.installed
+PLAIN  := $(VENV)/.installed-plain
 DOCS   := $(VENV)/.installed-docs
 BUILD  := $(VENV)/.installed-build
 STUDIO := src/kinetograph/studio
@@ -21,23 +22,31 @@ DEMO   ?= out
 help:
 	@sed -n '1,6p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
 
-$(STAMP): pyproject.toml
+$(BIN)/python:
 	@command -v $(PYTHON) >/dev/null || { echo "missing: $(PYTHON); install Python 3.11 or newer, or set PYTHON=..." >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "too old: $$($(PYTHON) --version); Python 3.11 or newer is needed, set PYTHON=..." >&2; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "missing: the venv module of $(PYTHON); install it (on Debian: apt-get install python3-venv)" >&2; exit 1; }
-	@echo "installing into $(VENV)"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
+
+# what the studio and the demo need, which is installed sooner than what the tests need
+$(PLAIN): pyproject.toml | $(BIN)/python
+	@echo "installing into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[studio]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
 	@touch $@
 
+$(STAMP): pyproject.toml | $(BIN)/python
+	@echo "installing into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
+	@touch $(PLAIN) $@
+
 # Node of the PATH builds the page and checks its types, or else a wheel of Node
-page: $(STAMP)
+page: $(PLAIN)
 	@$(BIN)/python hatch_build.py build
 
 studio: page
 	@$(BIN)/kinetograph studio
 
-demo: $(STAMP)
+demo: $(PLAIN)
 	@$(BIN)/kinetograph data fetch deepmimic-clips
 	@$(BIN)/kinetograph demo -o $(DEMO)
 

@@ -26,7 +26,7 @@ _LAYERS = (
     {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
     {"rotations", "sampling", "quaternion_kernels"},
-    {"errors", "arrays", "progress"},
+    {"errors", "arrays", "display", "progress"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.display import notebook_html
 from kinetograph.errors import DataError, RequestError
 from kinetograph.sampling import REACH, sample_times, spline
 from kinetograph.skeleton import Skeleton
@@ -80,6 +81,9 @@ class Motion:
 
     def __len__(self) -> int:
         return len(self.translation)
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
 
     @property
     def duration(self) -> float:

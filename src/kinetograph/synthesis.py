@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.display import notebook_html
 from kinetograph.motion import Motion
 from kinetograph.take import Annotation
 
@@ -151,6 +152,9 @@ class Synthesis:
     edited: FloatArray = field(default_factory=lambda: np.zeros(0))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
     met: tuple[float, ...] = ()
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
 
     def piece_at(self, frame: int) -> Piece:
         """The piece that a frame came from; a frame on a seam belongs to the later piece.

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from kinetograph.display import notebook_html
 from kinetograph.errors import DataError, RequestError
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
@@ -88,6 +89,9 @@ class Take:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Take, (self.name, dict(self.tracks), self.annotations)  # a read-only view of a dict does not pickle
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
 
     @property
     def duration(self) -> float:

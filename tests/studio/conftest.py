@@ -52,6 +52,7 @@ def page(browser: Browser) -> Iterator[Page]:
     raised: list[str] = []
     asked: list[str] = []
     page.on("pageerror", lambda error: raised.append(str(error)))
+    page.on("websocket", lambda socket: asked.append(socket.url))
     context.on("request", lambda request: asked.append(request.url))
     yield page
     context.close()

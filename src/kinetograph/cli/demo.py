@@ -39,22 +39,25 @@ def demo(
 ) -> None:
     """Walk along a winding path, and get up to run, with the clips of the sample deepmimic-clips.
 
-    Writes into the output folder, in place of those of an earlier demo: the path (CSV), the motions (BVH, GLB), contact
-    sheets (PNG), a report (JSON), the libraries, and what the examples of other commands' help need: keys (JSON),
-    readings of sensors and times of steps (CSV).
+    Writes into the output folder, in place of those of an earlier demo: a page with both results (HTML), the path
+    (CSV), the motions (BVH, GLB), contact sheets (PNG), a report (JSON), the libraries, and what the examples of other
+    commands' help need: keys (JSON), readings of sensors and times of steps (CSV).
 
     Example: kinetograph demo -o out
     """
     output.mkdir(parents=True, exist_ok=True)
     synthesis, walk = _walk(output, speed)
-    rise = _rise(output)
+    risen, rise = _rise(output)
     examples = _example_files(output, synthesis.motion)
+    page = _page(output, {"walk along a path": synthesis, "from lying to running": risen})
     if as_json:
-        result({"walk": walk, "rise": rise, "examples": examples}, as_json)
+        result({"walk": walk, "rise": rise, "examples": examples, "page": page}, as_json)
         return
     result(walk, as_json, title="a walk along a path:")
     result(rise, as_json, title="from lying to running:")
     result(examples, as_json, title="for the examples of other commands' help:")
+    if page:
+        result({"page": page}, as_json, title="to open in a browser:")
 
 
 def _walk(output: Path, speed: float) -> tuple[Synthesis, dict[str, Any]]:
@@ -85,7 +88,21 @@ def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
     write_report(synthesis, output / "walk.json")
 
 
-def _rise(output: Path) -> dict[str, Any]:
+def _page(output: Path, results: dict[str, Synthesis]) -> str | None:
+    """A page with the player and the results, where the player is built."""
+    from kinetograph.errors import RequestError
+    from kinetograph.studio import player_page
+
+    try:
+        page = player_page(results, "Kinetograph's demo")
+    except RequestError as error:
+        note(f"without a page of the results: {error}")
+        return None
+    (output / "index.html").write_text(page, encoding="utf-8")
+    return str(output / "index.html")
+
+
+def _rise(output: Path) -> tuple[Synthesis, dict[str, Any]]:
     """From the first pose of getting up to a run, through the recordings of the sample that lead there."""
     from kinetograph.drawing import draw_synthesis
     from kinetograph.formats import save
@@ -98,7 +115,7 @@ def _rise(output: Path) -> dict[str, Any]:
     save(made.motion, output / "rise.bvh")
     save(_standing(made.motion), output / "rise.glb")
     draw_synthesis(made, output / "rise.png", None, "from lying to running")
-    return {
+    return made, {
         "seconds": made.motion.duration,
         "recordings": [piece.take for piece in made.pieces],
         "untouched_share": made.statistics["untouched"],

@@ -1,4 +1,4 @@
-"""The command view: pictures and films of a motion."""
+"""The command view: pictures, films and pages of a motion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def register(app: typer.Typer) -> None:
 class Picture:
     """What is drawn."""
 
-    output: Annotated[Path, typer.Option("-o", "--output", help="Picture to write, .png, or film, .gif or .mp4.")]
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Picture to write, .png, film, .gif or .mp4, or page, .html.")
+    ]
     character: CharacterName = None
     frames: Annotated[int, typer.Option(help="How many poses.")] = 24
     seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0
@@ -57,9 +59,13 @@ def view(
     sheet: Sheet,
     reading: SkeletonReading,
 ) -> None:
-    """Draw a contact sheet: poses, the path from above, the feet over time; or a person, or a film of one.
+    """Draw a contact sheet: poses, the path from above, the feet over time; or a person, or a film of one; or a page.
+
+    A page, .html, plays the motion in any browser, without a network: to look around in, scrub, and send to others.
 
     Example: kinetograph view out/walk.bvh -o out/sheet.png
+
+    Example: kinetograph view out/walk.bvh -o out/walk.html
 
     Example: kinetograph view out/walk.bvh -o out/person.gif --character human --seconds 1
     """
@@ -69,7 +75,9 @@ def view(
     take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
     notes(guesses, file)
     take, _ = fitted(take, file)
-    if picture.character is not None or picture.output.suffix.lower() in FILMS:
+    if picture.output.suffix.lower() in (".html", ".htm"):
+        _write_page(take, picture, sheet, file.name)
+    elif picture.character is not None or picture.output.suffix.lower() in FILMS:
         _draw_character(take, picture)
     else:
         _draw_figures(take, picture, sheet, file.name)
@@ -86,6 +94,16 @@ def _draw_figures(take: Take, picture: Picture, sheet: Sheet, title: str) -> Non
         pictures.strobe(take, picture.output, path_signal=path, title=title)
     else:
         pictures.contact_sheet(take, picture.output, path_signal=path, title=title, frames=picture.frames)
+
+
+def _write_page(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:
+    from kinetograph.formats.atomic import atomic_path
+    from kinetograph.studio import player_page
+
+    worn = body(picture.character)
+    page = player_page(dressed(take, worn), title, worn.character, contacts=sheet.contacts)
+    with atomic_path(picture.output) as draft:
+        draft.write_text(page, encoding="utf-8")
 
 
 def _with_contacts(take: Take) -> Take:

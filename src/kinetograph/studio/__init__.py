@@ -13,6 +13,7 @@ _ROOMS = {
     "Desk": "desk",
     "Project": "project",
     "begin": "beginning",
+    "player_page": "sharing",
     "read_project": "project",
     "serve_studio": "server",
     "with_libraries": "beginning",
@@ -23,6 +24,7 @@ __all__ = [
     "Desk",
     "Project",
     "begin",
+    "player_page",
     "read_project",
     "serve_studio",
     "with_libraries",
@@ -45,3 +47,4 @@ if TYPE_CHECKING:
     from kinetograph.studio.desk import Desk
     from kinetograph.studio.project import Project, read_project, write_project
     from kinetograph.studio.server import serve_studio
+    from kinetograph.studio.sharing import player_page

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from kinetograph.errors import RequestError
@@ -32,7 +33,7 @@ from kinetograph.studio.messages import (
 from kinetograph.studio.project import Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer
-from kinetograph.take import Take
+from kinetograph.take import Annotation, Take
 
 RECORDINGS = "recordings"
 """The library of a project's own, of the recordings that were dropped onto the page."""
@@ -43,7 +44,11 @@ PAGE = 500
 EXAMPLE = 2.0
 """Seconds of an example, where it is not said how long it is."""
 
-_UNTAGGED = ("contact", "cut", "handhold", "loop")  # annotations that say nothing about what is done
+SOURCE = "file"
+"""The kind of annotation that names the file of a recording."""
+
+_ADDING = threading.Lock()
+_UNTAGGED = ("contact", "cut", "handhold", "loop", SOURCE)  # annotations that say nothing about what is done
 
 
 class Shelf:
@@ -203,21 +208,20 @@ def _part(motion: Motion, start: float, stop: float) -> Motion:
 # ---- recordings of one's own ----
 
 
-def add_recording(room: Room, path: Path) -> tuple[str, tuple[str, ...]]:
-    """Add a file to the library of a project's own, which is made where there is none.
+def add_recording(room: Room, name: str) -> tuple[str, ...]:
+    """Add a file of the project to its own library of recordings, which is made where there is none.
 
     Parameters
     ----------
     room : Room
-    path : Path
-        A motion file.
+    name : str
+        Of a motion file. Its take is named after it, with its suffix where another file's take has the name; a file
+        that is there already is left as it is.
 
     Returns
     -------
-    take : str
-        The name of its take: that of the file, with a number where another recording has it.
-    notes : tuple of str
-        What was guessed.
+    tuple of str
+        What was guessed, one line each.
 
     Raises
     ------
@@ -227,17 +231,39 @@ def add_recording(room: Room, path: Path) -> tuple[str, tuple[str, ...]]:
     from kinetograph.formats import ReadOptions
     from kinetograph.pipeline import read_take
 
-    read, notes = read_take(path, ReadOptions())
-    if not any(isinstance(track, Motion) for track in read.tracks.values()):
-        raise RequestError(f"{path.name}: expected a motion, found a signal ({', '.join(read.tracks)})")
-    folder = room.folder / RECORDINGS
-    library = Library.open(folder) if folder.exists() else Library.create(folder)
-    names, name, number = set(library.names()), read.name, 1
-    while name in names:
-        number += 1
-        name = f"{read.name}_{number}"
-    library.add(Take(name, read.tracks, read.annotations))
-    return name, notes
+    path = room.file(name)
+    take, notes = read_take(path, ReadOptions())
+    if not any(isinstance(track, Motion) for track in take.tracks.values()):
+        raise RequestError(f"{name}: expected a motion, found only {', '.join(take.tracks)}; it is no recording")
+    with _ADDING:
+        folder = room.folder / RECORDINGS
+        library = Library.open(folder) if folder.exists() else Library.create(folder)
+        known = labels(library)
+        if any((SOURCE, name) in notes for notes in known.values()):
+            return ()
+        source = Annotation(next(iter(take.tracks)), SOURCE, name, 0.0, 0.0)
+        kept = name if take.name in known else take.name
+        library.add(Take(kept, take.tracks, (*take.annotations, source)))
+    return tuple(f"{name}: {note}" for note in notes)
+
+
+def with_recordings(project: Project) -> Project:
+    """The project with its own library of recordings, after the others.
+
+    Parameters
+    ----------
+    project : Project
+
+    Returns
+    -------
+    Project
+        The same where it has it already.
+    """
+    if RECORDINGS in project.libraries.values():
+        return project
+    free = itertools.chain([RECORDINGS], (f"{RECORDINGS}_{number}" for number in itertools.count(2)))
+    name = next(name for name in free if name not in project.libraries)
+    return msgspec.structs.replace(project, libraries={**project.libraries, name: RECORDINGS})
 
 
 ANSWERS: Mapping[type[Message], Answer] = {

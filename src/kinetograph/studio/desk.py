@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import operator
 import sys
@@ -14,6 +15,7 @@ import msgspec
 
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.studio import making
+from kinetograph.studio.browsing import add_recording, with_recordings
 from kinetograph.studio.dropping import keep
 from kinetograph.studio.history import History
 from kinetograph.studio.messages import (
@@ -22,6 +24,7 @@ from kinetograph.studio.messages import (
     Failed,
     Message,
     Redo,
+    Said,
     Solve,
     State,
     StopRun,
@@ -150,18 +153,32 @@ class Desk:
             page.post(state_of(self.history, number if page is by else 0))
 
     async def _keep(self, page: Page, frame: bytes) -> None:
-        """Take a file that was dropped."""
+        """Take a file that was dropped; a recording is added to the project's own library of recordings."""
         header, payload = read_blob(frame)
+        loop = asyncio.get_running_loop()
 
         def kept() -> Message:
-            return keep(self.room, header, payload)
+            answer = keep(self.room, header, payload)
+            said = add_recording(self.room, answer.name) if header.role == "recording" else None
+            loop.call_soon_threadsafe(_tell, self, said)
+            return answer
 
         await self._questions.take(page, kept, header.id)
-        self.post(self.welcome())
 
     def welcome(self) -> Welcome:
         """What a page is told first."""
         return welcome(self.history.project, self.room)
+
+
+def _tell(desk: Desk, said: tuple[str, ...] | None) -> None:
+    """Tell every page about a file that was kept, and what was guessed of a recording."""
+    project = desk.history.project if said is None else with_recordings(desk.history.project)
+    if project != desk.history.project:
+        desk.replace(project)
+    else:
+        desk.post(desk.welcome())
+    for line in said or ():
+        desk.post(Said(line))
 
 
 def state_of(history: History, number: int = 0) -> State:

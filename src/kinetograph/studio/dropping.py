@@ -69,6 +69,16 @@ def _motion(path: Path) -> None:
     read_take(path, ReadOptions())
 
 
+def _recording(path: Path) -> None:
+    from kinetograph.formats import ReadOptions
+    from kinetograph.motion import Motion
+    from kinetograph.pipeline import read_take
+
+    tracks = read_take(path, ReadOptions())[0].tracks
+    if not any(isinstance(track, Motion) for track in tracks.values()):
+        raise RequestError(f"{path}: expected the motion of a skeleton, found only {', '.join(tracks)}")
+
+
 def _readings(path: Path) -> None:
     from kinetograph.formats.readings import read_readings
 
@@ -95,7 +105,7 @@ _ROLES = {
 _CHECKS: dict[str, Callable[[Path], None]] = {
     "character": _character,
     "leader": _motion,
-    "recording": _motion,
+    "recording": _recording,
     "readings": _readings,
     "layout": _layout,
 }

@@ -11,7 +11,8 @@ from kinetograph.motion import Motion
 from kinetograph.post import Undersides, planted_feet, undersides
 from kinetograph.segmentation import detect_contacts
 
-_LOW = 0.2  # quantile of the lowest planted sole: feet roll, and some frames are outliers
+_LOWEST = 0.02  # quantile of the lowest point of a body of which no foot is planted
+_LOW = 0.4  # quantile of the lowest planted sole: a lower one lets feet float for most of the time
 
 
 def floor_of(motion: Motion, character: Character | None = None) -> float:
@@ -26,13 +27,14 @@ def floor_of(motion: Motion, character: Character | None = None) -> float:
     Returns
     -------
     float
-        Metres: a low quantile of the lowest sole while feet are planted, or of the whole body where none is.
+        Metres: where the lowest sole mostly is while feet are planted, or the lowest point of the body where none is.
     """
     body = undersides(body_character(motion, character))
     heights = _planted_soles(motion, body)
     if not len(heights):
         points = np.concatenate([body.rest, *body.feet.values(), *body.hands.values()])
         heights = body.lowest(motion, points)
+        return float(np.quantile(heights, _LOWEST))
     return float(np.quantile(heights, _LOW))
 
 

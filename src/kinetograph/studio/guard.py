@@ -77,10 +77,11 @@ class Guard:
 
 
 def policy(port: int) -> dict[str, str]:
-    """The headers that keep a page to this server."""
+    """The headers that keep a page to this server; programs that drive a browser may evaluate, the page does not."""
     return {
         "Content-Security-Policy": (
-            "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+            "default-src 'none'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+            "img-src 'self' data: blob:; "
             f"connect-src 'self' blob: ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; "
             "form-action 'none'; frame-ancestors 'none'"
         ),

@@ -58,7 +58,7 @@ def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:
         characters=("motion", *made.others),
         pieces=tuple(piece_row(piece) for piece in synthesis.pieces),
         lanes=(*contact_lanes(synthesis.annotations), *made.lanes, *edited_lane(synthesis)),
-        figures=(*made.figures, *_figures(synthesis)),
+        figures=(*made.figures, *synthesis_figures(synthesis)),
         warnings=grouped(synthesis.warnings),
         path=made.path,
         costs=tuple(each.cost for each in made.syntheses),
@@ -160,7 +160,8 @@ def edited_lane(synthesis: Synthesis) -> tuple[Lane, ...]:
     return (Lane("edited", "edited", values=tuple(np.round(100 * synthesis.edited, 3).tolist()), unit="cm"),)
 
 
-def _figures(synthesis: Synthesis) -> tuple[Figure, ...]:
+def synthesis_figures(synthesis: Synthesis) -> tuple[Figure, ...]:
+    """Its cost, and how much of it is recording."""
     figures = [Figure("cost", f"{synthesis.cost:.4g}")]
     untouched = synthesis.statistics.get("untouched")
     if untouched is not None:

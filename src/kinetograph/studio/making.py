@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from kinetograph.studio import browsing, exporting, keying, sensing, walking
+from kinetograph.studio import browsing, duetting, exporting, keying, rehearsing, sensing, walking
 from kinetograph.studio.messages import Export, Message
 from kinetograph.studio.project import Mode, Project
 from kinetograph.studio.room import Room
@@ -13,6 +13,7 @@ from kinetograph.studio.sections import Answer, Run, Section
 SECTIONS: Mapping[Mode, Section] = {
     "walk": walking.make,
     "keys": keying.make,
+    "duet": duetting.make,
     "sensors": sensing.make,
 }
 """What makes each section of a project."""
@@ -21,6 +22,7 @@ ANSWERS: Mapping[type[Message], Answer] = {
     **browsing.ANSWERS,
     **walking.ANSWERS,
     **keying.ANSWERS,
+    **duetting.ANSWERS,
     **sensing.ANSWERS,
 }
 """Questions of the page, and what answers them."""
@@ -28,6 +30,7 @@ ANSWERS: Mapping[type[Message], Answer] = {
 RUNS: Mapping[type[Message], Run] = {
     Export: exporting.run,
     **walking.RUNS,
+    **rehearsing.RUNS,
     **sensing.RUNS,
 }
 """What runs live, by the message that starts it."""

@@ -150,6 +150,10 @@ class Duet(_Part, frozen=True):
         The track of the library that is made.
     mirror : bool
         Use recordings with left and right exchanged as well.
+    person : str
+        The track that leads, where the take or the file has several people.
+    units, up : str
+        What a file's lengths are in, and its upward axis; guessed unless given.
     rules : tuple of RuleRow
         What is pinned and forbidden.
     """
@@ -158,6 +162,9 @@ class Duet(_Part, frozen=True):
     leader: str = ""
     target: str = ""
     mirror: bool = False
+    person: str = ""
+    units: str = ""
+    up: str = ""
     rules: tuple[RuleRow, ...] = ()
 
 

@@ -88,7 +88,7 @@ def _rest(path: FloatArray, since: float) -> FloatArray:
     velocity = (pace[1] - pace[0]) / min(SLOPE, times[-1])
     wanted = since + np.arange(int((times[-1] + GOES_ON - since) * RATE) + 1) / RATE
     known = np.column_stack([np.interp(wanted, times, path[:, i]) for i in (1, 2)])
-    return known + np.maximum(wanted - times[-1], 0.0)[:, None] * velocity
+    return np.asarray(known + np.maximum(wanted - times[-1], 0.0)[:, None] * velocity)
 
 
 def _ready(room: Room, project: Project) -> tuple[SteeringFrames, bytes]:

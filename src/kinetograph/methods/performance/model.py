@@ -170,9 +170,26 @@ class PerformanceModel:
         read = control if isinstance(control, Control) else self.read(control)
         return interpretation.interpret(self.fitted, _samples(self.method, read), progress, rules)
 
-    def transcribe(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> list[Transcript]:
-        """The moves of a control in order (chapter 7). Raises RequestError where the recordings name no moves."""
-        return transcribe(self.fitted, _samples(self.method, self.read(control)), rules)
+    def transcribe(
+        self, control: Take | Signal | Motion, rules: Sequence[Rule] = (), progress: Progress | None = None
+    ) -> list[Transcript]:
+        """The moves of a control in order (chapter 7).
+
+        Parameters
+        ----------
+        control : Take or Signal or Motion
+            See `synthesize`.
+        rules : sequence of Rule
+            What is pinned or forbidden.
+        progress : Progress, optional
+            Called with the moves whose margins are known and their number.
+
+        Raises
+        ------
+        RequestError
+            Where the recordings name no moves.
+        """
+        return transcribe(self.fitted, _samples(self.method, self.read(control)), rules, progress)
 
     def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""

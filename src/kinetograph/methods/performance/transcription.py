@@ -12,6 +12,7 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.interpretation import interpret
 from kinetograph.methods.performance.rules import Rule, moves_of
 from kinetograph.methods.performance.segments import Source
+from kinetograph.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,9 @@ def require_moves(fitted: Fitted) -> None:
         raise RequestError("the library names no moves; annotate some of kind 'move' (library annotate --from CSV)")
 
 
-def transcribe(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> list[Transcript]:
+def transcribe(
+    fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = (), progress: Progress | None = None
+) -> list[Transcript]:
     """The moves of a control in order, each with its margin to the best interpretation that has another one there.
 
     Parameters
@@ -50,6 +53,8 @@ def transcribe(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> lis
         Control points at the search's rate.
     rules : sequence of Rule
         What is pinned or forbidden, as where the motion was made.
+    progress : Progress, optional
+        Called with the moves whose margins are known and their number.
 
     Raises
     ------
@@ -58,8 +63,11 @@ def transcribe(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> lis
     """
     require_moves(fitted)
     best = interpret(fitted, x, rules=rules)
-    rows = []
-    for move, start, stop in _runs(fitted, best):
+    runs = _runs(fitted, best)
+    rows: list[Transcript] = []
+    for move, start, stop in runs:
+        if progress:
+            progress(len(rows), len(runs))
         rows.append(Transcript(move, start, stop, _margin(fitted, x, (move, start, stop), best.score, rules)))
     return rows
 

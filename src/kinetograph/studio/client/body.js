@@ -101,6 +101,16 @@ export class Clip {
   }
 
   /**
+   * Where a root goes, frame by frame.
+   *
+   * @param {number} [character] its index
+   * @returns {Float32Array} x, y, z a frame, metres
+   */
+  path(character = 0) {
+    return this.tracks[character].character.translation;
+  }
+
+  /**
    * The space that the roots move in, half a metre around them, and the height of a person.
    *
    * @returns {Box3}

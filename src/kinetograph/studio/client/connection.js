@@ -42,6 +42,12 @@ export class Connection extends Emitter {
     return this.#socket !== null;
   }
 
+  /** Lets the connection go; it comes back by itself. */
+  drop() {
+    this.#socket?.close();
+    this.#socket = null;
+  }
+
   /**
    * Sends a message; without a connection it is dropped.
    *

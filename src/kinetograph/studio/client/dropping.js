@@ -1,5 +1,7 @@
 // Files dropped onto the page: what they are to be follows from their kind and from the section that is shown.
 
+import { button, element } from "./dom.js";
+
 /** @typedef {import("./studio.js").App & {panel: import("./studio.js").Panel}} Host */
 
 /**
@@ -35,8 +37,40 @@ export async function dropFile(app, file, role) {
     if (role === "character") app.connection.edit("character", name, { label: `wear ${name}` });
     else app.panel.dropped?.(name, role);
   } catch (error) {
-    app.say(/** @type {Error} */ (error).message, "error");
+    const { message } = /** @type {Error} */ (error);
+    app.say(message, "error");
+    if (role === "character") offer(app, file, message);
   }
+}
+
+/**
+ * Offers what else a file may be that is no character.
+ *
+ * @param {Host} app
+ * @param {File} file
+ * @param {string} reason
+ */
+function offer(app, file, reason) {
+  const as = (/** @type {string} */ role) => {
+    dialog.close();
+    void dropFile(app, file, role);
+  };
+  const dialog = element(
+    "dialog",
+    { "aria-labelledby": "offer-title", onclose: () => dialog.remove() },
+    element("h2", { id: "offer-title" }, `${file.name} is no character`),
+    element("p", { class: "note" }, reason),
+    element("p", {}, "If it holds a motion, it can be:"),
+    element(
+      "div",
+      { class: "buttons offer" },
+      button("A recording of the library", () => as("recording")),
+      button("A leader to dance with", () => as("leader")),
+      button("Leave it", () => dialog.close()),
+    ),
+  );
+  document.body.append(dialog);
+  dialog.showModal();
 }
 
 /**

@@ -8,17 +8,20 @@
 /** @type {Record<string, Lane["kind"]>} */
 const KINDS = { contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
 
+/** @type {Record<string, string>} as the capsules of a body are coloured */
+const SIDES = { left: "var(--left)", right: "var(--right)" };
+
 /**
  * The lanes of what was made: its pieces, then those that came with it.
  *
- * @param {MadeHeader} made
+ * @param {Pick<MadeHeader, "pieces" | "lanes">} made
  * @returns {Lane[]}
  */
 export function lanesOf(made) {
   const others = (made.lanes ?? []).map(({ name, role, spans, values, unit }) => ({
     name: unit ? `${name}, ${unit}` : name,
     kind: KINDS[role] ?? "moves",
-    spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title })),
+    spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: role === "contacts" ? SIDES[(label ?? "").split(" ")[0]] : undefined })),
     values: values?.length ? values : undefined,
   }));
   const pieces = (made.pieces ?? []).map((piece) => ({

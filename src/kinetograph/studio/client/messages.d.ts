@@ -62,6 +62,9 @@ export interface Duet {
   leader?: string;
   target?: string;
   mirror?: boolean;
+  person?: string;
+  units?: string;
+  up?: string;
   rules?: RuleRow[];
 }
 
@@ -628,6 +631,94 @@ export interface Trouble {
   seconds?: number | null;
 }
 
+/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
+export interface AskLeaders {
+  kind: "ask_leaders";
+  id: number;
+  library?: string | null;
+}
+
+/** Ask who the leader of the project is. */
+export interface AskLeader {
+  kind: "ask_leader";
+  id: number;
+}
+
+/** Ask for the leader of the project as a clip. */
+export interface ShowLeader {
+  kind: "show_leader";
+  id: number;
+}
+
+/** Ask for the moves of the follower that was made last. */
+export interface Transcribe {
+  kind: "transcribe";
+  id: number;
+}
+
+/** Let the leader of the project dance now, and the follower answer live. */
+export interface Rehearse {
+  kind: "rehearse";
+  lag?: number;
+}
+
+/** A take that can lead, and the people in it who can. */
+export interface LeaderRow {
+  take: string;
+  seconds: number;
+  persons: string[];
+}
+
+/** The takes of a library that can lead. */
+export interface LeaderTakes {
+  kind: "leader_takes";
+  id: number;
+  library: string;
+  takes?: LeaderRow[];
+  target?: string;
+  targets?: string[];
+  advice?: string;
+}
+
+/** The leader of the project. */
+export interface LeaderFacts {
+  kind: "leader_facts";
+  id: number;
+  name: string;
+  seconds: number;
+  person: string;
+  persons?: string[];
+  truth?: boolean;
+  notes?: string[];
+}
+
+/** A move of a transcript. */
+export interface MoveRow {
+  move: string;
+  start: number;
+  stop: number;
+  margin?: number | null;
+  notation?: string;
+}
+
+/** The moves of the follower in order, or what to do to have them. */
+export interface Transcribed {
+  kind: "transcribed";
+  id: number;
+  moves?: MoveRow[];
+  advice?: string;
+}
+
+/** How a rehearsal goes. */
+export interface Rehearsed {
+  kind: "rehearsed";
+  second: number;
+  seconds: number;
+  lag: number;
+  running?: boolean;
+  error?: number | null;
+}
+
 export type AnyMessage =
   | Edit
   | Undo
@@ -675,4 +766,13 @@ export type AnyMessage =
   | KeyTrouble
   | EndPlaces
   | Met
-  | Trouble;
+  | Trouble
+  | AskLeaders
+  | AskLeader
+  | ShowLeader
+  | Transcribe
+  | Rehearse
+  | LeaderTakes
+  | LeaderFacts
+  | Transcribed
+  | Rehearsed;

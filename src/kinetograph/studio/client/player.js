@@ -1,31 +1,40 @@
 // The stand-alone player: clips in a page of their own, which asks nothing of any network.
+import { Vector3 } from "three";
 import { loadClip } from "./body.js";
 import { button, element, iconButton, press, themeButton } from "./dom.js";
+import { lanesOf } from "./lanes.js";
 import { Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
 import { Transport } from "./transport.js";
 
 /**
- * A clip of the page.
+ * A clip of the page; see `kinetograph.studio.sharing`.
  *
- * @typedef {object} Shown
+ * @typedef {object} SharedClip
  * @property {string} name
  * @property {string} glb in base64
  * @property {number} floor height of the ground, metres
- * @property {import("./timeline.js").Lane[]} lanes
- * @property {[string, string][]} figures what is said about it: a name and a value
- * @property {string[]} notes what a person should know, a line each
+ * @property {import("./messages.js").PieceRow[]} [pieces]
+ * @property {import("./messages.js").Lane[]} [lanes]
+ * @property {import("./messages.js").Figure[]} [figures]
+ * @property {string[]} [warnings]
  *
- * @typedef {{title: string, clips: Shown[]}} Page
+ * @typedef {{title: string, clips: SharedClip[]}} SharedPage
  */
+
+const FAR = 4; // metres that a body goes from which on the camera goes along
 
 /** Plays the clips of a page. */
 class Player {
   /** @type {import("./body.js").Clip | null} */
   clip = null;
   #following = false;
+  #told = 0;
+  /** @type {import("./messages.js").PieceRow[]} */
+  #pieces = [];
+  source = element("dd");
 
-  /** @param {Page} page */
+  /** @param {SharedPage} page */
   constructor(page) {
     this.page = page;
     const main = element("main", { class: "stage", "aria-label": "Stage" });
@@ -34,13 +43,14 @@ class Player {
     this.followButton = iconButton("follow", "Follow the body", () => this.follow(!this.#following), { pressed: false });
     this.views = this.#viewButtons();
     this.about = element("div", { class: "overlay about" });
-    document.body.classList.add("player");
+    const bare = !page.title && page.clips.length < 2;
     document.body.append(
-      this.#bar(),
+      ...(bare ? [] : [this.#bar()]),
       main,
       element("footer", { class: "timeline" }, element("div", { class: "controls" }, this.transport.element, this.timeline.zoomButtons), this.timeline.element),
     );
     this.stage = new Stage(main);
+    if (bare) this.views.append(themeButton());
     main.append(this.views, this.about);
     this.transport.on("time", (time) => this.#seek(time));
     this.timeline.on("seek", (time) => this.transport.seek(time));
@@ -59,14 +69,18 @@ class Player {
     const clip = await loadClip(bytes(shown.glb));
     this.clip?.dispose();
     this.clip = clip;
+    this.#pieces = shown.pieces ?? [];
     this.stage.floor = shown.floor;
     this.stage.add(clip.object);
-    this.stage.frame(clip.box());
-    this.timeline.lanes = shown.lanes;
+    this.stage.path(clip.figures.map((_, character) => clip.path(character)));
+    this.#name(shown.name);
     this.timeline.setDuration(clip.duration, clip.fps);
+    this.timeline.setLanes(lanesOf(shown));
     this.transport.setClip(clip.duration, clip.fps);
     this.transport.seek(0);
     this.#tell(shown);
+    this.stage.frame(clip.box());
+    this.follow(clip.box().getSize(new Vector3()).setY(0).length() > FAR);
     document.body.dataset.state = "ready";
   }
 
@@ -83,16 +97,38 @@ class Player {
   #seek(time) {
     this.clip?.seek(time);
     this.timeline.setTime(time);
+    this.#tellSource();
     this.stage.render();
   }
 
-  /** @param {Shown} shown */
+  /** @param {SharedClip} shown */
   #tell(shown) {
-    const figures = shown.figures.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]);
+    const figures = (shown.figures ?? []).flatMap(({ name, value, title }) => [element("dt", { title }, name), element("dd", {}, value)]);
+    const notes = shown.warnings ?? [];
+    const lines = notes.map((note) => element("p", {}, note));
     this.about.replaceChildren(
-      figures.length ? element("dl", { class: "figures" }, figures) : "",
-      ...shown.notes.map((note) => element("p", { class: "warn" }, note)),
+      element("dl", { class: "figures" }, figures, shown.pieces && [element("dt", {}, "recording"), this.source]),
+      notes.length > 1 ? element("details", { class: "notes" }, element("summary", {}, `${notes.length} notes`), lines) : "",
+      ...(notes.length > 1 ? [] : lines),
     );
+  }
+
+  /** Says which recording the pose that is shown comes from; ten times a second, as drawing text takes its time. */
+  #tellSource() {
+    const now = performance.now();
+    if (this.transport.playing && now - this.#told < 100) return;
+    this.#told = now;
+    const time = this.transport.time;
+    const piece = this.#pieces.filter(({ start }) => start <= time + 1e-6).at(-1);
+    if (!piece) return;
+    const share = Math.min((time - piece.start) / (piece.stop - piece.start || 1), 1);
+    const second = piece.source_start + share * (piece.source_stop - piece.source_start);
+    this.source.textContent = `${piece.take}, ${second.toFixed(2)} s${piece.mirrored ? ", mirrored" : ""}`;
+  }
+
+  /** @param {string} name */
+  #name(name) {
+    this.stage.canvas.setAttribute("aria-label", `The stage: ${name}`);
   }
 
   #bar() {
@@ -102,7 +138,7 @@ class Player {
       { "aria-label": "Clip", onchange: () => this.show(Number(choice.value)) },
       clips.map((clip, i) => element("option", { value: i }, clip.name)),
     );
-    return element("header", { class: "bar" }, element("h1", { class: "title" }, title), clips.length > 1 && choice, element("span", { class: "spacer" }), themeButton());
+    return element("header", { class: "bar" }, title && element("h1", { class: "title" }, title), clips.length > 1 && choice, element("span", { class: "spacer" }), themeButton());
   }
 
   #viewButtons() {

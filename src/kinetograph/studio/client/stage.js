@@ -1,6 +1,6 @@
 // The stage: camera, lights, ground, and frames that are drawn only where something changed.
 import {
-  BufferGeometry, Color, DirectionalLight, Float32BufferAttribute, Fog, Group, HemisphereLight, LineBasicMaterial, LineSegments,
+  BufferGeometry, Color, DirectionalLight, Float32BufferAttribute, Fog, Group, HemisphereLight, Line, LineBasicMaterial, LineSegments,
   Matrix4, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -30,6 +30,7 @@ export class Stage {
   #pace = new Pace();
   #resting = 0;
   #isStill = false;
+  #pathMaterial = new LineBasicMaterial({ depthTest: false, depthWrite: false });
   #shade = 0.25;
 
   /** @param {HTMLElement} parent is filled by the canvas */
@@ -48,7 +49,9 @@ export class Stage {
     this.camera = new PerspectiveCamera(38, 1, 0.1, 400);
     this.controls = this.#orbit();
     this.ground = makeGround();
-    this.scene.add(this.ground, ...makeLights());
+    /** Paths on the ground. */
+    this.paths = new Group();
+    this.scene.add(this.ground, this.paths, ...makeLights());
     this.view("corner");
     this.#colour();
     onTheme(() => this.#colour());
@@ -65,6 +68,7 @@ export class Stage {
     const shift = height - this.#floor;
     this.#floor = height;
     this.ground.position.y = height;
+    this.paths.position.y = height;
     this.controls.target.y += shift;
     this.camera.position.y += shift;
     this.controls.update();
@@ -84,6 +88,20 @@ export class Stage {
    */
   remove(...objects) {
     this.scene.remove(...objects);
+    this.render();
+  }
+
+  /**
+   * Draws paths on the ground, in place of those before.
+   *
+   * @param {Float32Array[]} paths x, y, z a point, metres; heights do not count
+   */
+  path(paths) {
+    for (const old of this.paths.children.slice()) {
+      old.removeFromParent();
+      /** @type {Line} */ (old).geometry.dispose();
+    }
+    this.paths.add(...paths.map((points) => groundPath(points, this.#pathMaterial)));
     this.render();
   }
 
@@ -283,6 +301,7 @@ export class Stage {
       const material = /** @type {LineBasicMaterial} */ (/** @type {LineSegments} */ (lines).material);
       material.color.copy(colour(["--stage-line", "--stage-line-strong"][i], "#444"));
     });
+    this.#pathMaterial.color.copy(colour("--stage-path", "#888"));
     this.render();
   }
 
@@ -339,6 +358,19 @@ function makeGround() {
   const ground = new Group();
   ground.add(...[fine, strong].map(lines));
   return ground;
+}
+
+/**
+ * @param {Float32Array} points
+ * @param {LineBasicMaterial} material
+ */
+function groundPath(points, material) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(points.map((value, i) => (i % 3 === 1 ? 0 : value)), 3));
+  const made = new Line(geometry, material);
+  made.renderOrder = -1.5;
+  made.frustumCulled = false;
+  return made;
 }
 
 /** @param {number[]} points */

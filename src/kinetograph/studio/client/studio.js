@@ -38,6 +38,8 @@ import { Transport } from "./transport.js";
  * @property {Clip | null} clip what is on the stage
  * @property {(text: string, kind?: "note" | "error") => void} say
  * @property {() => void} showLanes shows the lanes of what was made again
+ * @property {(clip: Clip, floor: number, lanes: import("./timeline.js").Lane[]) => void} preview shows another clip meanwhile
+ * @property {() => void} endPreview shows what was made again
  * @property {any} [keys] what the panel of keys offers to others
  */
 
@@ -53,6 +55,8 @@ class Studio {
   clip = null;
   /** @type {any} */
   keys = null;
+  /** @type {Clip | null} */
+  #previewed = null;
   #following = false;
   /** @type {Mode | null} */
   #shownMode = null;
@@ -100,8 +104,35 @@ class Studio {
     this.status.dataset.kind = kind;
   }
 
+  /**
+   * Shows another clip in place of what was made.
+   *
+   * @param {Clip} clip
+   * @param {number} floor
+   * @param {import("./timeline.js").Lane[]} lanes
+   */
+  preview(clip, floor, lanes) {
+    this.#takeOff();
+    this.#previewed = clip;
+    this.#putOn(clip, floor);
+    this.timeline.setLanes(lanes);
+    this.stage.render();
+  }
+
+  /** Shows what was made again. */
+  endPreview() {
+    if (!this.#previewed) return;
+    this.#takeOff();
+    this.#previewed = null;
+    const { made } = this.store;
+    if (made && this.clip) this.#onStage(made, this.clip, true);
+    else this.timeline.setLanes([]);
+    this.stage.render();
+  }
+
   /** Shows the lanes of what was made. */
   showLanes() {
+    if (this.#previewed) return;
     const { made } = this.store;
     this.timeline.setLanes(made ? [...(this.panel.lanes?.(made) ?? []), ...lanesOf(made)] : []);
   }
@@ -112,7 +143,7 @@ class Studio {
    * @param {number} seconds
    */
   pose(seconds) {
-    return this.clip?.pose(seconds) ?? {};
+    return this.#onView?.pose(seconds) ?? {};
   }
 
   #bar() {
@@ -158,7 +189,7 @@ class Studio {
     connection.on("open", () => this.say("connected"));
     transport.on("time", (time) => this.#seek(time));
     timeline.on("seek", (time) => transport.seek(time));
-    stage.follow(() => (this.#following && this.clip ? this.clip.root(transport.time) : null));
+    stage.follow(() => (this.#following && this.#onView ? this.#onView.root(transport.time) : null));
     document.addEventListener("keydown", (event) => this.#key(event));
   }
 
@@ -200,14 +231,11 @@ class Studio {
     const clip = made ? await loadClip(made.payload) : null;
     if (made && made.header !== this.store.made) return void clip?.dispose(); // something newer was made meanwhile
     const first = this.clip === null;
-    if (this.clip) {
-      this.stage.remove(this.clip.object);
-      this.clip.dispose();
-    }
+    this.clip?.dispose();
     this.clip = clip;
     this.exportButton.disabled = clip === null;
-    if (made && clip) this.#onStage(made.header, clip, first);
-    else this.timeline.setLanes([]);
+    if (made && clip && !this.#previewed) this.#onStage(made.header, clip, first);
+    else if (!this.#previewed) this.timeline.setLanes([]);
     this.#showFigures(made?.header ?? null);
     this.panel.shown(made?.header ?? null, clip);
     this.stage.render();
@@ -220,13 +248,31 @@ class Studio {
    * @param {boolean} first
    */
   #onStage(header, clip, first) {
-    this.stage.floor = header.floor ?? 0;
+    this.#putOn(clip, header.floor ?? 0);
+    this.showLanes();
+    if (first) this.stage.frame(clip.box());
+  }
+
+  /** What the stage shows. */
+  get #onView() {
+    return this.#previewed ?? this.clip;
+  }
+
+  /**
+   * @param {Clip} clip
+   * @param {number} floor
+   */
+  #putOn(clip, floor) {
+    this.stage.floor = floor;
     this.stage.add(clip.object);
     this.transport.setClip(clip.duration, clip.fps);
     this.timeline.setDuration(clip.duration, clip.fps);
-    this.showLanes();
     clip.seek(this.transport.time);
-    if (first) this.stage.frame(clip.box());
+  }
+
+  #takeOff() {
+    if (this.#onView) this.stage.remove(this.#onView.object);
+    if (this.#previewed) this.#previewed.dispose();
   }
 
   /** @param {MadeHeader | null} made */
@@ -241,7 +287,7 @@ class Studio {
 
   /** @param {number} time */
   #seek(time) {
-    this.clip?.seek(time);
+    this.#onView?.seek(time);
     this.timeline.setTime(time);
     this.stage.render();
   }

@@ -338,7 +338,7 @@ export class Timeline extends Emitter {
     const spans = lane.spans.map((span, i) => this.#span(lane, span, i));
     const list = { role: spans.length ? "listbox" : null, "aria-label": spans.length ? lane.name : null };
     const track = element("div", { class: "track", ...list }, spans);
-    if (lane.values?.length) track.prepend(curves(lane));
+    if (lane.values?.length) track.prepend(...curves(lane));
     return element("div", { class: `lane ${lane.kind}` }, element("div", { class: "lane-name", title: lane.name }, lane.name), track);
   }
 
@@ -371,8 +371,9 @@ export class Timeline extends Emitter {
    * @param {number} stop
    */
   #place(at, start, stop) {
-    at.style.left = `${(100 * start) / this.duration}%`;
-    at.style.width = `${(100 * Math.max(stop - start, 0)) / this.duration}%`;
+    const [first, last] = [start, stop].map((time) => Math.min(Math.max(time, 0), this.duration));
+    at.style.left = `${(100 * first) / this.duration}%`;
+    at.style.width = `${(100 * Math.max(last - first, 0)) / this.duration}%`;
   }
 
   #drawRuler() {
@@ -426,7 +427,7 @@ function label(seconds, step) {
 }
 
 /**
- * The curves of a signal, stretched over its lane.
+ * The curves of a signal, stretched over its lane, and the values at its top and bottom.
  *
  * @param {Lane} lane
  */
@@ -443,7 +444,8 @@ function curves(lane) {
     path.setAttribute("class", `curve curve-${i % 3}`);
     svg.append(path);
   });
-  return svg;
+  const [bottom, top] = [low, high].map((value) => String(Number(value.toPrecision(3))));
+  return [svg, element("span", { class: "range" }, top), element("span", { class: "range low" }, bottom)];
 }
 
 /** @param {number[]} values */

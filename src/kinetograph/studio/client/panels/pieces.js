@@ -1,0 +1,231 @@
+// The pieces of a walk: where they come from, what is pinned and forbidden, and the next best ones side by side.
+import { loadClip } from "../body.js";
+import { button, element, iconButton } from "../dom.js";
+
+/**
+ * @typedef {import("../messages.js").PieceRow} PieceRow
+ * @typedef {import("../messages.js").RuleRow} RuleRow
+ * @typedef {import("../messages.js").CandidateRow} CandidateRow
+ * @typedef {import("../body.js").Clip} Clip
+ */
+
+const TERMS = /** @type {const} */ (["interpretation", "continuity", "reuse"]);
+const GHOST = 0.45;
+
+/** What a person sees of pieces and does to them. */
+export class Pieces {
+  /** @type {{clip: Clip, start: number} | null} */
+  #ghost = null;
+  #wanted = 0; // counts what was asked for, so that what comes too late is not shown
+
+  /**
+   * @param {import("../studio.js").App} app
+   * @param {(change: Partial<import("../messages.js").Walk>, label: string) => void} edit
+   */
+  constructor(app, edit) {
+    this.app = app;
+    this.edit = edit;
+    this.list = element("ul", { class: "list rules", "aria-label": "Pinned and forbidden pieces" });
+    /** In the panel: what is pinned and forbidden. */
+    this.element = element("section", { "aria-label": "Pieces", hidden: true }, element("h2", {}, "Pinned and forbidden"), this.list);
+    /** On the stage: a piece and what could take its place. */
+    this.card = element("section", { class: "candidates", "aria-label": "Piece", hidden: true });
+    app.stage.parent.append(this.card);
+    this.card.addEventListener("keydown", (event) => event.key === "Escape" && this.close());
+    app.transport.on("time", () => this.#seek());
+  }
+
+  /** @returns {RuleRow[]} */
+  get rules() {
+    return this.app.store.project.walk?.rules ?? [];
+  }
+
+  /** Shows what is pinned and forbidden. */
+  show() {
+    const { rules } = this;
+    this.element.hidden = rules.length === 0;
+    this.list.replaceChildren(
+      ...rules.map((rule, i) =>
+        element(
+          "li",
+          { class: "rule-row" },
+          element("span", {}, `${words(rule)}, ${rule.start.toFixed(1)} to ${rule.stop.toFixed(1)} s`),
+          iconButton("close", `Remove: ${words(rule)}`, () => this.edit({ rules: rules.filter((_, k) => k !== i) }, "let a piece free"), { class: "quiet" }),
+        ),
+      ),
+    );
+  }
+
+  /**
+   * Lanes of what is pinned and forbidden.
+   *
+   * @returns {import("../timeline.js").Lane[]}
+   */
+  get lanes() {
+    const spans = this.rules.map((rule) => ({ start: rule.start, stop: rule.stop, label: words(rule), marked: !rule.forbid, colour: rule.forbid ? "var(--bad)" : undefined }));
+    return spans.length ? [{ name: "rules", kind: "moves", spans }] : [];
+  }
+
+  /**
+   * Shows the recording behind a piece as a ghost, and says where it comes from.
+   *
+   * @param {PieceRow | null} piece
+   */
+  async hover(piece) {
+    const number = (this.#wanted += 1);
+    if (!piece) return this.#showGhost(null);
+    this.app.say(`${source(piece)}, ${piece.start.toFixed(2)} to ${piece.stop.toFixed(2)} s of the walk`);
+    await new Promise((resolve) => setTimeout(resolve, 120)); // who passes over a piece does not ask for it
+    if (number === this.#wanted) await this.#ask({ kind: "piece_source", time: Math.max((piece.start + piece.stop) / 2, 0) }, number);
+  }
+
+  /**
+   * Opens a piece.
+   *
+   * @param {PieceRow} piece
+   */
+  async open(piece) {
+    this.app.transport.pause();
+    const time = Math.max((Math.max(piece.start, 0) + piece.stop) / 2, 0);
+    const heading = element("h2", {}, source(piece));
+    const close = iconButton("close", "Close", () => this.close(), { class: "quiet" });
+    const row = element("div", { class: "candidate-row" }, element("p", { class: "note" }, "searching for the next best ones"));
+    this.card.replaceChildren(
+      element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), this.#pin(piece, time), this.#forbid(piece, time), close),
+      row,
+    );
+    this.card.hidden = false;
+    close.focus();
+    try {
+      const found = await this.app.connection.ask({ kind: "next_best", time: Math.min(time, this.app.transport.duration - 1e-3), count: 4 });
+      row.replaceChildren(...found.rows.map((/** @type {CandidateRow} */ each, /** @type {number} */ i) => this.#candidate(each, found.rows, i, found.time)));
+    } catch (error) {
+      row.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
+    }
+  }
+
+  /** Closes the piece that is open. */
+  close() {
+    this.card.hidden = true;
+    this.#wanted += 1;
+    this.#showGhost(null);
+  }
+
+  /**
+   * @param {PieceRow} piece
+   * @param {number} time
+   */
+  #pin(piece, time) {
+    return button("Pin", () => this.#rule(piece, time, false), { title: "Keep this piece here, whatever else changes" });
+  }
+
+  /**
+   * @param {PieceRow} piece
+   * @param {number} time
+   */
+  #forbid(piece, time) {
+    return button("Forbid", () => this.#rule(piece, time, true), { title: "Use something else here" });
+  }
+
+  /**
+   * @param {PieceRow | CandidateRow} piece
+   * @param {number} time
+   * @param {boolean} forbid
+   */
+  #rule(piece, time, forbid) {
+    const there = { start: round(time - 0.02), stop: round(time + 0.02), take: piece.take, source: round((piece.source_start + piece.source_stop) / 2), forbid };
+    const others = this.rules.filter((rule) => rule.stop < there.start || rule.start > there.stop || (forbid && rule.forbid));
+    this.close();
+    this.edit({ rules: [...others, there] }, forbid ? "forbid a piece" : "pin a piece");
+  }
+
+  /**
+   * @param {CandidateRow} each
+   * @param {CandidateRow[]} all
+   * @param {number} index
+   * @param {number} time
+   */
+  #candidate(each, all, index, time) {
+    const most = Math.max(...all.map((one) => one.cost), 1e-9);
+    const terms = TERMS.map((term) =>
+      element("tr", {}, element("th", { scope: "row" }, term), element("td", {}, element("span", { class: "bar-of", style: `--share: ${Math.max(each[term], 0) / most}` })), element("td", {}, figure(each[term]))),
+    );
+    const card = element(
+      "article",
+      { class: "candidate", "aria-label": `${index ? `Next best ${index}` : "Shown"}: ${source(each)}` },
+      element("h3", {}, index ? `Next best ${index}` : "Shown"),
+      element("p", {}, source(each)),
+      element("table", {}, element("tbody", {}, element("tr", {}, element("th", { scope: "row" }, "cost"), element("td", {}), element("td", {}, figure(each.cost))), terms)),
+      element("p", { class: "note" }, index ? `${each.more < 0 ? "−" : "+"}${figure(Math.abs(each.more))} in all` : "what is there now"),
+      index ? button("Use this", () => this.#rule(each, time, false), { "aria-label": `Use next best ${index}` }) : null,
+    );
+    if (!index) return card;
+    const look = () => void this.#ask({ kind: "candidate_clip", rules: each.rules }, (this.#wanted += 1));
+    const away = () => ((this.#wanted += 1), this.#showGhost(null));
+    card.addEventListener("pointerenter", look);
+    card.addEventListener("pointerleave", away);
+    card.addEventListener("focusin", look);
+    card.addEventListener("focusout", away);
+    return card;
+  }
+
+  /**
+   * Asks for a ghost and shows it, unless something else is wanted meanwhile.
+   *
+   * @param {any} question
+   * @param {number} number
+   */
+  async #ask(question, number) {
+    try {
+      const { header, payload } = await this.app.connection.ask(question);
+      const clip = await loadClip(payload);
+      if (number === this.#wanted) this.#showGhost({ clip, start: header.start ?? 0 });
+      else clip.dispose();
+    } catch (error) {
+      if (number === this.#wanted) this.app.say(/** @type {Error} */ (error).message, "error");
+    }
+  }
+
+  /** @param {{clip: Clip, start: number} | null} ghost */
+  #showGhost(ghost) {
+    this.#ghost?.clip.dispose();
+    this.#ghost = ghost;
+    if (ghost) {
+      ghost.clip.setGhost(GHOST, "#e0a100");
+      this.app.stage.add(ghost.clip.object);
+      this.#seek();
+    }
+    this.app.stage.render();
+  }
+
+  #seek() {
+    if (!this.#ghost) return;
+    const { clip, start } = this.#ghost;
+    const time = this.app.transport.time - start;
+    clip.seek(time < 0 || time > clip.duration ? clip.duration / 2 : time);
+    this.app.stage.render();
+  }
+}
+
+/** @param {RuleRow} rule */
+function words(rule) {
+  const where = rule.source === null || rule.source === undefined ? "" : ` at ${rule.source.toFixed(2)} s`;
+  return `${rule.forbid ? "not " : "pinned "}${rule.take ?? "anything"}${where}`;
+}
+
+/** @param {PieceRow | CandidateRow} piece */
+function source(piece) {
+  const mirrored = piece.mirrored ? ", mirrored" : "";
+  if (piece.source_stop === piece.source_start) return `${piece.take}${mirrored}, held at ${piece.source_start.toFixed(2)} s`;
+  return `${piece.take}${mirrored}, ${piece.source_start.toFixed(2)} to ${piece.source_stop.toFixed(2)} s`;
+}
+
+/** @param {number} value m² s */
+function figure(value) {
+  return (1e4 * value).toFixed(1);
+}
+
+/** @param {number} value */
+function round(value) {
+  return Math.round(1e4 * value) / 1e4;
+}
