@@ -67,6 +67,12 @@ export class LiveView {
     this.app.stage.floor = this.app.store.made?.floor ?? 0;
   }
 
+  /** @param {number} pose */
+  #note(pose) {
+    this.drawn.push({ pose, drawn: performance.timeOrigin + performance.now() });
+    if (this.drawn.length > 3000) this.drawn.shift();
+  }
+
   #draw() {
     const { body } = this;
     const values = this.#newest;
@@ -79,7 +85,6 @@ export class LiveView {
       this.#recoloured = now;
       body.setJointColours(this.colours(deviations, body.joints));
     }
-    this.drawn.push({ pose: values[0], drawn: performance.timeOrigin + now });
-    if (this.drawn.length > 3000) this.drawn.shift();
+    queueMicrotask(() => this.#note(values[0])); // once the frame has been drawn
   }
 }

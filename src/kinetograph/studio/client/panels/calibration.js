@@ -120,9 +120,10 @@ export class Calibration {
     this.result.replaceChildren(
       element("table", {}, element("caption", { class: "hidden-text" }, "How each sensor is worn"), element("tbody", {}, cells)),
       ...again.map((row) => element("p", {}, `The ${plain(row.sensor)} reads like the ${plain(row.other ?? "")}: is it on the right limb?`)),
-      element("p", { class: "note" }, layout ? `Saved as ${layout}, which is used from now on.` : "The sensors are worn as the layout says, or the movement was another: nothing was saved."),
+      element("p", { class: "note" }, outcome(layout, again.length > 0)),
+      ...(layout && again.length ? [element("div", { class: "buttons" }, button("Use it all the same", () => this.use(layout)))] : []),
     );
-    if (layout) this.use(layout);
+    if (layout && !again.length) this.use(layout);
   }
 }
 
@@ -130,4 +131,13 @@ export class Calibration {
 function details(row) {
   if (row.verdict === "not heard") return "no readings";
   return `residual ${row.residual?.toFixed(1)} m/s², ${row.before?.toFixed(1)} before; rotated ${row.rotated?.toFixed(0)}°; halves ${row.apart?.toFixed(0)}° apart`;
+}
+
+/**
+ * @param {string} layout
+ * @param {boolean} again whether a sensor is to be put on again
+ */
+function outcome(layout, again) {
+  if (!layout) return "The sensors are worn as the layout says, or the movement was another: nothing was saved.";
+  return again ? `Saved as ${layout}. Put the sensor right and calibrate again.` : `Saved as ${layout}, which is used from now on.`;
 }

@@ -3,8 +3,8 @@ import { button, element, field } from "../dom.js";
 
 /** Kinds of sources: what a person reads, the text before the address, and what the address is like. */
 const KINDS = {
-  phone: { name: "Phones on this network", address: "phone://0.0.0.0", hint: null },
-  here: { name: "A browser on this machine", address: "phone", hint: null },
+  phone: { name: "Phones nearby", address: "phone://0.0.0.0", hint: null },
+  here: { name: "A browser here", address: "phone", hint: null },
   slimevr: { name: "SlimeVR trackers", address: "slimevr://", hint: "0.0.0.0:6969" },
   sensorserver: { name: "SensorServer (Android)", address: "sensorserver://", hint: "192.168.0.5/right_forearm" },
   mvn: { name: "Xsens MVN", address: "mvn://", hint: "0.0.0.0:9763" },
