@@ -19,7 +19,7 @@ const SIDES = { left: "var(--left)", right: "var(--right)" };
  */
 export function lanesOf(made) {
   const others = (made.lanes ?? []).map(({ name, role, spans, values, unit }) => ({
-    name: unit ? `${name}, ${unit}` : name,
+    name: unit && role !== "readings" ? `${name}, ${unit}` : name,
     kind: KINDS[role] ?? "moves",
     spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: colourOf(role, label ?? "") })),
     values: values?.length ? values : undefined,
