@@ -44,6 +44,7 @@ from kinetograph.studio.sensor_live import is_live, source_of
 from kinetograph.take import Take
 from walkers import walk
 
+
 def swinging(motion: Motion) -> Motion:
     """The walk with arms that swing against the legs, elbows a little bent."""
     phase = 2 * np.pi * np.arange(len(motion)) / motion.fps
@@ -328,7 +329,7 @@ def test_a_phone_is_shown_its_link_as_a_code(folder: Path) -> None:
     (link,) = links
     assert link.link.startswith("http://127.0.0.1:")
     assert len({len(row) for row in link.code} | {len(link.code)}) == 1  # a square
-    assert link.code[0].startswith("0000")  or link.code[0].startswith("1111111")
+    assert link.code[0].startswith("0000") or link.code[0].startswith("1111111")
 
 
 # ---- calibration ----

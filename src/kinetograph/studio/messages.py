@@ -877,12 +877,10 @@ class AskLeaders(Message, frozen=True, tag="ask_leaders"):
     library: str | None = None
 
 
-
 class AskLeader(Message, frozen=True, tag="ask_leader"):
     """Ask who the leader of the project is."""
 
     id: int
-
 
 
 class ShowLeader(Message, frozen=True, tag="show_leader"):
@@ -891,12 +889,10 @@ class ShowLeader(Message, frozen=True, tag="show_leader"):
     id: int
 
 
-
 class Transcribe(Message, frozen=True, tag="transcribe"):
     """Ask for the moves of the follower that was made last."""
 
     id: int
-
 
 
 class Rehearse(Message, frozen=True, tag="rehearse"):
@@ -911,14 +907,12 @@ class Rehearse(Message, frozen=True, tag="rehearse"):
     lag: float = 0.5
 
 
-
 class LeaderRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A take that can lead, and the people in it who can."""
 
     take: str
     seconds: float
     persons: tuple[str, ...]
-
 
 
 class LeaderTakes(Message, frozen=True, tag="leader_takes"):
@@ -943,7 +937,6 @@ class LeaderTakes(Message, frozen=True, tag="leader_takes"):
     target: str = ""
     targets: tuple[str, ...] = ()
     advice: str = ""
-
 
 
 class LeaderFacts(Message, frozen=True, tag="leader_facts"):
@@ -973,7 +966,6 @@ class LeaderFacts(Message, frozen=True, tag="leader_facts"):
     notes: tuple[str, ...] = ()
 
 
-
 class MoveRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A move of a transcript.
 
@@ -995,14 +987,12 @@ class MoveRow(msgspec.Struct, frozen=True, omit_defaults=True):
     notation: str = ""
 
 
-
 class Transcribed(Message, frozen=True, tag="transcribed"):
     """The moves of the follower in order, or what to do to have them."""
 
     id: int
     moves: tuple[MoveRow, ...] = ()
     advice: str = ""
-
 
 
 class Rehearsed(Message, frozen=True, tag="rehearsed"):
@@ -1027,7 +1017,6 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
     lag: float
     running: bool = True
     error: float | None = None
-
 
 
 def pose_frame(time: float, translation: FloatArray, rotations: FloatArray, deviations: FloatArray | None) -> bytes:
