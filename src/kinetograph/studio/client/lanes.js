@@ -19,9 +19,9 @@ const SIDES = { left: "var(--left)", right: "var(--right)" };
  */
 export function lanesOf(made) {
   const others = (made.lanes ?? []).map(({ name, role, spans, values, unit }) => ({
-    name: unit ? `${name}, ${unit}` : name,
+    name: unit && role !== "readings" ? `${name}, ${unit}` : name,
     kind: KINDS[role] ?? "moves",
-    spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: role === "contacts" ? SIDES[(label ?? "").split(" ")[0]] : undefined })),
+    spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: colourOf(role, label ?? "") })),
     values: values?.length ? values : undefined,
     draggable: false,
   }));
@@ -33,4 +33,13 @@ export function lanesOf(made) {
     data: piece,
   }));
   return [...(pieces.length ? [{ name: "pieces", kind: /** @type {const} */ ("pieces"), spans: pieces }] : []), ...others];
+}
+
+/**
+ * @param {string} role of a lane
+ * @param {string} label of a span
+ */
+function colourOf(role, label) {
+  if (role === "handholds") return label.startsWith("missed") ? "var(--bad)" : "var(--good)";
+  return role === "contacts" ? SIDES[label.split(" ")[0]] : undefined;
 }
