@@ -219,8 +219,9 @@ def test_partners_who_wear_another_build_stay_hand_in_hand(room: Room) -> None:
             before = _gap(own, made.others["leader"], note)
             np.testing.assert_allclose(_gap(worn.motion(name), worn.motion("leader"), note), before, atol=1e-3)
     alone = bodies({"motion": made.synthesis.motion, **made.others}, blocks(slim, 0.1))
-    after = _gap(alone.motion("motion"), alone.motion("leader"), holds[0])
-    assert np.abs(after - _gap(made.synthesis.motion, made.others["leader"], holds[0])).max() > 0.01
+    hand = ("right_hand",)
+    moved = role_positions(alone.motion("leader"), hand) - role_positions(made.others["leader"], hand)
+    assert np.linalg.norm(moved, axis=-1).max() > 0.05  # without handholds, the longer arm reaches past them
 
 
 def _gap(own: Motion, partner: Motion, note: Annotation) -> np.ndarray:
