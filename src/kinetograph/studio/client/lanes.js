@@ -6,7 +6,7 @@
  */
 
 /** @type {Record<string, Lane["kind"]>} */
-const KINDS = { contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
+const KINDS = { keys: "keys", contacts: "contacts", handholds: "contacts", moves: "moves", error: "signal", edited: "signal", readings: "signal", uncertainty: "signal" };
 
 /** @type {Record<string, string>} as the capsules of a body are coloured */
 const SIDES = { left: "var(--left)", right: "var(--right)" };
@@ -19,10 +19,11 @@ const SIDES = { left: "var(--left)", right: "var(--right)" };
  */
 export function lanesOf(made) {
   const others = (made.lanes ?? []).map(({ name, role, spans, values, unit }) => ({
-    name: unit ? `${name}, ${unit}` : name,
+    name: unit && role !== "readings" ? `${name}, ${unit}` : name,
     kind: KINDS[role] ?? "moves",
     spans: (spans ?? []).map(({ start, stop, label, title }) => ({ start, stop, label: label ?? "", title, colour: colourOf(role, label ?? "") })),
     values: values?.length ? values : undefined,
+    draggable: false,
   }));
   const pieces = (made.pieces ?? []).map((piece) => ({
     start: piece.start,

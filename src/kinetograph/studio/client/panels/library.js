@@ -58,7 +58,7 @@ class Browser {
       this.tags,
       element("div", { class: "found" }, this.found, this.back),
       this.cards.element,
-      element("div", { class: "buttons" }, this.keyButton, this.alikeButton, button("Add a recording…", () => this.file.click()), this.file),
+      element("div", { class: "buttons" }, this.keyButton, this.alikeButton, button("Add…", () => this.file.click(), { title: "Add recordings from files" }), this.file),
       field("Character", this.character),
     );
     this.#listen();
