@@ -192,6 +192,7 @@ class Studio {
     connection.on("nothing", () => this.say(""));
     connection.on("failed", (message) => this.say(message.message, "error"));
     connection.on("said", (message) => this.say(message.message));
+    connection.on("nothing", () => this.say(""));
     connection.on("closed", (reason) => this.say(`${reason}; trying again`, "error"));
     connection.on("open", () => this.say("connected"));
     transport.on("time", (time) => this.#seek(time));
