@@ -1,4 +1,5 @@
 // The studio's page: joins the socket, the stage, the timeline and the panels.
+import { Box3, Vector3 } from "three";
 import { loadClip } from "./body.js";
 import { Connection } from "./connection.js";
 import { button, element, iconButton, isTyping, press, themeButton } from "./dom.js";
@@ -60,6 +61,7 @@ class Studio {
   /** @type {Clip | null} */
   #previewed = null;
   #following = false;
+  #walked = ""; // the path that was walked last
   /** @type {Mode | null} */
   #shownMode = null;
 
@@ -79,7 +81,7 @@ class Studio {
     const main = element("main", { class: "stage", "aria-label": "Stage" });
     document.body.append(this.#bar(), main, this.aside, this.#footer(), this.status);
     this.stage = new Stage(main);
-    this.stage.closeUp();
+    this.stage.frame(new Box3(new Vector3(-3.5, 0, -3.5), new Vector3(3.5, 1.8, 3.5)));
     main.append(this.#views());
     this.library = createLibrary(this);
     this.exporting = createExport(this);
@@ -136,7 +138,9 @@ class Studio {
   showLanes() {
     if (this.#previewed) return;
     const { made } = this.store;
-    this.timeline.setLanes(made ? [...(this.panel.lanes?.(made) ?? []), ...lanesOf(made)] : []);
+    const own = made ? (this.panel.lanes?.(made) ?? []) : [];
+    const others = made ? lanesOf(made).filter((lane) => !own.some(({ name }) => name === lane.name)) : [];
+    this.timeline.setLanes([...own, ...others]);
   }
 
   /**
@@ -253,6 +257,7 @@ class Studio {
     this.#putOn(clip, header.floor ?? 0);
     this.showLanes();
     if (first) this.stage.frame(clip.box());
+    if (header.section === "walk") this.#setOff();
   }
 
   /** What the stage shows. */
@@ -275,6 +280,16 @@ class Studio {
   #takeOff() {
     if (this.#onView) this.stage.remove(this.#onView.object);
     if (this.#previewed) this.#previewed.dispose();
+  }
+
+  /** Walks a path that is new, unless it was there when the page was opened, or this person wants nothing to move. */
+  #setOff() {
+    const path = JSON.stringify(this.store.project.walk?.path);
+    const drawn = path !== this.#walked && this.connection.edits > 0;
+    this.#walked = path;
+    if (!drawn) return;
+    this.transport.seek(0);
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.transport.play();
   }
 
   /** @param {MadeHeader | null} made */
