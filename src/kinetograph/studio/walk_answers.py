@@ -35,8 +35,10 @@ if TYPE_CHECKING:
 
 
 def _pace(room: Room, project: Project, message: AskPace) -> Message:
+    from kinetograph.methods.performance import recorded_speeds
+
     fitted = model_of(project, room).fitted
-    low, middle, high = np.quantile(fitted.recorded_speeds, (0.05, 0.5, 0.95)).tolist()
+    low, middle, high = np.quantile(recorded_speeds(fitted), (0.05, 0.5, 0.95)).tolist()
     takes = {source.take: source.motion for source in fitted.sources if not source.mirrored}
     rows = tuple(TakePace(name, motion.duration, _mean_speed(motion)) for name, motion in takes.items())
     stands = bool(fitted.instances.held.any())

@@ -97,15 +97,25 @@ export class Pieces {
     try {
       const asked = Math.min(time, this.app.transport.duration - 1e-3);
       found.replaceChildren(this.#table(await this.app.connection.ask({ kind: "next_best", time: asked, count: 4 })));
+      this.#makeRoom();
     } catch (error) {
       found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
     }
+  }
+
+  /** Looks at the ground above the card. */
+  #makeRoom() {
+    const { camera, canvas } = this.app.stage;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!this.card.hidden) camera.setViewOffset(width, height, 0, this.card.offsetHeight / 2, width, height);
+    this.app.stage.render();
   }
 
   /** Closes the piece that is open. */
   close() {
     this.card.hidden = true;
     this.#wanted += 1;
+    this.app.stage.camera.clearViewOffset();
     this.#showGhost(null);
   }
 
