@@ -449,8 +449,8 @@ class DuetPanel {
       rows[i].firstElementChild?.append(
         element("span", { class: "move-time" }, `${start.toFixed(1)} s`),
         element("span", { class: "move-notation", "aria-hidden": "true" }, notation ?? ""),
-        element("span", { class: "move-name" }, move || "(no name)"),
         element("span", { class: "move-margin" }, move ? percent(margin) : ""),
+        element("span", { class: "move-name" }, move || "(no name)"),
       ),
     );
     this.moves?.replaceChildren(...rows);
