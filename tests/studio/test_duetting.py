@@ -25,11 +25,11 @@ from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.formats import ReadOptions, WriteOptions, load, save
 from kinetograph.kinematics import joint_positions, role_positions
-from kinetograph.methods.performance import PerformanceControl, partner_control, transcription
+from kinetograph.methods.performance import PerformanceControl, Rule, partner_control, transcription
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.pipeline import open_library, perform_with, read_take, segment_library
 from kinetograph.segmentation import notation
-from kinetograph.studio import duetting, rehearsing
+from kinetograph.studio import duetting, rehearsing, walk_answers
 from kinetograph.studio.comparing import FACING, compared
 from kinetograph.studio.duetting import Dance, MadeDuet, make
 from kinetograph.studio.leading import ADVICE
@@ -38,8 +38,12 @@ from kinetograph.studio.messages import (
     AskHands,
     AskLeader,
     AskLeaders,
+    CandidateClip,
+    Candidates,
     LeaderFacts,
     Message,
+    NextBest,
+    PieceSource,
     Rehearse,
     Rehearsed,
     ShowLeader,
@@ -279,6 +283,32 @@ def test_a_transcript_of_what_is_not_shown_any_more_is_given_up(room: Room) -> N
     room.latest["duet"] = replace(made, model=Watched())  # type: ignore[arg-type]
     with pytest.raises(RequestError, match="another follower"):
         duetting.transcript(room, _project(leader="take:even"), Transcribe(5))
+
+
+def test_the_next_best_pieces_of_a_duet(room: Room) -> None:
+    project = _project(leader="take:even")
+    made = _made(room, leader="take:even")
+    found = walk_answers.ANSWERS[NextBest](room, project, NextBest(7, 3.0, 2))
+    assert isinstance(found, Candidates)
+    shown, *others = found.rows
+    piece = made.synthesis.piece_at(90)
+    assert (shown.take, shown.source_start) == (piece.take, pytest.approx(piece.source_start, abs=0.2))
+    assert others
+    assert all(row.cost >= shown.cost for row in others)
+    frame = walk_answers.ANSWERS[CandidateClip](room, project, CandidateClip(8, others[0].rules))
+    assert isinstance(frame, bytes)
+    (room.folder / "candidate.glb").write_bytes(frame[8 + struct.unpack_from("<2I", frame)[1] :])
+    rules = tuple(Rule(r.start, r.stop, take=r.take, source=r.source, forbid=r.forbid) for r in others[0].rules)
+    assert made.model is not None
+    wanted = perform_with(made.model, made.others["leader"], rules=rules).motion
+    candidate = load(room.folder / "candidate.glb").motion()
+    np.testing.assert_allclose(candidate.translation, wanted.translation, atol=1e-4)
+    assert isinstance(walk_answers.ANSWERS[PieceSource](room, project, PieceSource(9, 3.0)), bytes)
+
+
+def test_without_a_follower_there_are_no_pieces(room: Room) -> None:
+    with pytest.raises(RequestError, match="there is no follower yet"):
+        walk_answers.ANSWERS[NextBest](room, _project(), NextBest(7, 3.0, 2))
 
 
 # ---- leaders ----
