@@ -357,6 +357,7 @@ class DuetPanel {
     if (!this.workButton || !this.work || !this.bar) return;
     this.workButton.textContent = solving ? "Stop" : "Answer the leader";
     this.workButton.disabled = !this.duet.leader;
+    if (this.liveButton) this.liveButton.disabled = !this.duet.leader;
     this.bar.hidden = !solving;
     if (!solving) {
       this.#began = 0;
@@ -380,7 +381,7 @@ class DuetPanel {
 
   #showBodies() {
     const clip = this.#clip;
-    if (!clip) return;
+    if (!clip) return this.#seek(this.app.transport.time);
     const has = clip.characters.includes("truth");
     clip.characters.forEach((name, i) => {
       const figure = clip.figures[i];
