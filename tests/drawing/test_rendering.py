@@ -10,7 +10,7 @@ from PIL import Image
 
 from kinetograph import rotations as rot
 from kinetograph.character import Skin
-from kinetograph.drawing import _kernels, character_film, character_sheet
+from kinetograph.drawing import _kernels, character_film, character_sheet, find_ffmpeg
 from kinetograph.drawing.stage import Camera, draw, posed
 from kinetograph.errors import RequestError
 from kinetograph.formats.deepmimic import skeleton
@@ -68,6 +68,49 @@ def test_a_ball_of_known_size_covers_what_it_should() -> None:
     red = (picture[..., 0] - picture[..., 1]) > 0.3
     assert red.sum() == pytest.approx(40 * 40, rel=0.05)
     assert red[40, 40]
+
+
+def test_the_floor_is_that_of_every_pixel_seen_by_itself() -> None:
+    place, unit, tile = np.array([1.0, 2.0, 3.0]), 0.02, 0.5
+    camera = Camera(place, np.array([0.0, 1.0, 0.0]), 2.0)
+    image, floor = np.empty((60, 80, 3)), np.empty((60, 80), dtype=np.bool_)
+    sky, ground, line = colours = np.array([[0.8, 0.8, 0.9], [0.6, 0.5, 0.6], [0.1, 0.2, 0.3]])
+    _kernels.tile(image, floor, place, camera.axes, unit, colours, tile)
+    right, up, into = camera.axes
+    for row, column in np.random.default_rng(1).integers(0, 60, (200, 2)):
+        ray = into + (column + 0.5 - 40) * unit * right + (30 - row - 0.5) * unit * up
+        assert floor[row, column] == (ray[1] < -1e-3)
+        expected = sky
+        if floor[row, column]:
+            reach = -place[1] / ray[1]
+            x, _, z = place + reach * ray
+            grain = reach * unit / max(-ray[1], 0.05)
+            near = tile * min(abs(x / tile - round(x / tile)), abs(z / tile - round(z / tile)))
+            share = max(1 - near / max(0.008, grain), 0) * min(0.03 / grain, 1)
+            fade = np.clip((reach - 6) / 12, 0, 1)
+            expected = (1 - fade) * ((1 - share) * ground + share * line) + fade * sky
+        np.testing.assert_allclose(image[row, column], expected, atol=1e-9)
+    assert floor.any()
+    assert not floor.all()
+
+
+def test_a_film_for_a_player_of_films(tmp_path: Path) -> None:
+    if find_ffmpeg() is None:
+        with pytest.raises(RequestError, match=r"an \.mp4 film needs ffmpeg"):
+            character_film(stand(), tmp_path / "a.mp4")
+        return
+    character_film(stand(), tmp_path / "a.mp4", seconds=0.3)
+    character_film(stand(), tmp_path / "b.mp4", seconds=0.3)
+    data = (tmp_path / "a.mp4").read_bytes()
+    assert data == (tmp_path / "b.mp4").read_bytes()
+    assert data[4:8] == b"ftyp"
+    assert data.index(b"moov") < data.index(b"mdat")  # plays before all of it has come
+
+    def stop(done: int, total: int) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        character_film(stand(), tmp_path / "c.mp4", progress=stop)
 
 
 def test_a_sheet_and_a_film(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numba
 import numpy as np
 
@@ -95,3 +97,55 @@ def cover(mask: BoolArray, corners: FloatArray, triangles: IntArray) -> None:
                 u, v, w = _shares(triangle, column, row)
                 if u >= 0.0 and v >= 0.0 and w >= 0.0:
                     mask[row, column] = np.bool_(True)
+
+
+@numba.njit(cache=True, nogil=True)
+def tile(
+    image: FloatArray,
+    floor: BoolArray,
+    place: FloatArray,
+    axes: FloatArray,
+    unit: float,
+    colours: FloatArray,
+    edge: float,
+) -> None:
+    """Draw the sky, and the floor at height 0 with its tiles, which fade far away.
+
+    Parameters
+    ----------
+    image : ndarray, shape (H, W, 3)
+        Written.
+    floor : ndarray of bool, shape (H, W)
+        Which pixels are floor; written.
+    place : ndarray, shape (3,)
+        Of the camera.
+    axes : ndarray, shape (3, 3)
+        Rows: right, up and into the picture.
+    unit : float
+        Size of a pixel at unit distance.
+    colours : ndarray, shape (3, 3)
+        Of the sky, of the floor and of the lines between tiles.
+    edge : float
+        Of a tile, metres.
+    """
+    height, width = floor.shape
+    for row in range(height):
+        up = (height / 2 - row - 0.5) * unit
+        for column in range(width):
+            right = (column + 0.5 - width / 2) * unit
+            down = -(axes[2, 1] + right * axes[0, 1] + up * axes[1, 1])
+            floor[row, column] = down > 1e-3
+            if not floor[row, column]:
+                for c in range(3):
+                    image[row, column, c] = colours[0, c]
+                continue
+            reach = place[1] / down
+            x = (place[0] + reach * (axes[2, 0] + right * axes[0, 0] + up * axes[1, 0])) / edge
+            z = (place[2] + reach * (axes[2, 2] + right * axes[0, 2] + up * axes[1, 2])) / edge
+            grain = reach * unit / max(down, 0.05)  # of a pixel on the floor: lines fade where it is large
+            near = min(abs(x - math.floor(x + 0.5)), abs(z - math.floor(z + 0.5))) * edge
+            line = max(1.0 - near / max(0.008, grain), 0.0) * min(0.03 / max(grain, 1e-9), 1.0)
+            fade = min(max((reach - 6.0) / 12.0, 0.0), 1.0)
+            for c in range(3):
+                shade = (1.0 - line) * colours[1, c] + line * colours[2, c]
+                image[row, column, c] = (1.0 - fade) * shade + fade * colours[0, c]

@@ -120,7 +120,8 @@ def draw(figures: list[Figure], camera: Camera, width: int, height: int) -> Floa
     for figure in figures:
         corners = _project(figure.points, camera, *size)
         _kernels.fill(depth, image, corners, figure.skin.triangles, _shaded(figure, camera))
-    return np.asarray(image.reshape(height, _FINE, width, _FINE, 3).mean(axis=(1, 3)))
+    samples = [image[row::_FINE, column::_FINE] for row in range(_FINE) for column in range(_FINE)]
+    return np.asarray(sum(samples, np.zeros((height, width, 3))) / len(samples))
 
 
 def _project(points: FloatArray, camera: Camera, height: int, width: int) -> FloatArray:
@@ -144,17 +145,7 @@ def _shaded(figure: Figure, camera: Camera) -> FloatArray:
 
 def _background(camera: Camera, height: int, width: int) -> tuple[FloatArray, BoolArray]:
     """Sky and a floor of tiles, against which movement shows; and which pixels are floor."""
-    rows, columns = np.mgrid[0:height, 0:width] + 0.5
-    unit = camera.tall / height / np.linalg.norm(camera.target - camera.place)
-    right, up, into = camera.axes
-    rays = into + ((columns - width / 2) * unit)[..., None] * right + ((height / 2 - rows) * unit)[..., None] * up
-    down = rays[..., 1] < -1e-3
-    reach = np.where(down, -camera.place[1] / np.where(down, rays[..., 1], -1.0), 0.0)
-    x, z = camera.place[0] + reach * rays[..., 0], camera.place[2] + reach * rays[..., 2]
-    grain = reach * unit / np.maximum(-rays[..., 1], 0.05)  # of a pixel on the floor: lines fade where it is large
-    edge = np.minimum(np.abs(x / _TILE - np.round(x / _TILE)), np.abs(z / _TILE - np.round(z / _TILE))) * _TILE
-    line = np.clip(1.0 - edge / np.maximum(0.008, grain), 0.0, 1.0) * np.clip(0.03 / np.maximum(grain, 1e-9), 0.0, 1.0)
-    fade = np.clip((reach - 6.0) / 12.0, 0.0, 1.0)[..., None]
-    floor = (1 - line[..., None]) * _FLOOR + line[..., None] * _LINE
-    image = np.where(down[..., None], (1 - fade) * floor + fade * _SKY, _SKY)
-    return np.ascontiguousarray(image), down
+    image, floor = np.empty((height, width, 3)), np.empty((height, width), dtype=np.bool_)
+    unit = camera.tall / height / float(np.linalg.norm(camera.target - camera.place))
+    _kernels.tile(image, floor, camera.place, camera.axes, unit, np.array([_SKY, _FLOOR, _LINE]), _TILE)
+    return image, floor

@@ -24,6 +24,15 @@ FILES = "files"
 _KEPT = 6  # models
 
 
+class _Model:
+    """A model that is fitted once."""
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self.fitted = False
+        self.value: Any = None
+
+
 class Room:
     """A project's folder, its libraries and models.
 
@@ -42,7 +51,7 @@ class Room:
         self.folder = folder
         self.latest: dict[Mode, Made] = {}
         self._lock = threading.RLock()
-        self._models: dict[Hashable, Any] = {}
+        self._models: dict[Hashable, _Model] = {}
         self._characters: dict[str, Character] = {}
 
     def library(self, libraries: dict[str, str], name: str) -> Library:
@@ -83,15 +92,17 @@ class Room:
         fit : callable
             Fits it.
         """
+        whole = (library.path, _state(library), key)
         with self._lock:
-            whole = (library.path, _state(library), key)
-            if whole not in self._models:
-                made = fit()
-                while len(self._models) >= _KEPT:
-                    self._models.pop(next(iter(self._models)))
-                self._models[whole] = made
-            self._models[whole] = self._models.pop(whole)  # the one used last is dropped last
-            found: Fitted = self._models[whole]
+            model = self._models.pop(whole, None) or _Model()
+            while len(self._models) >= _KEPT:
+                self._models.pop(next(iter(self._models)))
+            self._models[whole] = model  # the one used last is dropped last
+        with model.lock:  # whoever asks meanwhile waits for the same one, and nobody for another
+            if not model.fitted:
+                model.value = fit()
+                model.fitted = True
+            found: Fitted = model.value
             return found
 
     def file(self, name: str) -> Path:

@@ -18,8 +18,38 @@ export function dropFiles(app) {
   addEventListener("drop", (event) => {
     event.preventDefault();
     document.body.classList.remove("dropping");
-    for (const file of event.dataTransfer?.files ?? []) void dropFile(app, file, roleOf(file.name, app.store.mode));
+    for (const file of event.dataTransfer?.files ?? []) void take(app, file);
   });
+}
+
+/**
+ * Takes a file for what it is; where that can be several things, the person is asked.
+ *
+ * @param {Host} app
+ * @param {File} file
+ */
+async function take(app, file) {
+  const role = roleOf(file.name, app.store.mode);
+  const { skins, animations } = role === "character" ? await contents(file) : { skins: 0, animations: 0 };
+  if (animations) offer(app, file, skins ? "It holds a body and a motion." : "It holds a motion and no body.", skins > 0);
+  else void dropFile(app, file, role);
+}
+
+/**
+ * How many skins and animations a glTF file has; none where it cannot be read, which the server says.
+ *
+ * @param {File} file
+ */
+async function contents(file) {
+  try {
+    const start = new DataView(await file.slice(0, 20).arrayBuffer());
+    const binary = start.getUint32(0, true) === 0x46546c67;
+    const text = await (binary ? file.slice(20, 20 + start.getUint32(12, true)) : file).text();
+    const { skins = [], animations = [] } = JSON.parse(text);
+    return { skins: skins.length, animations: animations.length };
+  } catch {
+    return { skins: 0, animations: 0 };
+  }
 }
 
 /**
@@ -37,35 +67,35 @@ export async function dropFile(app, file, role) {
     if (role === "character") app.connection.edit("character", name, { label: `wear ${name}` });
     else app.panel.dropped?.(name, role);
   } catch (error) {
-    const { message } = /** @type {Error} */ (error);
-    app.say(message, "error");
-    if (role === "character") offer(app, file, message);
+    app.say(/** @type {Error} */ (error).message, "error");
   }
 }
 
 /**
- * Offers what else a file may be that is no character.
+ * Asks what a file is to be.
  *
  * @param {Host} app
  * @param {File} file
  * @param {string} reason
+ * @param {boolean} body whether it has one
  */
-function offer(app, file, reason) {
-  const as = (/** @type {string} */ role) => {
-    dialog.close();
-    void dropFile(app, file, role);
-  };
+function offer(app, file, reason, body) {
+  const as = (/** @type {string} */ role, /** @type {string} */ name) =>
+    button(name, () => {
+      dialog.close();
+      void dropFile(app, file, role);
+    });
   const dialog = element(
     "dialog",
     { "aria-labelledby": "offer-title", onclose: () => dialog.remove() },
-    element("h2", { id: "offer-title" }, `${file.name} is no character`),
-    element("p", { class: "note" }, reason),
-    element("p", {}, "If it holds a motion, it can be:"),
+    element("h2", { id: "offer-title" }, file.name),
+    element("p", {}, reason),
     element(
       "div",
       { class: "buttons offer" },
-      button("A recording of the library", () => as("recording")),
-      button("A leader to dance with", () => as("leader")),
+      body && as("character", "Wear the body"),
+      as("recording", "Add the motion to the library"),
+      as("leader", "Use it as a leader"),
       button("Leave it", () => dialog.close()),
     ),
   );

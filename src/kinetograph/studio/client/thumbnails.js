@@ -119,7 +119,7 @@ function boxOf(ends) {
  * @param {number} frame may lie between two
  */
 function draw(canvas, { row, ends, box }, frame) {
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true }); // small drawings do not need the graphics card
   if (!context) return;
   const ratio = devicePixelRatio || 1;
   const [width, height] = [canvas.clientWidth || 120, canvas.clientHeight || 96];

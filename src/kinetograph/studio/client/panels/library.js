@@ -27,7 +27,8 @@ class Browser {
   #search = 0; // these two count, so that an answer that comes late is left
   #showing = 0;
   #timer = 0;
-  #wait = 0;
+  /** @type {Map<string, number>} takes of each library, when they were last told */
+  #counts = new Map();
   /** @type {Set<string>} */
   #tags = new Set();
   /** @type {string} the take on the stage */
@@ -47,8 +48,9 @@ class Browser {
     this.cards = new Cards(this.thumbnails);
     this.keyButton = button("Set key", () => this.#key(), { title: "A key of the pose that is shown (K)", "aria-keyshortcuts": "K" });
     this.alikeButton = button("More like this", () => void this.#findAlike(), { title: "Takes with something like the two seconds around the time that is shown" });
-    this.file = element("input", { type: "file", accept: MOTIONS, multiple: true, hidden: true, onchange: () => this.#chosenFiles() });
-    this.character = element("select", { onchange: () => this.#wear() });
+    this.file = element("input", { type: "file", accept: MOTIONS, multiple: true, hidden: true, "aria-label": "Recordings from files", onchange: () => this.#drop(this.file, "recording") });
+    this.character = element("select", { onchange: () => this.#wear(this.character.value) });
+    this.body = element("input", { type: "file", accept: ".glb,.gltf", hidden: true, "aria-label": "Character from a file", onchange: () => this.#drop(this.body, "character") });
     this.element = element(
       "div",
       { class: "library" },
@@ -58,8 +60,8 @@ class Browser {
       this.tags,
       element("div", { class: "found" }, this.found, this.back),
       this.cards.element,
-      element("div", { class: "buttons" }, this.keyButton, this.alikeButton, button("Add a recording…", () => this.file.click()), this.file),
-      field("Character", this.character),
+      element("div", { class: "buttons" }, this.keyButton, this.alikeButton, button("Add…", () => this.file.click(), { title: "Add recordings from files" }), this.file),
+      field("Character", this.character, button("File…", () => this.body.click(), { title: "A .glb file with a skin" }), this.body),
     );
     this.#listen();
   }
@@ -87,20 +89,20 @@ class Browser {
     app.store.on("welcome", () => this.#welcomed());
     app.store.on("project", ({ character = "" }) => (this.character.value = character));
     app.store.on("made", () => this.#buttons());
-    document.addEventListener("keydown", (event) => {
-      if (!this.#open || isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || event.key.toLowerCase() !== "k") return;
-      event.preventDefault();
-      this.#key();
-    });
+    document.addEventListener("keydown", (event) => this.#pressed(event), true); // before the section's own keys
     this.#buttons();
   }
 
+  /** Shows the library that has more takes than before, such as that of a recording that was dropped. */
   #welcomed() {
-    const before = this.libraries.value;
-    const many = this.app.store.welcome?.libraries.find((row) => row.name === before)?.takes;
+    const rows = this.app.store.welcome?.libraries ?? [];
+    const grown = rows.find((row) => row.takes > (this.#counts.get(row.name) ?? 0));
+    const known = this.#counts.size > 0;
+    this.#counts = new Map(rows.map((row) => [row.name, row.takes]));
+    const { value } = this.libraries;
     this.#fill();
-    if (this.#open && (before !== this.libraries.value || many !== this.#wait)) this.#another();
-    this.#wait = many ?? 0;
+    if (grown && known && this.#open) this.libraries.value = grown.name;
+    if (this.#open && ((grown && known) || value !== this.libraries.value)) this.#another();
   }
 
   /** Lists the libraries and the characters. */
@@ -238,6 +240,14 @@ class Browser {
     }
   }
 
+  /** @param {KeyboardEvent} event */
+  #pressed(event) {
+    if (!this.#open || isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || event.key.toLowerCase() !== "k") return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#key();
+  }
+
   #key() {
     const { app } = this;
     if (!this.#take) return app.say("put a take on the stage first: choose it in the library");
@@ -246,15 +256,19 @@ class Browser {
     app.say(`a key of ${this.#take} at ${app.transport.time.toFixed(2)} s`);
   }
 
-  #chosenFiles() {
+  /**
+   * @param {HTMLInputElement} input
+   * @param {string} role
+   */
+  #drop(input, role) {
     const host = /** @type {import("../dropping.js").Host} */ (/** @type {unknown} */ (this.app));
-    for (const file of this.file.files ?? []) void dropFile(host, file, "recording");
-    this.file.value = "";
+    for (const file of input.files ?? []) void dropFile(host, file, role);
+    input.value = "";
   }
 
-  #wear() {
-    const { value } = this.character;
-    this.app.connection.edit("character", value, { label: `wear ${value || "capsules"}` });
+  /** @param {string} name */
+  #wear(name) {
+    this.app.connection.edit("character", name, { label: `wear ${name || "capsules"}` });
   }
 
   #buttons() {
