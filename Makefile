@@ -9,6 +9,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 BLENDER ?= .venv-blender
+MADE   := $(VENV)/.made
 STAMP  := $(VENV)/.installed
 PLAIN  := $(VENV)/.installed-plain
 DOCS   := $(VENV)/.installed-docs
@@ -22,19 +23,21 @@ DEMO   ?= out
 help:
 	@sed -n '1,6p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
 
-$(BIN)/python:
+$(MADE):
 	@command -v $(PYTHON) >/dev/null || { echo "missing: $(PYTHON); install Python 3.11 or newer, or set PYTHON=..." >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "too old: $$($(PYTHON) --version); Python 3.11 or newer is needed, set PYTHON=..." >&2; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "missing: the venv module of $(PYTHON); install it (on Debian: apt-get install python3-venv)" >&2; exit 1; }
+	@echo "making $(VENV)"
 	@$(PYTHON) -m venv $(VENV)
+	@touch $@
 
 # what the studio and the demo need, which is installed sooner than what the tests need
-$(PLAIN): pyproject.toml | $(BIN)/python
+$(PLAIN): pyproject.toml | $(MADE)
 	@echo "installing into $(VENV)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[studio]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
 	@touch $@
 
-$(STAMP): pyproject.toml | $(BIN)/python
+$(STAMP): pyproject.toml | $(MADE)
 	@echo "installing into $(VENV)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' || { echo "pip could not install the dependencies; is there a network?" >&2; exit 1; }
 	@touch $(PLAIN) $@
@@ -52,6 +55,7 @@ demo: $(PLAIN)
 
 test: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips || echo "without the sample, tests of real clips are skipped"
+	@$(BIN)/python hatch_build.py build || echo "without the studio's page, its tests are skipped"
 	@$(BIN)/python -m pytest
 
 lint: $(STAMP)

@@ -51,6 +51,23 @@ def test_a_film(tmp_path: Path, clips_folder: Path) -> None:
     assert (tmp_path / "walk.gif").read_bytes()[:3] == b"GIF"
 
 
+def test_a_page(tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import kinetograph.studio.sharing
+
+    for name in ("player.js", "style.css", "three.LICENSE.txt"):
+        (tmp_path / name).write_text(name)
+    monkeypatch.setattr(kinetograph.studio.sharing, "page_folder", lambda: tmp_path)
+    page = tmp_path / "walk.html"
+    answer("view", clips_folder / "humanoid3d_walk.txt", "-o", page)
+    plain = page.read_text()
+    assert '"name":"humanoid3d_walk.txt"' in plain
+    assert '"role":"contacts"' in plain
+    answer(
+        "view", clips_folder / "humanoid3d_walk.txt", "-o", page, "--force", "--no-contacts", "--character", "capsules"
+    )
+    assert '"role":"contacts"' not in page.read_text()
+
+
 def test_what_goes_together(tmp_path: Path, clips_folder: Path) -> None:
     walk = clip(tmp_path, clips_folder)
     for options, says in (

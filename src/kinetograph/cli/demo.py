@@ -49,7 +49,7 @@ def demo(
     synthesis, walk = _walk(output, speed)
     risen, rise = _rise(output)
     examples = _example_files(output, synthesis.motion)
-    page = _page(output, {"walk along a path": synthesis, "from lying to running": risen})
+    page = write_page(output, {"walk along a path": synthesis, "from lying to running": risen})
     if as_json:
         result({"walk": walk, "rise": rise, "examples": examples, "page": page}, as_json)
         return
@@ -88,7 +88,7 @@ def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
     write_report(synthesis, output / "walk.json")
 
 
-def _page(output: Path, results: dict[str, Synthesis]) -> str | None:
+def write_page(output: Path, results: dict[str, Synthesis]) -> str | None:
     """A page with the player and the results, where the player is built."""
     from kinetograph.errors import RequestError
     from kinetograph.studio import player_page

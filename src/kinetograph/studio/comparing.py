@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from kinetograph.take import Annotation
 
 FACING = np.radians(45.0)
 """By how much a follower may face another way than the recorded one and still be said to face right."""
+REACH = HoldThresholds().distance[1]
+"""Metres between the wrists up to which hands are taken to hold each other."""
 _RATE = 30.0  # values of a lane per second
 
 
@@ -35,6 +38,41 @@ class Comparison:
     figures: tuple[Figure, ...] = ()
 
 
+@dataclass(frozen=True)
+class Hold:
+    """A handhold of a follower and a leader.
+
+    Parameters
+    ----------
+    note : Annotation
+        When.
+    own, theirs : str
+        The roles of the follower's hand and of the leader's.
+    apart : float
+        Metres between the wrists, in the median.
+    """
+
+    note: Annotation
+    own: str
+    theirs: str
+    apart: float
+
+    @property
+    def met(self) -> bool:
+        """Whether they are as near as hands that hold each other."""
+        return self.apart <= REACH
+
+    @property
+    def span(self) -> Span:
+        """As a lane shows it."""
+        own, theirs = (role.removesuffix("_hand") for role in (self.own, self.theirs))
+        said = f"the follower's {own} hand and the leader's {theirs} hand, {100 * self.apart:.0f} cm apart"
+        label = _said(self.note.label)
+        if self.met:
+            return Span(self.note.start, self.note.stop, label, f"{said}; held")
+        return Span(self.note.start, self.note.stop, f"missed: {label}", f"{said}; not met")
+
+
 def compared(made: Motion, holds: tuple[Annotation, ...], leader: Leader) -> Comparison:
     """A follower compared with what is known.
 
@@ -49,17 +87,39 @@ def compared(made: Motion, holds: tuple[Annotation, ...], leader: Leader) -> Com
     -------
     Comparison
     """
-    lane, figures = _hands(made, holds, leader.motion)
-    lanes = [lane] if lane.spans else []
-    if leader.holds:
-        spans = tuple(Span(note.start, note.stop, _said(note.label)) for note in leader.holds)
-        lanes.append(Lane("hands recorded", "handholds", spans))
+    found = measured(made, holds, leader.motion)
+    figures = _met(found)
+    lanes = _lanes("hand", {hold.note: hold.span for hold in found})
+    lanes += _lanes("recorded", {note: Span(note.start, note.stop, _said(note.label)) for note in leader.holds})
     truth = leader.truth
     if truth is not None and truth.skeleton.names == made.skeleton.names:
         errors = _Errors.of(made, truth)
         lanes.append(Lane("error", "error", values=_thinned(100 * errors.distance, truth.fps), unit="cm"))
         figures = (*errors.figures, *_held(errors, leader, truth), *figures)
     return Comparison(tuple(lanes), figures)
+
+
+def held_by_others(holds: tuple[Annotation, ...], leader: Leader) -> tuple[Annotation, ...]:
+    """The handholds of the leader, with the follower made and the recorded one, and those of the recorded one.
+
+    Parameters
+    ----------
+    holds : tuple of Annotation
+        Of the follower that was made, labelled ``own hand:partner's hand``.
+    leader : Leader
+    """
+    of_leader = [replace(note, track="leader", label=_turned(note.label)) for note in (*holds, *leader.holds)]
+    return (*of_leader, *(replace(note, track="truth") for note in leader.holds if leader.truth is not None))
+
+
+def _turned(label: str) -> str:
+    """A handhold as the partner sees it.
+
+    >>> _turned("left_hand:right_hand")
+    'right_hand:left_hand'
+    """
+    own, _, theirs = label.partition(":")
+    return f"{theirs}:{own}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,35 +168,55 @@ def _held(errors: _Errors, leader: Leader, truth: Motion) -> tuple[Figure, ...]:
     return (Figure("handholds", f"{100 * float(np.median(gaps)):.1f} cm", title),)
 
 
-def _hands(made: Motion, holds: tuple[Annotation, ...], leader: Motion) -> tuple[Lane, tuple[Figure, ...]]:
-    """The lane of the hands that are held, and how many of them meet."""
+def measured(made: Motion, holds: tuple[Annotation, ...], leader: Motion) -> list[Hold]:
+    """The handholds of a follower and a leader in the order of time, and how far apart the hands are.
+
+    Parameters
+    ----------
+    made : Motion
+    holds : tuple of Annotation
+        Labelled ``own hand:partner's hand``.
+    leader : Motion
+
+    Returns
+    -------
+    list of Hold
+        None of bodies without hands.
+    """
     if not holds or not _has_hands(made, leader):
-        return Lane("hands", "handholds"), ()
+        return []
     ours = role_positions(made, HANDS)
     theirs = role_positions(sample(leader, np.arange(len(made)) / made.fps, made.fps), HANDS)
-    reach = HoldThresholds().distance[1]
-    spans, met = [], 0
+    found = []
     for note in sorted(holds, key=lambda note: (note.start, note.label)):
         mine, their = (HANDS.index(role) for role in note.label.split(":"))
         inside = contact_mask((note,), note.label, len(made), made.fps)
-        if not inside.any():
-            continue
-        apart = float(np.median(np.linalg.norm(ours[inside, mine] - theirs[inside, their], axis=-1)))
-        meets = apart <= reach
-        met += meets
-        said = f"the follower's {_hand(mine)} hand and the leader's {_hand(their)} hand, {100 * apart:.0f} cm apart"
-        label = _said(note.label) if meets else f"missed: {_said(note.label)}"
-        spans.append(Span(note.start, note.stop, label, f"{said}; {'held' if meets else 'not met'}"))
-    title = f"Handholds whose wrists are within {100 * reach:.0f} cm, half of the time or more"
-    return Lane("hands", "handholds", tuple(spans)), (Figure("hands met", f"{met} of {len(spans)}", title),)
+        if inside.any():
+            gaps = np.linalg.norm(ours[inside, mine] - theirs[inside, their], axis=-1)
+            found.append(Hold(note, HANDS[mine], HANDS[their], float(np.median(gaps))))
+    return found
+
+
+def _lanes(name: str, spans: Mapping[Annotation, Span]) -> list[Lane]:
+    """A lane for the handholds of each hand of the follower."""
+    lanes = []
+    for hand in HANDS:
+        held = tuple(span for note, span in spans.items() if note.label.startswith(f"{hand}:"))
+        if held:
+            lanes.append(Lane(f"{hand.removesuffix('_hand')} {name}", "handholds", held))
+    return lanes
+
+
+def _met(holds: list[Hold]) -> tuple[Figure, ...]:
+    """How many handholds meet."""
+    if not holds:
+        return ()
+    title = f"Handholds whose wrists are within {100 * REACH:.0f} cm, half of the time or more"
+    return (Figure("hands met", f"{sum(hold.met for hold in holds)} of {len(holds)}", title),)
 
 
 def _has_hands(*motions: Motion) -> bool:
     return all(hand in motion.skeleton.roles for hand in HANDS for motion in motions)
-
-
-def _hand(index: int) -> str:
-    return HANDS[index].removesuffix("_hand")
 
 
 def _said(label: str) -> str:

@@ -84,6 +84,9 @@ def _readings(path: Path) -> None:
 
     if path.suffix.lower() not in (".csv", ".txt", ".tsv"):
         raise RequestError(f"{path}: expected readings as a table, .csv")
+    from kinetograph.pipeline import read_rows
+
+    read_rows(path)
     read_readings(path)
 
 

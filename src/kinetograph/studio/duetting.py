@@ -13,7 +13,8 @@ from kinetograph.methods.performance import PerformanceModel, PointsByRole, Rule
 from kinetograph.pipeline import perform_with
 from kinetograph.progress import Progress
 from kinetograph.segmentation import notation
-from kinetograph.studio.comparing import compared
+from kinetograph.studio.comparing import compared, held_by_others, measured
+from kinetograph.studio.floor import floor_of
 from kinetograph.studio.leading import (
     Leader,
     couples,
@@ -25,9 +26,12 @@ from kinetograph.studio.leading import (
 )
 from kinetograph.studio.made import Made, bodies, clip
 from kinetograph.studio.messages import (
+    AskHands,
     AskLeader,
     AskLeaders,
     ClipHeader,
+    Hands,
+    HandsRow,
     LeaderFacts,
     LeaderRow,
     LeaderTakes,
@@ -142,6 +146,7 @@ def _made(project: Project, room: Room, progress: Progress) -> MadeDuet:
         others=others,
         lanes=comparison.lanes,
         figures=comparison.figures,
+        notes=held_by_others(holds, leader),
         dance=dance,
         model=model,
     )
@@ -210,8 +215,6 @@ def leader_facts(room: Room, project: Project, message: AskLeader) -> LeaderFact
 
 def leader_clip(room: Room, project: Project, message: ShowLeader) -> bytes:
     """The leader alone, to look at while the follower is being made."""
-    from kinetograph.studio.floor import floor_of
-
     leader = _leader(project, room)
     character = room.character(project.character)
     take = bodies({"leader": leader.motion}, character)
@@ -254,6 +257,30 @@ def transcript(room: Room, project: Project, message: Transcribe) -> Transcribed
     )
 
 
+def hands(room: Room, project: Project, message: AskHands) -> Hands:
+    """The joints of the hands that hold each other in what was made last, on the bodies that are shown."""
+    made = room.latest.get("duet")
+    if made is None:
+        raise RequestError("there is no follower yet; choose a leader first")
+    follower, leader = made.synthesis.motion, made.others["leader"]
+    character = room.character(project.character)
+    own, theirs = (character.skeleton if character else motion.skeleton for motion in (follower, leader))
+    notes = tuple(note for note in made.synthesis.annotations if note.kind == "handhold")
+    return Hands(
+        message.id,
+        tuple(
+            HandsRow(
+                hold.note.start,
+                hold.note.stop,
+                own.names[own.landmark(hold.own).joint],
+                theirs.names[theirs.landmark(hold.theirs).joint],
+                hold.met,
+            )
+            for hold in measured(follower, notes, leader)
+        ),
+    )
+
+
 _LABEL = (
     "the library names no moves, so that there is no transcript; name them: kinetograph library label LIB --by partner"
 )
@@ -262,6 +289,7 @@ ANSWERS: Mapping[type[Message], Answer] = {
     AskLeaders: leaders,
     AskLeader: leader_facts,
     ShowLeader: leader_clip,
+    AskHands: hands,
     Transcribe: transcript,
 }
 """What the page asks of a duet."""

@@ -133,7 +133,7 @@ def export(
     except OSError as error:
         raise RequestError(f"{folder}: cannot make this folder: {error.strerror}") from None
     _sweep(folder)
-    worn = bodies({"motion": made.synthesis.motion, **made.others}, character, tuple(made.synthesis.annotations))
+    worn = bodies({"motion": made.synthesis.motion, **made.others}, character, made.annotations)
     paths = free_paths(folder, wanted)
     weights = [_FILM_WEIGHT if path.suffix in films() else 1 for path in paths]
     for number, path in enumerate(paths):

@@ -31,6 +31,8 @@ class Made:
     figures : tuple of Figure
     path : tuple of (float, float, float)
         The path that was performed: seconds, metres x and z.
+    notes : tuple of Annotation
+        Contacts and handholds of the others, on tracks of their names.
     """
 
     syntheses: tuple[Synthesis, ...]
@@ -39,11 +41,17 @@ class Made:
     lanes: tuple[Lane, ...] = ()
     figures: tuple[Figure, ...] = ()
     path: tuple[tuple[float, float, float], ...] = ()
+    notes: tuple[Annotation, ...] = ()
 
     @property
     def synthesis(self) -> Synthesis:
         """The one that is shown."""
         return self.syntheses[self.chosen]
+
+    @property
+    def annotations(self) -> tuple[Annotation, ...]:
+        """Those of all the bodies that are shown; the synthesis' are on the track ``motion``."""
+        return (*self.synthesis.annotations, *self.notes)
 
 
 def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:
@@ -76,7 +84,7 @@ def bodies(motions: Mapping[str, Motion], character: Character | None, notes: tu
     character : Character, optional
         Whose skin they wear.
     notes : tuple of Annotation
-        The contacts and handholds of the first.
+        Contacts and handholds, on tracks of the bodies' names; bodies whose hands are held stay hand in hand.
     """
     if character is None:
         return Take("studio", dict(motions))
@@ -85,7 +93,7 @@ def bodies(motions: Mapping[str, Motion], character: Character | None, notes: tu
     scale = 1.0 if len(motions) > 1 else None  # partners stay together
     worn: dict[str, Motion] = {}
     for name, motion in motions.items():
-        holds = () if worn else tuple(note for note in notes if note.kind in ("contact", "handhold"))
+        holds = tuple(note for note in notes if note.track == name and note.kind in ("contact", "handhold"))
         worn[name] = retarget(motion, character, scale=scale, handholds=holds).motion
     return Take("studio", dict(worn))
 

@@ -41,5 +41,5 @@ HEARD: tuple[type[Message], ...] = (
 )
 """Messages for what runs live."""
 
-PREPARE: tuple[Callable[[Project, Room], object], ...] = ()
+PREPARE: tuple[Callable[[Project, Room], object], ...] = (walking.prepare,)
 """What may be done before it is asked for: models fitted, kernels compiled."""

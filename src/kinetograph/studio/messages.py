@@ -889,6 +889,12 @@ class ShowLeader(Message, frozen=True, tag="show_leader"):
     id: int
 
 
+class AskHands(Message, frozen=True, tag="ask_hands"):
+    """Ask which hands of the follower that was made last hold which of the leader's."""
+
+    id: int
+
+
 class Transcribe(Message, frozen=True, tag="transcribe"):
     """Ask for the moves of the follower that was made last."""
 
@@ -966,6 +972,32 @@ class LeaderFacts(Message, frozen=True, tag="leader_facts"):
     notes: tuple[str, ...] = ()
 
 
+class HandsRow(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Hands that hold each other: the joints, as the bodies that are shown call them.
+
+    Parameters
+    ----------
+    start, stop : float
+    own, theirs : str
+        The follower's joint, and the leader's.
+    met : bool
+        Whether they are as near as hands that hold each other.
+    """
+
+    start: float
+    stop: float
+    own: str
+    theirs: str
+    met: bool = True
+
+
+class Hands(Message, frozen=True, tag="hands"):
+    """The handholds of the follower and the leader."""
+
+    id: int
+    holds: tuple[HandsRow, ...] = ()
+
+
 class MoveRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A move of a transcript.
 
@@ -1006,6 +1038,8 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
         How long the leader dances.
     lag : float
         Seconds by which the follower shown is behind the leader.
+    load : float
+        Seconds of work for a second of dance; above 1, the leader has to wait.
     running : bool
         False at its end.
     error : float, optional
@@ -1015,6 +1049,7 @@ class Rehearsed(Message, frozen=True, tag="rehearsed"):
     second: float
     seconds: float
     lag: float
+    load: float = 0.0
     running: bool = True
     error: float | None = None
 

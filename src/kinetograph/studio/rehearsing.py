@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -12,6 +13,7 @@ from kinetograph.evaluation.metrics import joint_error
 from kinetograph.methods.performance import Live, PerformanceModel
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.studio.duetting import Dance
+from kinetograph.studio.floor import floor_of
 from kinetograph.studio.leading import Leader
 from kinetograph.studio.made import bodies, clip
 from kinetograph.studio.messages import LiveHeader, Message, Rehearse, Rehearsed, blob, pose_frame
@@ -23,15 +25,17 @@ from kinetograph.synthesis import LivePose
 FPS = 30.0
 """Rate at which the leader is followed, and poses are sent."""
 _LEEWAY = 2.0 / FPS  # seconds: velocities are known a frame later, and a frame is worked on while the next one comes
-_SAID = 0.1  # seconds between two messages of how it goes
-_WARM = 2.0  # seconds, besides the lag, after which everything has been called once
+_OFTEN = 0.1  # seconds between two messages of how it goes
+AHEAD = 1.5
+"""Seconds that frames are worked on before they are due."""
 
 
 @dataclass(eq=False)
 class Rehearsal:
-    """A leader's frames as time goes by, and the follower's poses when they are due.
+    """A leader's frames in the order of time, and the follower's poses when they are due.
 
-    The search settles several poses at once; they are held until each is due, so that the follower moves evenly.
+    The follower is decided by what has been seen of the leader alone. The search settles several poses at once; they
+    are held until each is due, so that the follower moves evenly.
 
     Parameters
     ----------
@@ -44,12 +48,12 @@ class Rehearsal:
     model: PerformanceModel
     leader: Leader
     lag: float
+    work: float = field(default=0.0, init=False)
     _frames: Motion = field(init=False)
     _live: Live = field(init=False)
-    _taken: int = field(default=0, init=False)
+    _seen: int = field(default=0, init=False)
     _waiting: deque[LivePose] = field(default_factory=deque, init=False)
     _shown: list[LivePose] = field(default_factory=list, init=False)
-    _ended: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         self._frames = resample(self.leader.motion, FPS)
@@ -66,36 +70,36 @@ class Rehearsal:
         """How long the leader dances."""
         return self._frames.duration
 
-    def warm_up(self) -> None:
-        """Have everything compiled that a rehearsal calls, before it begins."""
-        live = self.model.start(FPS, self.lag, keep=False)
-        for frame in range(min(round((self.lag + _WARM) * FPS), len(self._frames))):
-            live.step(cut(self._frames, frame, frame + 1))
-        live.rest()
+    @property
+    def seen(self) -> float:
+        """Up to which second the leader has been seen; infinite when that is all."""
+        return np.inf if self._seen == len(self._frames) else self._seen / FPS
 
-    def advance(self, second: float) -> LivePose | None:
-        """Take the leader's frames up to a moment; the latest pose that is due then and has not been given.
+    @property
+    def load(self) -> float:
+        """Seconds of work for a second of dance, so far."""
+        return self.work / max(self._seen / FPS, 1e-9)
 
-        Parameters
-        ----------
-        second : float
-            Since the leader began.
-        """
-        while self._taken < len(self._frames) and self._taken / FPS <= second + 1e-9:
-            self._waiting += self._live.step(cut(self._frames, self._taken, self._taken + 1))
-            self._taken += 1
-        if self._taken == len(self._frames) and not self._ended:
+    def see(self) -> None:
+        """Take the leader's next frame; at its end, all that is left of the follower is settled."""
+        began = time.perf_counter()
+        self._waiting += self._live.step(cut(self._frames, self._seen, self._seen + 1))
+        self._seen += 1
+        if self._seen == len(self._frames):
             self._waiting += self._live.rest()
-            self._ended = True
-        due = None
-        while self._waiting and self._waiting[0].time <= second - self.delay + 1e-9:
-            due = self._waiting.popleft()
-            self._shown.append(due)
-        return due
+        self.work += time.perf_counter() - began
 
-    def is_over(self, second: float) -> bool:
-        """Whether the leader is done and everything has been given, or was due long ago."""
-        return self._ended and not self._waiting and second >= self.seconds
+    def due(self, second: float) -> LivePose | None:
+        """The latest pose that is due at a second of the leader and has not been given."""
+        latest = None
+        while self._waiting and self._waiting[0].time <= second - self.delay + 1e-9:
+            latest = self._waiting.popleft()
+            self._shown.append(latest)
+        return latest
+
+    def is_over(self) -> bool:
+        """Whether all has been seen and given."""
+        return self._seen == len(self._frames) and not self._waiting
 
     def error(self) -> float | None:
         """The mean distance of joints from the recorded follower's, metres; None where that is unknown."""
@@ -111,6 +115,9 @@ class Rehearsal:
 async def rehearse(room: Room, project: Project, message: Rehearse, inbox: asyncio.Queue[Message], send: Send) -> None:
     """Let the leader dance from now on, and send the follower's poses as they are due.
 
+    The leader is a recording, so that frames are worked on a little before they are due; where that takes longer than
+    the dance, the leader waits.
+
     Parameters
     ----------
     room : Room
@@ -122,32 +129,54 @@ async def rehearse(room: Room, project: Project, message: Rehearse, inbox: async
     """
     rehearsal, body = await asyncio.to_thread(_prepared, room, project, message.lag)
     send(body)
-    loop = asyncio.get_running_loop()
-    began, said, steps = loop.time(), -1.0, 0
-    while True:
-        second = loop.time() - began
-        pose = await asyncio.to_thread(rehearsal.advance, second)
-        if pose is not None:
-            send(pose_frame(pose.time, pose.translation, pose.rotations, None))
-            if second - said >= _SAID:
-                said = second
-                send(Rehearsed(min(second, rehearsal.seconds), rehearsal.seconds, loop.time() - began - pose.time))
-        if rehearsal.is_over(second):
-            break
-        steps = max(steps + 1, int(second * FPS))
-        await asyncio.sleep(max(began + steps / FPS - loop.time(), 0.0))
+    clock = [0.0]
+    seeing = asyncio.create_task(_see(rehearsal, clock))
+    try:
+        await _dance(rehearsal, clock, send, seeing)
+    finally:
+        seeing.cancel()
     error = await asyncio.to_thread(rehearsal.error)
     centimetres = None if error is None else 100 * error
-    send(Rehearsed(rehearsal.seconds, rehearsal.seconds, rehearsal.delay, running=False, error=centimetres))
+    send(_state(rehearsal, rehearsal.seconds, running=False, error=centimetres))
+
+
+async def _see(rehearsal: Rehearsal, clock: list[float]) -> None:
+    """See the leader's frames a little before they are due."""
+    while rehearsal.seen < np.inf:
+        if rehearsal.seen > clock[0] + AHEAD:
+            await asyncio.sleep(1 / FPS)
+        else:
+            await asyncio.to_thread(rehearsal.see)
+
+
+async def _dance(rehearsal: Rehearsal, clock: list[float], send: Send, seeing: asyncio.Task[None]) -> None:
+    """Send the poses as they are due; time goes on as far as the leader has been seen."""
+    loop = asyncio.get_running_loop()
+    last, said = loop.time(), 0.0
+    while not rehearsal.is_over():
+        if seeing.done():
+            seeing.result()  # raises what it ended by
+        now = loop.time()
+        clock[0] = max(min(clock[0] + now - last, rehearsal.seen - _LEEWAY), clock[0])
+        last = now
+        pose = rehearsal.due(clock[0])
+        if pose is not None:
+            send(pose_frame(pose.time, pose.translation, pose.rotations, None))
+        if now - said >= _OFTEN:
+            said = now
+            send(_state(rehearsal, clock[0]))
+        await asyncio.sleep(1 / FPS)
+
+
+def _state(rehearsal: Rehearsal, second: float, running: bool = True, error: float | None = None) -> Rehearsed:
+    second = min(second, rehearsal.seconds)
+    return Rehearsed(second, rehearsal.seconds, rehearsal.delay, rehearsal.load, running=running, error=error)
 
 
 def _prepared(room: Room, project: Project, lag: float) -> tuple[Rehearsal, bytes]:
-    """A rehearsal of which everything is compiled, and the follower's body."""
-    from kinetograph.studio.floor import floor_of
-
+    """A rehearsal, and the follower's body."""
     dance = Dance.of(project, room)
     rehearsal = Rehearsal(dance.model(room), dance.leader, lag)
-    rehearsal.warm_up()
     source = rehearsal.model.fitted.sources[0].motion
     take = bodies({"motion": cut(source, 0, 1)}, None)  # poses are those of the recordings' skeleton
     return rehearsal, blob(LiveHeader("duet", floor_of(source)), clip(take, None))

@@ -37,13 +37,14 @@ _MARGIN = 0.97  # of a cell's bytes that are aimed at
 _HEIGHT = 440  # pixels of a cell
 _LANES = {"handhold": "handholds", "contact": "contacts"}
 _PAGE = """<!doctype html>
+<!-- Drawn with three.js:
+{licence}-->
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="Kinetograph">
-<meta http-equiv="Content-Security-Policy"
- content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:">
+<meta http-equiv="Content-Security-Policy" content="default-src 'unsafe-inline' 'unsafe-eval' data: blob:">
 <title>{title}</title>
 <link rel="icon" href="data:,">
 <style>{style}</style>
@@ -187,7 +188,8 @@ def _filled(folder: Path, page: SharedPage) -> str:
     data = msgspec.json.encode(page).decode().replace("<", "\\u003c")
     script = (folder / "player.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
     style = (folder / "style.css").read_text(encoding="utf-8")
-    return _PAGE.format(title=html.escape(page.title), style=style, clips=data, script=script)
+    licence = (folder / "three.LICENSE.txt").read_text(encoding="utf-8")
+    return _PAGE.format(licence=licence, title=html.escape(page.title), style=style, clips=data, script=script)
 
 
 def _scene(shown: Shown, contacts: bool = True) -> _Scene:

@@ -162,7 +162,7 @@ class Solver:
 def _shown(order: Order, made: Made, room: Room) -> bytes:
     character = room.character(order.project.character)
     motions = {"motion": made.synthesis.motion, **made.others}
-    take = bodies(motions, character, made.synthesis.annotations)
+    take = bodies(motions, character, made.annotations)
     floor = floor_of(take.motion("motion"), character)
     return blob(header(order.section, order.key, made, floor), clip(take, character))
 

@@ -70,7 +70,7 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
             more=each.cost - found[0].cost,
             rules=tuple(RuleRow(r.start, r.stop, r.take, r.source, r.forbid) for r in each.rules[len(own) :]),
         )
-        for each in found
+        for each in (found[0], *sorted(found[1:], key=lambda each: each.cost))
     )
     return Candidates(message.id, second, rows)
 

@@ -91,8 +91,14 @@ def _rest(path: FloatArray, since: float) -> FloatArray:
     return np.asarray(known + np.maximum(wanted - times[-1], 0.0)[:, None] * velocity)
 
 
-def _ready(room: Room, project: Project) -> tuple[SteeringFrames, bytes]:
-    """The frames that are played, and their body as GLB."""
+def ready(project: Project, room: Room) -> tuple[SteeringFrames, bytes]:
+    """The frames that are played, and their body as GLB.
+
+    Parameters
+    ----------
+    project : Project
+    room : Room
+    """
     from kinetograph.methods.performance import SteeringFrames
     from kinetograph.motion import cut
 
@@ -116,7 +122,7 @@ async def run(room: Room, project: Project, message: WalkLive, inbox: asyncio.Qu
     send : callable
         Sends the body and its poses.
     """
-    frames, body = await asyncio.to_thread(_ready, room, project)
+    frames, body = await asyncio.to_thread(ready, project, room)
     send(blob(LiveHeader("walk"), body))
     follower = Follower(frames)
     while True:

@@ -11,18 +11,21 @@ from kinetograph.arrays import FloatArray
 from kinetograph.progress import Progress
 from kinetograph.studio.made import Made
 from kinetograph.studio.messages import Figure, Lane, Message, Span, WalkDrawn, WalkLive
-from kinetograph.studio.project import Project
+from kinetograph.studio.project import Project, Walk
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Run
 from kinetograph.studio.walk_answers import ANSWERS
-from kinetograph.studio.walk_live import run
+from kinetograph.studio.walk_live import ready, run
 from kinetograph.studio.walk_model import model_of, perform, performed
 
 if TYPE_CHECKING:
     from kinetograph.motion import Motion
     from kinetograph.synthesis import Synthesis
 
-__all__ = ["ANSWERS", "HEARD", "RUNS", "make", "path_error"]
+__all__ = ["ANSWERS", "HEARD", "RUNS", "make", "path_error", "prepare"]
+
+PREPARED = 5.0
+"""Seconds of the walk that everything is compiled with."""
 
 _PATH_RATE = 10.0  # Hz, of the path that is shown
 
@@ -58,6 +61,21 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
         figures=_figures(synthesis, errors),
         path=_shown(middles, fps),
     )
+
+
+def prepare(project: Project, room: Room) -> None:
+    """Fit the model of walks, and have the search and what follows compiled, before anything is drawn.
+
+    Parameters
+    ----------
+    project : Project
+    room : Room
+    """
+    model = model_of(project, room)
+    fastest = float(np.median(model.fitted.recorded_speeds))
+    straight = tuple((t, 0.0, fastest * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
+    ready(project, room)
+    perform(model, Walk(path=straight), ())
 
 
 def path_error(motion: Motion, middles: FloatArray, fps: float) -> FloatArray:

@@ -18,7 +18,13 @@ from kinetograph.methods.performance.control_points import (
 )
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
-from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds, smooth_path
+from kinetograph.methods.performance.ground_path import (
+    begin_facing,
+    hips_on_ground,
+    path_on_ground,
+    path_speeds,
+    smooth_path,
+)
 from kinetograph.methods.performance.growing import (
     GROWN,
     Grown,
@@ -94,6 +100,7 @@ __all__ = [
     "Transcript",
     "arrivals",
     "at_rate",
+    "begin_facing",
     "build_instances",
     "by_hand",
     "cut_segments",

@@ -9,6 +9,7 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
+from kinetograph.sampling import interpolate
 from kinetograph.signal import Signal
 
 STANDING = 0.25
@@ -139,6 +140,39 @@ def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:
     if time > 0:
         values = _pinned_gaussian(values, time * path.fps)
     return Signal(values, path.names, path.units, path.fps, path.valid)
+
+
+def begin_facing(path: Signal, facing: float) -> Signal:
+    """A path at whose beginning people face another way than it goes: they turn into it, and set out as they do.
+
+    They turn by `TURNING` at most. The more they face away, the less they get on, so that the end is reached later.
+
+    Parameters
+    ----------
+    path : Signal
+        One point, or a left and a right one.
+    facing : float
+        Radians from z to x.
+
+    Returns
+    -------
+    Signal
+        A left and a right point, a metre apart.
+    """
+    pair = path_on_ground(path, 1.0)
+    across = pair[:, 0] - pair[:, 1]
+    heading = np.unwrap(np.arctan2(-across[:, 2], across[:, 0]))
+    off = float((facing - heading[0] + np.pi) % (2 * np.pi) - np.pi)
+    lasts = 0.5 * np.pi * abs(off) / TURNING  # of a turn whose fastest moment is `TURNING`
+    times = np.arange(len(pair) + int(np.ceil(lasts * path.fps))) / path.fps
+    turned = off * 0.5 * (1.0 + np.cos(np.pi * np.clip(times / max(lasts, 1e-9), 0.0, 1.0)))
+    pace = np.clip(np.cos(turned), 0.0, 1.0)
+    clock = np.concatenate([[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]))])  # frames of the path
+    stop = int(np.searchsorted(clock, len(pair) - 1)) + 1
+    middle = interpolate(pair.mean(axis=1), clock[:stop])
+    way = interpolate(heading[:, None], clock[:stop])[:, 0] + turned[:stop]
+    values = _pair(middle, np.arctan2(-np.sin(way), np.cos(way)), 1.0)
+    return Signal(values, ("left", "right"), path.units, path.fps)
 
 
 def path_speeds(control: FloatArray, fps: float) -> FloatArray:

@@ -12,6 +12,7 @@ import { Spline } from "./spline.js";
 /** @typedef {import("./glb.js").Character} Character */
 /** @typedef {Record<string, [number, number, number]>} Positions world positions in metres by name of the joint */
 
+const CERTAIN = new Color("#7a93b8");
 const UNCERTAIN = new Color("#ffc21a");
 const SHADOW_ORDER = -1;
 
@@ -136,7 +137,7 @@ export class Clip {
   /**
    * Colours the body by a value at each joint, such as how uncertain it is.
    *
-   * @param {Float32Array | null} values from 0, the body's own colour, to 1; of all characters' joints
+   * @param {Float32Array | null} values from 0 to 1; of all characters' joints; null for the body's own colours
    */
   setJointColours(values) {
     let start = 0;
@@ -355,12 +356,13 @@ class Figure {
     if (!this.body || !skin) return;
     const colours = this.body.geometry.getAttribute("color");
     const out = /** @type {Float32Array} */ (colours.array);
-    const to = [UNCERTAIN.r, UNCERTAIN.g, UNCERTAIN.b];
-    for (let vertex = 0; vertex < colours.count; vertex++) {
+    const [from, to] = [CERTAIN, UNCERTAIN].map(({ r, g, b }) => [r, g, b]);
+    if (!values) out.set(skin.colours);
+    for (let vertex = 0; values && vertex < colours.count; vertex++) {
       let share = 0;
-      for (let k = 4 * vertex; values && k < 4 * vertex + 4; k++) share += skin.weights[k] * values[skin.joints[k]];
+      for (let k = 4 * vertex; k < 4 * vertex + 4; k++) share += skin.weights[k] * values[skin.joints[k]];
       share = Math.min(Math.max(share, 0), 1);
-      for (let k = 0; k < 3; k++) out[3 * vertex + k] = skin.colours[3 * vertex + k] * (1 - share) + to[k] * share;
+      for (let k = 0; k < 3; k++) out[3 * vertex + k] = from[k] * (1 - share) + to[k] * share;
     }
     colours.needsUpdate = true;
   }

@@ -3,16 +3,14 @@ import { loadLiveBody } from "./body.js";
 
 const OFTEN = 33; // milliseconds between messages
 
-/** @typedef {import("./path.js").Row} Row */
-
 export class Follower {
   /** @type {import("./body.js").LiveBody | null} */
   #body = null;
   #running = false;
   #sent = 0;
   #timer = 0;
-  /** @type {(() => Row[]) | null} */
-  #drawn = null;
+  /** @type {import("./path.js").Pen | import("./path.js").Timing | null} */
+  #pen = null;
 
   /** @param {import("./studio.js").App} app */
   constructor(app) {
@@ -24,12 +22,12 @@ export class Follower {
   /**
    * Follows from now on.
    *
-   * @param {() => Row[]} drawn all that is drawn so far
+   * @param {import("./path.js").Pen | import("./path.js").Timing} pen what is drawn with
    */
-  start(drawn) {
+  start(pen) {
     this.clear();
     this.#running = true;
-    this.#drawn = drawn;
+    this.#pen = pen;
     this.#sent = 0;
     this.app.connection.send({ kind: "walk_live" });
     this.#timer = window.setInterval(() => this.#send(), OFTEN);
@@ -52,9 +50,10 @@ export class Follower {
   }
 
   #send() {
-    const rows = this.#drawn?.() ?? [];
-    if (rows.length <= this.#sent) return;
-    this.app.connection.send({ kind: "walk_drawn", points: rows.slice(this.#sent) });
+    if (!this.#pen) return;
+    const { rows } = this.#pen;
+    const points = rows.length > this.#sent ? rows.slice(this.#sent) : this.#pen.held(performance.now());
+    if (points.length) this.app.connection.send({ kind: "walk_drawn", points });
     this.#sent = rows.length;
   }
 

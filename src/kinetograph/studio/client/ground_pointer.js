@@ -30,7 +30,7 @@ export function listenOnGround(stage, listener) {
     const stroke = !begun && point ? listener.press(event, point) : null;
     if (!stroke || !point) return;
     begun = { id: event.pointerId, stroke };
-    stage.canvas.setPointerCapture(event.pointerId);
+    if (event.isTrusted) stage.canvas.setPointerCapture(event.pointerId);
     stage.canvas.focus({ preventScroll: true });
     event.stopPropagation();
     event.preventDefault();

@@ -541,7 +541,8 @@ export interface CalibratedRow {
   verdict: string;
   before?: number;
   residual?: number;
-  unexplained?: number;
+  like?: number;
+  other?: string;
   apart?: number;
   rotated?: number;
 }
@@ -649,6 +650,12 @@ export interface ShowLeader {
   id: number;
 }
 
+/** Ask which hands of the follower that was made last hold which of the leader's. */
+export interface AskHands {
+  kind: "ask_hands";
+  id: number;
+}
+
 /** Ask for the moves of the follower that was made last. */
 export interface Transcribe {
   kind: "transcribe";
@@ -691,6 +698,22 @@ export interface LeaderFacts {
   notes?: string[];
 }
 
+/** Hands that hold each other: the joints, as the bodies that are shown call them. */
+export interface HandsRow {
+  start: number;
+  stop: number;
+  own: string;
+  theirs: string;
+  met?: boolean;
+}
+
+/** The handholds of the follower and the leader. */
+export interface Hands {
+  kind: "hands";
+  id: number;
+  holds?: HandsRow[];
+}
+
 /** A move of a transcript. */
 export interface MoveRow {
   move: string;
@@ -714,6 +737,7 @@ export interface Rehearsed {
   second: number;
   seconds: number;
   lag: number;
+  load?: number;
   running?: boolean;
   error?: number | null;
 }
@@ -769,9 +793,11 @@ export type AnyMessage =
   | AskLeaders
   | AskLeader
   | ShowLeader
+  | AskHands
   | Transcribe
   | Rehearse
   | LeaderTakes
   | LeaderFacts
+  | Hands
   | Transcribed
   | Rehearsed;

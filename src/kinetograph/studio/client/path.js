@@ -28,13 +28,20 @@ export class Pen {
   }
 
   /**
-   * The pen stays where it is.
+   * The row of a pen that has been where it is for a while.
    *
    * @param {number} milliseconds
+   * @returns {Row[]} one or none
    */
-  hold(milliseconds) {
+  held(milliseconds) {
     const last = this.rows[this.rows.length - 1];
-    if (last && (milliseconds - this.#begun) / 1000 - last[0] > HELD) this.move(milliseconds, { x: last[1], z: last[2] });
+    const time = (milliseconds - this.#begun) / 1000;
+    return last && time - last[0] > HELD ? [row(time, last[1], last[2])] : [];
+  }
+
+  /** @param {number} milliseconds */
+  end(milliseconds) {
+    this.rows.push(...this.held(milliseconds));
   }
 }
 
@@ -256,9 +263,11 @@ function increasing(rows) {
 
 /** The timing of a path, drawn again: a pointer goes along it at the pace that is wanted. */
 export class Timing {
-  /** @type {{time: number, along: number}[]} */
-  #ticks = [];
+  /** @type {Row[]} the part that was drawn, at its new times from 0 */
+  rows = [];
   #begun = 0;
+  #first = 0;
+  #along = 0;
 
   /** @param {Row[]} path */
   constructor(path) {
@@ -271,46 +280,33 @@ export class Timing {
    * @param {{x: number, z: number}} point
    */
   move(milliseconds, point) {
-    const last = this.#ticks[this.#ticks.length - 1];
-    const from = last?.along ?? 0;
-    const found = nearest(this.path, point, last ? [from, from + NEAR] : undefined);
+    const last = this.rows[this.rows.length - 1];
+    const found = nearest(this.path, point, last ? [this.#along, this.#along + NEAR] : undefined);
     if (!found) return;
-    if (!last) this.#begun = milliseconds;
+    if (!last) [this.#begun, this.#first, this.#along] = [milliseconds, found.along, found.along];
     const time = (milliseconds - this.#begun) / 1000;
-    if (last && time - last.time < APART) return;
-    if (last && time - last.time > HELD) this.#ticks.push({ time: time - APART / 2, along: from });
-    this.#ticks.push({ time, along: Math.max(found.along, from) });
+    if (last && time - last[0] < APART) return;
+    if (last && time - last[0] > HELD) this.rows.push(row(time - APART / 2, last[1], last[2]));
+    if (last) this.#passCorners(time, found.along);
+    this.#along = Math.max(found.along, this.#along);
+    this.rows.push(row(time, found.x, found.z));
   }
 
   /**
-   * The pointer stays where it is.
+   * The row of a pointer that has been where it is for a while.
    *
    * @param {number} milliseconds
+   * @returns {Row[]} one or none
    */
-  hold(milliseconds) {
-    const last = this.#ticks[this.#ticks.length - 1];
-    if (last && (milliseconds - this.#begun) / 1000 - last.time > HELD) this.#ticks.push({ time: (milliseconds - this.#begun) / 1000, along: last.along });
+  held(milliseconds) {
+    const last = this.rows[this.rows.length - 1];
+    const time = (milliseconds - this.#begun) / 1000;
+    return last && time - last[0] > HELD ? [row(time, last[1], last[2])] : [];
   }
 
-  /**
-   * The part that was drawn, at its new times from 0.
-   *
-   * @returns {Row[]}
-   */
-  get rows() {
-    /** @type {Row[]} */
-    const rows = [];
-    this.#ticks.forEach(({ time, along }, i) => {
-      const before = this.#ticks[i - 1];
-      if (before)
-        this.path.forEach((corner, k) => {
-          const share = (this.lengths[k] - before.along) / (along - before.along);
-          if (share > 0 && share < 1) rows.push(row(before.time + share * (time - before.time), corner[1], corner[2]));
-        });
-      const here = between(this.lengths, this.path, along);
-      rows.push(row(time, here[1], here[2]));
-    });
-    return increasing(rows);
+  /** @param {number} milliseconds */
+  end(milliseconds) {
+    this.rows.push(...this.held(milliseconds));
   }
 
   /**
@@ -319,12 +315,27 @@ export class Timing {
    * @returns {Row[]}
    */
   get whole() {
-    const first = this.#ticks[0];
-    const last = this.#ticks[this.#ticks.length - 1];
-    if (!first || last.along - first.along < 0.05) return this.path;
-    const [start, stop] = [first, last].map(({ along }) => between(this.lengths, this.path, along)[0]);
+    const last = this.rows[this.rows.length - 1];
+    if (!last || this.#along - this.#first < 0.05) return this.path;
+    const [start, stop] = [this.#first, this.#along].map((along) => between(this.lengths, this.path, along)[0]);
     const drawn = this.rows.map(([t, x, z]) => row(t + start, x, z));
-    const later = this.path.filter((each) => each[0] > stop + 1e-3).map(([t, x, z]) => row(t - stop + start + last.time, x, z));
+    const later = this.path.filter((each) => each[0] > stop + 1e-3).map(([t, x, z]) => row(t - stop + start + last[0], x, z));
     return increasing([...this.path.filter((each) => each[0] < start), ...drawn, ...later]);
+  }
+
+  /**
+   * Rows of the path's own corners between the last row and a place.
+   *
+   * @param {number} time
+   * @param {number} along
+   */
+  #passCorners(time, along) {
+    const before = this.rows[this.rows.length - 1];
+    const way = along - this.#along;
+    const from = this.lengths.findIndex((each) => each > this.#along + 1e-3);
+    for (let k = from; k >= 0 && k < this.path.length && this.lengths[k] < along - 1e-3; k++) {
+      const share = (this.lengths[k] - this.#along) / way;
+      this.rows.push(row(before[0] + share * (time - before[0]), this.path[k][1], this.path[k][2]));
+    }
   }
 }

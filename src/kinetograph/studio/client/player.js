@@ -159,5 +159,12 @@ function bytes(base64) {
 }
 
 const player = new Player(JSON.parse(document.getElementById("clips")?.textContent ?? '{"title": "", "clips": []}'));
-Object.assign(window, { kinetograph: { pose: (/** @type {number} */ seconds) => player.clip?.pose(seconds) ?? {} } });
+Object.assign(window, {
+  kinetograph: {
+    pose: (/** @type {number} */ seconds) => player.clip?.pose(seconds) ?? {},
+    clip: () => player.clip,
+    drawn: () => player.stage.drawn,
+    still: () => player.stage.isStill,
+  },
+});
 await player.show(0);

@@ -29,7 +29,10 @@ export class Stage {
   #followed = null;
   #pace = new Pace();
   #resting = 0;
-  #isStill = false;
+  /** How many frames were drawn. */
+  drawn = 0;
+  /** Whether the picture is the final one of what is shown: nothing waits to be drawn. */
+  isStill = false;
   #pathMaterial = new LineBasicMaterial({ depthTest: false, depthWrite: false });
   #shade = 0.25;
 
@@ -107,6 +110,7 @@ export class Stage {
 
   /** Asks for a frame. Many calls before it is drawn are one. */
   render() {
+    this.isStill = false;
     this.#pending ||= requestAnimationFrame((now) => this.#draw(now));
   }
 
@@ -238,8 +242,8 @@ export class Stage {
   #draw(now) {
     this.#pending = 0;
     this.#pace.count(now);
-    if (this.#isStill || this.renderer.getPixelRatio() !== this.#pixels()) this.renderer.setPixelRatio(this.#pixels());
-    this.#isStill = false;
+    if (this.renderer.getPixelRatio() !== this.#pixels()) this.renderer.setPixelRatio(this.#pixels());
+    this.drawn += 1;
     for (const callback of [...this.#callbacks]) callback();
     this.#goAlong();
     const { target } = this.controls;
@@ -258,10 +262,11 @@ export class Stage {
    * for longer has smooth edges, and what moves does not wait for them.
    */
   #drawStill() {
-    if (this.#pixels() >= STILL || this.#pending) return;
+    if (this.#pending) return;
+    this.isStill = true;
+    if (this.#pixels() >= STILL) return;
     this.renderer.setPixelRatio(STILL);
     this.renderer.render(this.scene, this.camera);
-    this.#isStill = true;
   }
 
   /** Pixels of the picture by pixel of the page, while it moves. */
@@ -311,7 +316,7 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.#pending ||= requestAnimationFrame((now) => this.#draw(now));
+    this.render();
   }
 }
 

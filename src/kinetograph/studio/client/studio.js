@@ -28,6 +28,8 @@ import { Transport } from "./transport.js";
  * @property {(made: MadeHeader | null, clip: Clip | null) => void} shown what was made is on the stage
  * @property {() => void} [press] the section's button was pressed while the section is shown
  * @property {(made: MadeHeader) => import("./timeline.js").Lane[]} [lanes] lanes above the others
+ * @property {() => import("./body.js").Positions | null} [pose] joints of a body that is live, in place of what was made
+ * @property {() => [number, number, number] | null} [root] its root, which the camera stays with
  * @property {(name: string, role: string) => void} [dropped] a file was taken into the project
  *
  * @typedef {object} App what panels work with
@@ -136,7 +138,9 @@ class Studio {
   showLanes() {
     if (this.#previewed) return;
     const { made } = this.store;
-    this.timeline.setLanes(made ? [...(this.panel.lanes?.(made) ?? []), ...lanesOf(made)] : []);
+    const own = made ? (this.panel.lanes?.(made) ?? []) : [];
+    const others = made ? lanesOf(made).filter((lane) => !own.some(({ name }) => name === lane.name)) : [];
+    this.timeline.setLanes([...own, ...others]);
   }
 
   /**
@@ -145,7 +149,7 @@ class Studio {
    * @param {number} seconds
    */
   pose(seconds) {
-    return this.#onView?.pose(seconds) ?? {};
+    return this.panel.pose?.() ?? this.#onView?.pose(seconds) ?? {};
   }
 
   #bar() {
@@ -191,7 +195,7 @@ class Studio {
     connection.on("open", () => this.say("connected"));
     transport.on("time", (time) => this.#seek(time));
     timeline.on("seek", (time) => transport.seek(time));
-    stage.follow(() => (this.#following && this.#onView ? this.#onView.root(transport.time) : null));
+    stage.follow(() => this.panel.root?.() ?? (this.#following && this.#onView ? this.#onView.root(transport.time) : null));
     document.addEventListener("keydown", (event) => this.#key(event));
   }
 

@@ -56,6 +56,7 @@ export class Timeline extends Emitter {
     super();
     /** Seconds. */
     this.duration = 1;
+    this.clip = 1;
     /** Frames a second that dragged spans are rounded to. */
     this.fps = 30;
     /** @type {Lane[]} */
@@ -81,9 +82,11 @@ export class Timeline extends Emitter {
   /**
    * @param {number} seconds
    * @param {number} [fps] frames a second that dragged spans are rounded to
+   * @param {number} [clip] seconds at which signals end, where there is room after them
    */
-  setDuration(seconds, fps = this.fps) {
+  setDuration(seconds, fps = this.fps, clip = seconds) {
     this.duration = Math.max(seconds, 1e-3);
+    this.clip = Math.min(clip, this.duration);
     this.fps = fps;
     this.setLanes(this.lanes);
     this.zoom(this.#zoom);
@@ -338,7 +341,11 @@ export class Timeline extends Emitter {
     const spans = lane.spans.map((span, i) => this.#span(lane, span, i));
     const list = { role: spans.length ? "listbox" : null, "aria-label": spans.length ? lane.name : null };
     const track = element("div", { class: "track", ...list }, spans);
-    if (lane.values?.length) track.prepend(...curves(lane));
+    if (lane.values?.length) {
+      const drawn = curves(lane);
+      drawn[0].style.width = `${(100 * this.clip) / this.duration}%`;
+      track.prepend(...drawn);
+    }
     return element("div", { class: `lane ${lane.kind}` }, element("div", { class: "lane-name", title: lane.name }, lane.name), track);
   }
 

@@ -89,18 +89,16 @@ export class Pieces {
     const time = Math.max((Math.max(piece.start, 0) + piece.stop) / 2, 0);
     const heading = element("h2", {}, source(piece));
     const close = iconButton("close", "Close", () => this.close(), { class: "quiet" });
-    const row = element("div", { class: "candidate-row" }, element("p", { class: "note" }, "searching for the next best ones"));
-    this.card.replaceChildren(
-      element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), this.#pin(piece, time), this.#forbid(piece, time), close),
-      row,
-    );
+    const found = element("div", {}, element("p", { class: "note" }, "searching for the next best ones"));
+    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), this.#pin(piece, time), this.#forbid(piece, time), close);
+    this.card.replaceChildren(bar, found);
     this.card.hidden = false;
     close.focus();
     try {
-      const found = await this.app.connection.ask({ kind: "next_best", time: Math.min(time, this.app.transport.duration - 1e-3), count: 4 });
-      row.replaceChildren(...found.rows.map((/** @type {CandidateRow} */ each, /** @type {number} */ i) => this.#candidate(each, found.rows, i, found.time)));
+      const asked = Math.min(time, this.app.transport.duration - 1e-3);
+      found.replaceChildren(this.#table(await this.app.connection.ask({ kind: "next_best", time: asked, count: 4 })));
     } catch (error) {
-      row.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
+      found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
     }
   }
 
@@ -139,34 +137,34 @@ export class Pieces {
     this.edit({ rules: [...others, there] }, forbid ? "forbid a piece" : "pin a piece");
   }
 
+  /** @param {import("../messages.js").Candidates} found */
+  #table({ rows, time }) {
+    const most = Math.max(...rows.map((one) => one.cost), 1e-9);
+    const heads = ["", "from", "cost", "more", ...TERMS, ""].map((name) => element("th", { scope: "col" }, name));
+    const body = rows.map((each, i) => this.#candidate(each, i, most, time));
+    return element("table", { class: "candidate-table" }, element("thead", {}, element("tr", {}, heads)), element("tbody", {}, body));
+  }
+
   /**
    * @param {CandidateRow} each
-   * @param {CandidateRow[]} all
    * @param {number} index
+   * @param {number} most the greatest cost
    * @param {number} time
    */
-  #candidate(each, all, index, time) {
-    const most = Math.max(...all.map((one) => one.cost), 1e-9);
-    const terms = TERMS.map((term) =>
-      element("tr", {}, element("th", { scope: "row" }, term), element("td", {}, element("span", { class: "bar-of", style: `--share: ${Math.max(each[term], 0) / most}` })), element("td", {}, figure(each[term]))),
-    );
-    const card = element(
-      "article",
-      { class: "candidate", "aria-label": `${index ? `Next best ${index}` : "Shown"}: ${source(each)}` },
-      element("h3", {}, index ? `Next best ${index}` : "Shown"),
-      element("p", {}, source(each)),
-      element("table", {}, element("tbody", {}, element("tr", {}, element("th", { scope: "row" }, "cost"), element("td", {}), element("td", {}, figure(each.cost))), terms)),
-      element("p", { class: "note" }, index ? `${each.more < 0 ? "−" : "+"}${figure(Math.abs(each.more))} in all` : "what is there now"),
-      index ? button("Use this", () => this.#rule(each, time, false), { "aria-label": `Use next best ${index}` }) : null,
-    );
-    if (!index) return card;
+  #candidate(each, index, most, time) {
+    const name = index ? `Next best ${index}` : "Shown";
+    const terms = TERMS.map((term) => element("td", {}, figure(each[term]), element("span", { class: "bar-of", style: `--share: ${Math.max(each[term], 0) / most}` })));
+    const more = index ? `${each.more < 0 ? "−" : "+"}${figure(Math.abs(each.more))}` : "";
+    const use = index ? button("Use", () => this.#rule(each, time, false), { "aria-label": `Use next best ${index}`, class: "small" }) : null;
+    const line = element("tr", { class: "candidate" }, element("th", { scope: "row" }, name), element("td", {}, source(each)), element("td", {}, figure(each.cost)), element("td", {}, more), terms, element("td", {}, use));
+    if (!index) return line;
     const look = () => void this.#ask({ kind: "candidate_clip", rules: each.rules }, (this.#wanted += 1));
     const away = () => ((this.#wanted += 1), this.#showGhost(null));
-    card.addEventListener("pointerenter", look);
-    card.addEventListener("pointerleave", away);
-    card.addEventListener("focusin", look);
-    card.addEventListener("focusout", away);
-    return card;
+    line.addEventListener("pointerenter", look);
+    line.addEventListener("pointerleave", away);
+    line.addEventListener("focusin", look);
+    line.addEventListener("focusout", away);
+    return line;
   }
 
   /**

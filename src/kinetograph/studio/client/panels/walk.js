@@ -47,6 +47,7 @@ class WalkPanel {
   #listening = null;
   #reach = 1;
   #entered = false;
+  #soon = 0;
 
   /** @param {import("../studio.js").App} app */
   constructor(app) {
@@ -167,6 +168,8 @@ class WalkPanel {
   }
 
   #showProject() {
+    if (this.#soon) cancelAnimationFrame(this.#soon);
+    this.#soon = 0;
     const { walk, path } = this;
     this.smoothTime?.set(walk.smooth_time ?? 0);
     this.smoothSpace?.set(walk.smooth_space ?? 0);
@@ -239,10 +242,7 @@ class WalkPanel {
     const { store } = this.app;
     this.app.transport.pause();
     store.drawing = true;
-    this.follower.start(() => {
-      pen.hold(performance.now());
-      return pen.rows;
-    });
+    this.follower.start(pen);
     const end = () => {
       this.follower.stop();
       store.drawing = false;
@@ -250,11 +250,10 @@ class WalkPanel {
     return {
       move: (milliseconds, point) => {
         pen.move(milliseconds, point);
-        if (pen instanceof Pen) this.view.show(pen.rows, this.#pace);
-        this.speeds.show(pen.rows, this.#pace);
+        this.#showSoon(pen.rows, pen instanceof Pen);
       },
       done: (milliseconds) => {
-        pen.hold(milliseconds);
+        pen.end(milliseconds);
         end();
         this.#use(null);
         finish(pen);
@@ -266,6 +265,21 @@ class WalkPanel {
         this.#showProject();
       },
     };
+  }
+
+  /**
+   * Shows rows with the next frame.
+   *
+   * @param {Row[]} rows
+   * @param {boolean} [onGround]
+   */
+  #showSoon(rows, onGround = true) {
+    if (this.#soon) cancelAnimationFrame(this.#soon);
+    this.#soon = requestAnimationFrame(() => {
+      this.#soon = 0;
+      if (onGround) this.view.show(rows, this.#pace);
+      this.speeds.show(rows, this.#pace);
+    });
   }
 
   /** @param {Row[]} rows */
@@ -304,11 +318,11 @@ class WalkPanel {
         const now = this.app.stage.screenPoint(point.x, this.app.stage.floor, point.z);
         if (bent === path && Math.hypot(now.clientX - pressed.clientX, now.clientY - pressed.clientY) < CLICK) return;
         bent = dragged(path, along, { x: point.x - from.x, z: point.z - from.z }, this.#reach);
-        this.view.show(bent, this.#pace);
-        this.speeds.show(bent, this.#pace);
+        this.#showSoon(bent);
         this.view.showHandle(point);
       },
       done: () => {
+        this.view.showHandle(null);
         if (bent === path) this.app.transport.seek(this.#shownTime(time));
         else this.#edit({ path: bent }, "bend the path");
       },
