@@ -28,6 +28,7 @@ NOT_AFTER_THE_DEMO = {
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,
     "sense swing.csv -l golf --layout mine.toml -o swing.bvh": SPORTS,
     "live sense -l golf --layout mine.toml --from slimevr:// --to vmc://": DEVICE,
+    "live sense -l golf --from phone://0.0.0.0 --to studio": DEVICE,
     "live perform -l dances --target follower --from mocopi:// --to vmc://": DEVICE,
     'evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"': SPORTS,
     "reproduce xie2009 -l sports -o xie2009 --serves data/c3d": SPORTS,

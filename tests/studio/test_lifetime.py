@@ -93,8 +93,8 @@ def test_a_killed_server_loses_nothing(page: Page, program: Program, walks: Path
     _walk(page, LINE)
     wait_for_state(page, "ready")
     before = _pose(page)
-    _walk(page, CIRCLE)
-    page.wait_for_function("kinetograph.studio.store.undo === 'draw'")
+    _walk(page, CIRCLE, "draw again")
+    page.wait_for_function("kinetograph.studio.store.undo === 'draw again'")
     program.kill()
     page.wait_for_function("document.querySelector('.status').textContent.includes('trying again')")
     assert len(read_project(tmp_path / "studio" / "project.json").walk.path) == 80

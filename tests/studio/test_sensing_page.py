@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -201,3 +205,25 @@ def test_sensors_that_are_worn_askew_are_calibrated_and_one_on_another_limb_is_f
     assert words["left forearm"] == "put it on again"
     assert "left thigh" in studio.inner_text(".calibrated")
     assert sum(word == "put it on again" for word in words.values()) == 1
+
+
+def test_live_sense_shows_its_body_on_a_page(page: Page, server: Server, clips_folder: Path, tmp_path: Path) -> None:
+    folder = server.desk.room.folder
+    library = server.desk.history.project.libraries["walks"]
+    command = [sys.executable, "-m", "kinetograph", "live", "sense", "-l", library, "--to", "studio"]
+    command += ["--from", f"replay:{folder / FILES / 'readings.csv'}"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            found = re.fullmatch(r"studio: (http://127\.0\.0\.1:\d+/\?token=\S+)\n", process.stdout.readline())
+            assert found
+            page.goto(found[1])
+            page.wait_for_function("kinetograph.studio.panels.sensors.live.drawn.length > 30", timeout=120_000)
+            shown = page.evaluate("kinetograph.pose(0)")
+            assert 0.6 < next(iter(shown.values()))[1] < 1.1
+            page.wait_for_function("document.querySelector('.sensors').innerText.includes('Most uncertain')")
+        finally:
+            process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=60)
+    assert process.returncode == 0, said
+    assert int(out.split("frames")[1].split()[0]) > 30

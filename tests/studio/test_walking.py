@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import kinetograph as kg
+from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.formats.csv import path_of
 from kinetograph.formats.csv import read as read_csv
@@ -379,6 +380,19 @@ def test_a_model_is_fitted_once(tmp_path: Path, project: Project) -> None:
     assert timely.fitted.instances is model.fitted.instances
     assert timely.method.keep_time
     assert not model.method.keep_time
+
+
+@pytest.mark.parametrize("facing", [-120.0, 0.0, 60.0, 180.0])
+def test_a_walk_begins_facing_as_it_is_asked(tmp_path: Path, project: Project, facing: float) -> None:
+    walk_ = Walk(path=_drawn(6.0, 0.2), facing=facing)
+    made = make(Project(libraries=project.libraries, walk=walk_), Room(tmp_path), _quiet)
+    assert made is not None
+    motion = made.synthesis.motion
+    first = np.degrees(rot.heading(motion.rotations[0, 0]))
+    assert abs((first - facing + 180) % 360 - 180) < 20
+    x, z = motion.translation[-1, [0, 2]]
+    assert np.hypot(x - walk_.path[-1][1], z - walk_.path[-1][2]) < 0.15  # and ends where the path does
+    assert motion.duration >= 6.0 - 1e-6
 
 
 def test_a_rule_is_that_of_the_search(tmp_path: Path, project: Project) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
-from collections.abc import Sequence
+import sys
+import webbrowser
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -30,6 +32,7 @@ from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.live import Driver, Session, Sink
+    from kinetograph.synthesis import LivePose
 
 From = Annotated[
     list[str],
@@ -57,16 +60,36 @@ class Stream:
     """Where a session's data come from, and where its motion goes."""
 
     source: From
-    to: Annotated[list[str], typer.Option("--to", help="Where it goes: vmc://HOST:PORT, or a file.bvh. Repeatable.")]
+    to: Annotated[
+        list[str], typer.Option("--to", help="Where it goes: vmc://HOST:PORT, studio, or a file.bvh. Repeatable.")
+    ]
     seconds: Seconds = None
     force: Force = False
     as_json: AsJson = False
 
-    def sinks(self) -> list[Sink]:
-        """The sinks that are named."""
+    def sinks(self, library: Path) -> list[Sink]:
+        """The sinks that are named; a page may use the library."""
         from kinetograph.live import parse_sink
 
-        return [parse_sink(text, self.force) for text in self.to]
+        return [
+            _studio(library, self.as_json) if text == "studio" else parse_sink(text, self.force) for text in self.to
+        ]
+
+
+def _studio(library: Path, as_json: bool) -> Sink:
+    """The studio's page, showing the body."""
+    from kinetograph.studio import Project, Sensors, StudioSink
+
+    folder = library.resolve()
+    project = Project(mode="sensors", libraries={folder.stem: str(folder)}, sensors=Sensors())
+
+    def announce(address: str) -> None:
+        (sys.stderr if as_json else sys.stdout).write(f"studio: {address}\n")
+        sys.stdout.flush()
+        if sys.stdout.isatty():
+            webbrowser.open(address)
+
+    return StudioSink(project, announce)
 
 
 Renamed = Annotated[
@@ -96,19 +119,26 @@ def sense(
     Example: kinetograph live sense -l golf --layout mine.toml --from slimevr:// --to vmc://
 
     Example: kinetograph live sense -l out/walks.library --from replay:out/readings.csv@10 --to out/live.bvh
+
+    Example: kinetograph live sense -l golf --from phone://0.0.0.0 --to studio
     """
     from kinetograph.live import SensorDriver
     from kinetograph.pipeline import open_library
 
-    sinks = stream.sinks()
+    sinks = stream.sinks(recordings.library)
     method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate)
     model = method.fit(
         open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track
     )
-    driver = SensorDriver(model, _renamed(sensor))
+    driver = SensorDriver(model, _renamed(sensor), _watching(sinks))
     session = _run(stream.source, driver, sinks, stream.seconds, model.fitted.examples.names)
     heard = {name: heard.rows for name, heard in driver.gathering.heard.items()}
     result({"frames": session.frames, "rows": sum(heard.values()), "sensors": list(heard)}, stream.as_json)
+
+
+def _watching(sinks: Sequence[Sink]) -> Callable[[LivePose], None] | None:
+    """What takes poses with their uncertainty: the studio's page, where it is among the sinks."""
+    return next((sink.watch for sink in sinks if hasattr(sink, "watch")), None)
 
 
 @options()
@@ -137,7 +167,7 @@ def perform(
     from kinetograph.live import PathDriver
     from kinetograph.pipeline import has_partners, open_library
 
-    sinks = stream.sinks()
+    sinks = stream.sinks(recordings.library)
     library = open_library(recordings.library)
     partners = has_partners(library, recordings.target)
     method = performance_control(search, partner, mirror=recordings.mirror, partners=partners)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 _ROOMS = {
     "Desk": "desk",
     "Project": "project",
+    "Sensors": "project",
+    "StudioSink": "live_sink",
     "begin": "beginning",
     "player_page": "sharing",
     "read_project": "project",
@@ -23,6 +25,8 @@ _ROOMS = {
 __all__ = [
     "Desk",
     "Project",
+    "Sensors",
+    "StudioSink",
     "begin",
     "player_page",
     "read_project",
@@ -45,6 +49,7 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.studio.beginning import begin, with_libraries
     from kinetograph.studio.desk import Desk
-    from kinetograph.studio.project import Project, read_project, write_project
+    from kinetograph.studio.live_sink import StudioSink
+    from kinetograph.studio.project import Project, Sensors, read_project, write_project
     from kinetograph.studio.server import serve_studio
     from kinetograph.studio.sharing import player_page

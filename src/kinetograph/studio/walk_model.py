@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from kinetograph.synthesis import Synthesis
 
 
+FIRST_FACING = 0.5
+"""What it costs to begin facing another way than a person asks for, m^2 s per squared radian."""
+
+
 def model_of(project: Project, room: Room) -> PerformanceModel:
     """The fitted model of a project's walk."""
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel
@@ -25,10 +29,12 @@ def model_of(project: Project, room: Room) -> PerformanceModel:
     library, walk = room.library(project.libraries, project.walk.library), project.walk
     key = "walk", walk.mirror
     model = room.fitted(library, key, lambda: PerformanceControl(mirror=walk.mirror).fit(library))
-    if not walk.keep_time:
+    first = 0.0 if walk.facing is None else FIRST_FACING
+    if not walk.keep_time and not first:
         return model
-    settings = replace(model.method, keep_time=True)
-    return room.fitted(library, (*key, True), lambda: PerformanceModel(replace(model.fitted, settings=settings)))
+    settings = replace(model.method, keep_time=walk.keep_time, first_facing=first)
+    asked = *key, walk.keep_time, first
+    return room.fitted(library, asked, lambda: PerformanceModel(replace(model.fitted, settings=settings)))
 
 
 def drawn(walk: Walk) -> Signal:
@@ -49,17 +55,17 @@ def perform(
     model: PerformanceModel, walk: Walk, rules: tuple[RuleRow, ...], progress: Progress | None = None
 ) -> Synthesis:
     """The walk under rules, as ``kinetograph perform`` makes it."""
-    from kinetograph.pipeline import Smoothing, perform_with
+    from kinetograph.pipeline import perform_with
 
-    smoothing = Smoothing(walk.smooth_time, walk.smooth_space)
-    return perform_with(model, drawn(walk), smoothing=smoothing, rules=rules_of(rules), progress=progress)
+    return perform_with(model, control_of(walk), rules=rules_of(rules), progress=progress)
 
 
 def control_of(walk: Walk) -> Signal:
     """The path that is performed, before it is slowed."""
-    from kinetograph.methods.performance import smooth_path
+    from kinetograph.methods.performance import begin_facing, smooth_path
 
-    return smooth_path(drawn(walk), walk.smooth_time, walk.smooth_space)
+    path = smooth_path(drawn(walk), walk.smooth_time, walk.smooth_space)
+    return path if walk.facing is None else begin_facing(path, float(np.radians(walk.facing)))
 
 
 def performed(model: PerformanceModel, walk: Walk) -> tuple[FloatArray, float]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance import hips_on_ground, path_on_ground, path_speeds, smooth_path
+from kinetograph.methods.performance import begin_facing, hips_on_ground, path_on_ground, path_speeds, smooth_path
 from kinetograph.motion import place
 from kinetograph.signal import Signal
 from walkers import walk
@@ -210,3 +210,23 @@ def test_corners_and_reversals_are_turned_as_people_turn(corner: float) -> None:
 
 def test_a_slow_path_has_a_direction_too() -> None:
     np.testing.assert_allclose(_facing(path_on_ground(_path(_line(301, speed=0.1)), 0.3)), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [-180.0, -90.0, -30.0, 0.0, 45.0, 170.0])
+def test_a_path_that_begins_facing_away_is_turned_into(degrees: float) -> None:
+    path = _path(_line(301, 1.0))
+    begun = begin_facing(path, np.deg2rad(degrees))
+    across = begun.values[:, 0] - begun.values[:, 1]
+    facing = np.unwrap(np.arctan2(-across[:, 2], across[:, 0]))
+    assert abs((facing[0] - np.deg2rad(degrees) + np.pi) % (2 * np.pi) - np.pi) < 1e-6
+    assert abs(np.sin(facing[-1])) < 1e-6  # in the end it faces as it goes
+    assert np.abs(np.diff(facing)).max() * _FPS <= np.deg2rad(150) * 1.01
+    middle = begun.values.mean(axis=1)
+    np.testing.assert_allclose(middle[[0, -1]], path.values[[0, -1], 0], atol=1.1 / _FPS)  # the same way
+    np.testing.assert_allclose(middle[:, 0], 0.0, atol=1e-9)
+    speed = np.diff(middle[:, 2]) * _FPS
+    assert speed.min() > -1e-9
+    assert speed.max() < 1.0 + 1e-9
+    away = np.abs(facing[:-1]) > np.pi / 2 + 0.05
+    assert np.all(speed[away] < 1e-9)  # nobody walks backwards meanwhile
+    assert begun.duration >= path.duration - 1e-9

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, prove
+from kinetograph.methods.performance.beginning import facing_first
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.rules import Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
@@ -73,6 +74,8 @@ def _legal(
 ) -> Iterable[Arrivals]:
     """The arrivals of steps 1, 2, ..., of which only those are legal that rules allow and, of poses, that stand."""
     each = only_standing(fitted, x, arrivals(fitted, x, progress))
+    if fitted.settings.first_facing:
+        each = facing_first(fitted, x, each)
     return bind(fitted, rules, each) if rules else each
 
 

@@ -67,6 +67,9 @@ class PerformanceSettings:
     keep_time : bool
         Follow a drawn path at its own times, even where it is faster than anybody in the recordings walks; otherwise
         it is followed in space there, and its end is reached later.
+    first_facing : float
+        How much it costs, of a control that is known as a whole, to face another way than it does at its first sample,
+        m^2 s per squared radian; see `begin_facing`.
     post : PostSettings
         What happens to the chosen segments afterwards.
 
@@ -92,12 +95,13 @@ class PerformanceSettings:
     reuse: float = 0.5
     stand: bool = True
     keep_time: bool = False
+    first_facing: float = 0.0
     post: PostSettings = field(default_factory=PostSettings)
 
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("continuity", "stretch", "reuse"):
+        for name in ("continuity", "stretch", "reuse", "first_facing"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
         for name in ("rate", "longest"):

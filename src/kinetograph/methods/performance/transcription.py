@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import SegmentalPath
+from kinetograph.learn import SegmentalPath, padded_width
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.interpretation import Interpreting, interpret
 from kinetograph.methods.performance.rules import Rule, moves_of
 from kinetograph.methods.performance.segments import Source
 from kinetograph.progress import Progress
+
+MOST = 1 << 30
+"""Bytes that the placed states of a control may take while margins are found."""
 
 
 @dataclass(frozen=True)
@@ -62,23 +65,37 @@ def transcribe(
         Where the library has no moves annotated.
     """
     require_moves(fitted)
-    best = interpret(fitted, x, rules=rules)
+    best_under = _interpreter(fitted, x)
+    best = best_under(rules)
     runs = _runs(fitted, best)
     rows: list[Transcript] = []
     for move, start, stop in runs:
         if progress:
             progress(len(rows), len(runs))
-        rows.append(Transcript(move, start, stop, _margin(fitted, x, (move, start, stop), best.score, rules)))
+        rows.append(Transcript(move, start, stop, _margin(best_under, (move, start, stop), best.score, rules)))
     return rows
 
 
-def _margin(fitted: Fitted, x: FloatArray, run: tuple[str, float, float], best: float, rules: Sequence[Rule]) -> float:
+def _interpreter(fitted: Fitted, x: FloatArray) -> Callable[[Sequence[Rule]], SegmentalPath]:
+    """Interprets a control under rules; its states are placed once where these take no more than `MOST`."""
+    numbers = padded_width(3 * len(fitted.basis))
+    if len(fitted.instances.states) * len(x) * 8 * (numbers + 1) <= MOST:
+        return Interpreting(fitted, x).best
+    return lambda rules: interpret(fitted, x, rules=rules)
+
+
+def _margin(
+    best_under: Callable[[Sequence[Rule]], SegmentalPath],
+    run: tuple[str, float, float],
+    best: float,
+    rules: Sequence[Rule],
+) -> float:
     """What the best interpretation costs more, as a share, that has another move in a run; infinite without one."""
     move, start, stop = run
     if not move:
         return 0.0
     try:
-        other = interpret(fitted, x, rules=(*rules, Rule(start, stop, move=move, forbid=True))).score
+        other = best_under((*rules, Rule(start, stop, move=move, forbid=True))).score
     except DataError:  # nothing else covers it under the rules
         return float("inf")
     return other / max(best, 1e-12) - 1.0

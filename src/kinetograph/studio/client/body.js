@@ -13,7 +13,7 @@ import { Spline } from "./spline.js";
 /** @typedef {Record<string, [number, number, number]>} Positions world positions in metres by name of the joint */
 
 const CERTAIN = new Color("#7a93b8");
-const UNCERTAIN = new Color("#ffc21a");
+const UNCERTAIN = new Color("#ffe23d");
 const SHADOW_ORDER = -1;
 
 /**

@@ -11,11 +11,13 @@ import { element, onTheme } from "./dom.js";
 const REACH = 40; // metres of ground around the middle of the view
 const PART = 4; // metres: drawing in software loses lines that reach behind the camera
 const LIGHT = new Vector3(0.45, 1.6, 0.55); // towards the light
-const SLOW = 34; // milliseconds between frames from which on fewer pixels are drawn
+const SLOW = 40; // milliseconds of waiting for a frame from which on fewer pixels are drawn while something moves
+const MANY = 15; // frames by which that is judged
 const STILL = 2; // pixels of the picture by pixel of the page, while nothing moves
 const REST = 250; // milliseconds after which nothing moves
 const PERSON = 1.8; // metres
 const NEAR = 4.2; // metres from which one person is seen whole
+const MOST_POINTS = 1000; // of a path on the ground
 const FAR = 200; // metres beyond which the ground is not pointed at
 const DIRECTIONS = { corner: [0.55, 0.42, 1], front: [0, 0.25, 1], side: [1, 0.25, 0], top: [0, 1, 0.001] };
 
@@ -27,7 +29,10 @@ export class Stage {
   #callbacks = new Set();
   /** @type {(() => [number, number, number] | null) | null} */
   #followed = null;
-  #pace = new Pace();
+  #asked = 0;
+  #waits = new Waits();
+  /** Whether frames take long. */
+  #slow = false;
   #resting = 0;
   /** How many frames were drawn. */
   drawn = 0;
@@ -111,7 +116,9 @@ export class Stage {
   /** Asks for a frame. Many calls before it is drawn are one. */
   render() {
     this.isStill = false;
-    this.#pending ||= requestAnimationFrame((now) => this.#draw(now));
+    if (this.#pending) return;
+    this.#asked = performance.now();
+    this.#pending = requestAnimationFrame(() => this.#draw());
   }
 
   /**
@@ -238,10 +245,9 @@ export class Stage {
     return controls;
   }
 
-  /** @param {number} now milliseconds */
-  #draw(now) {
+  #draw() {
     this.#pending = 0;
-    this.#pace.count(now);
+    this.#slow ||= this.#waits.add(performance.now() - this.#asked) > SLOW;
     if (this.renderer.getPixelRatio() !== this.#pixels()) this.renderer.setPixelRatio(this.#pixels());
     this.drawn += 1;
     for (const callback of [...this.#callbacks]) callback();
@@ -271,7 +277,7 @@ export class Stage {
 
   /** Pixels of the picture by pixel of the page, while it moves. */
   #pixels() {
-    return this.software || this.#pace.slow ? 1 : Math.min(devicePixelRatio, STILL);
+    return this.software || this.#slow ? 1 : Math.min(devicePixelRatio, STILL);
   }
 
   #goAlong() {
@@ -320,19 +326,22 @@ export class Stage {
   }
 }
 
-/** How fast frames follow each other while they are drawn without a break. */
-class Pace {
-  #last = 0;
-  #count = 0;
-  /** Whether ten frames in a row took long. */
-  slow = false;
+/** How long frames are waited for. */
+class Waits {
+  /** @type {number[]} */
+  #latest = [];
 
-  /** @param {number} now milliseconds */
-  count(now) {
-    const since = now - this.#last;
-    this.#last = now;
-    if (since < 200) this.#count = since > SLOW ? this.#count + 1 : 0;
-    this.slow ||= this.#count >= 10;
+  /**
+   * Takes another wait in, and gives the median of the latest; 0 until there are enough.
+   *
+   * @param {number} milliseconds
+   * @returns {number}
+   */
+  add(milliseconds) {
+    this.#latest.push(milliseconds);
+    if (this.#latest.length <= MANY) return 0;
+    this.#latest.shift();
+    return [...this.#latest].sort((a, b) => a - b)[MANY >> 1];
   }
 }
 
@@ -371,7 +380,11 @@ function makeGround() {
  */
 function groundPath(points, material) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new Float32BufferAttribute(points.map((value, i) => (i % 3 === 1 ? 0 : value)), 3));
+  const step = Math.ceil(points.length / 3 / MOST_POINTS);
+  const kept = [];
+  for (let i = 0; i < points.length; i += 3 * step) kept.push(points[i], 0, points[i + 2]);
+  kept.push(points[points.length - 3], 0, points[points.length - 1]);
+  geometry.setAttribute("position", new Float32BufferAttribute(kept, 3));
   const made = new Line(geometry, material);
   made.renderOrder = -1.5;
   made.frustumCulled = false;

@@ -189,8 +189,10 @@ class Studio {
     store.on("project", () => this.#projectChanged());
     store.on("made", (made) => void this.#show(made));
     connection.on("working", (message) => this.#working(message));
+    connection.on("nothing", () => this.say(""));
     connection.on("failed", (message) => this.say(message.message, "error"));
     connection.on("said", (message) => this.say(message.message));
+    connection.on("nothing", () => this.say(""));
     connection.on("closed", (reason) => this.say(`${reason}; trying again`, "error"));
     connection.on("open", () => this.say("connected"));
     transport.on("time", (time) => this.#seek(time));

@@ -42,6 +42,7 @@ class DuetPanel {
   #clip = null;
   /** @type {MoveRow[]} */
   #moves = [];
+  #movesOf = "";
   #entered = false;
   #askedOf = "";
   #factsOf = "";
@@ -89,8 +90,7 @@ class DuetPanel {
    */
   shown(made, clip) {
     this.#endPreview();
-    const key = made?.key ?? "";
-    if (key !== this.#made?.key) this.#moves = [];
+    if (made?.key !== this.#movesOf) this.#moves = [];
     this.#made = made;
     this.#clip = clip;
     const who = (/** @type {string} */ name) => clip?.characters.indexOf(name) ?? -1;
@@ -112,9 +112,12 @@ class DuetPanel {
     if (role === "leader") this.#lead(name);
   }
 
-  /** @returns {import("../timeline.js").Lane[]} */
-  lanes() {
-    const spans = this.#moves
+  /**
+   * @param {MadeHeader} made
+   * @returns {import("../timeline.js").Lane[]}
+   */
+  lanes(made) {
+    const spans = (made.key === this.#movesOf ? this.#moves : [])
       .filter(({ move }) => move)
       .map(({ move, start, stop, margin, notation }) => ({ start, stop, label: notation || move, title: `${move}, ${marginOf(margin)}` }));
     return spans.length ? [{ name: "moves", kind: "moves", spans }] : [];
@@ -129,7 +132,7 @@ class DuetPanel {
     this.units = element("select", { onchange: () => this.#edit({ units: this.units?.value }, "set units") }, options(["", ...UNITS], "", "guess"));
     this.up = element("select", { onchange: () => this.#edit({ up: this.up?.value }, "set the upward axis") }, options(["", "y", "z", "x"], "", "guess"));
     const file = element("input", { type: "file", accept: MOTIONS, hidden: true, "aria-label": "A motion file to lead", onchange: () => this.#open(file) });
-    this.advice = element("p", { class: "warn", role: "note", hidden: true });
+    this.advice = element("div", { class: "advice warn", role: "note", hidden: true });
     this.notes = element("ul", { class: "notes", "aria-label": "What was guessed of the leader" });
     this.personField = field("Person", this.person);
     this.unitsField = field("Units", this.units);
@@ -211,6 +214,7 @@ class DuetPanel {
    */
   #edit(change, label) {
     this.rehearsal.stop();
+    if (this.live) this.live.textContent = "";
     this.app.connection.edit("duet", { ...this.duet, ...change }, { label });
   }
 
@@ -277,10 +281,9 @@ class DuetPanel {
 
   #showNotes() {
     const advice = this.#takes?.advice ?? "";
-    if (this.advice) {
-      this.advice.hidden = !advice;
-      this.advice.textContent = advice;
-    }
+    const [said, ...commands] = advice.split(/; (?=kinetograph)|: (?=kinetograph)/);
+    if (this.advice) this.advice.hidden = !advice;
+    this.advice?.replaceChildren(element("p", {}, said), ...commands.map((command) => element("code", {}, command)));
     this.notes?.replaceChildren(...(this.#facts?.notes ?? []).map((note) => element("li", { class: "note" }, note)));
   }
 
@@ -424,6 +427,7 @@ class DuetPanel {
       const { moves, advice } = await this.app.connection.ask({ kind: "transcribe" });
       if (made !== this.#made) return;
       this.#moves = moves ?? [];
+      this.#movesOf = made.key;
       this.movesNote.textContent = advice ?? "";
       this.#showMoves();
       this.app.showLanes();
@@ -434,7 +438,7 @@ class DuetPanel {
 
   #showMoves() {
     if (this.movesNote && !this.#moves.length) this.movesNote.textContent = "";
-    const rows = this.#moves.map(({ move, start, stop, margin, notation }) =>
+    const rows = this.#moves.map(({ move, start, stop, margin }) =>
       element(
         "li",
         { "data-start": start, "data-stop": stop },
@@ -444,7 +448,8 @@ class DuetPanel {
     this.#moves.forEach(({ move, start, margin, notation }, i) =>
       rows[i].firstElementChild?.append(
         element("span", { class: "move-time" }, `${start.toFixed(1)} s`),
-        element("span", { class: "move-name" }, move || "(no name)", notation ? element("span", { class: "move-notation" }, notation) : null),
+        element("span", { class: "move-notation", "aria-hidden": "true" }, notation ?? ""),
+        element("span", { class: "move-name" }, move || "(no name)"),
         element("span", { class: "move-margin" }, move ? percent(margin) : ""),
       ),
     );

@@ -180,7 +180,7 @@ function put(input, value) {
 }
 
 /**
- * @param {string} name
+ * @param {string | null} name null where a label names it
  * @param {number} step
  * @param {() => void} onchange
  */

@@ -65,8 +65,8 @@ export class KeyOptions {
     const views = Object.entries({ beside: "beside it", place: "in place", none: "not shown" });
     this.ghosts = element("select", { onchange: () => events.ghosts() }, views.map(([value, text]) => element("option", { value }, text)));
     this.ghostsField = field("The others", this.ghosts);
-    this.from = number("keep from, seconds", 0.1, () => {});
-    this.to = number("keep to, seconds", 0.1, () => {});
+    this.from = number(null, 0.1, () => {});
+    this.to = number(null, 0.1, () => {});
     this.lockButton = button("Lock", () => this.#lock());
     this.unlockButton = button("Unlock", () => events.change({ lock: null }, "unlock"));
     this.locked = element("p", { class: "note" });
@@ -108,8 +108,8 @@ export class KeyOptions {
       "section",
       { "aria-label": "Keep a part" },
       element("h2", {}, "Keep a part"),
-      field("From, s", this.from, here(this.from, "From")),
-      field("To, s", this.to, here(this.to, "To")),
+      field("Keep from, s", this.from, here(this.from, "From")),
+      field("Keep to, s", this.to, here(this.to, "To")),
       buttons,
       this.locked,
     );

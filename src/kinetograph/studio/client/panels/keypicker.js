@@ -44,6 +44,17 @@ export class KeyPicker {
   }
 
   /**
+   * A second of a take: a clip that loops is played on past its end.
+   *
+   * @param {string} name
+   * @param {number} second
+   */
+  within(name, second) {
+    const seconds = this.#takes.find((take) => take.name === name)?.seconds ?? Infinity;
+    return second <= seconds ? second : second % seconds;
+  }
+
+  /**
    * Offers the takes of a library.
    *
    * @param {string} name

@@ -295,7 +295,7 @@ class KeysPanel {
     if (!piece) return this.#addPicked();
     if (piece.mirrored) return this.app.say("this part is mirrored; choose its pose from the recording", "error");
     const share = (time - piece.start) / Math.max(piece.stop - piece.start, 1e-6);
-    const second = piece.source_start + share * (piece.source_stop - piece.source_start);
+    const second = this.picker.within(piece.take, piece.source_start + share * (piece.source_stop - piece.source_start));
     this.#add({ pose: `take:${piece.take}@${Number(second.toFixed(3))}`, time: this.rows.length ? timeFrom(time, time) : undefined });
   }
 

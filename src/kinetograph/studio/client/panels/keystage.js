@@ -88,8 +88,6 @@ class Ghost {
 export class KeyStage {
   /** @type {Ghost[]} */
   #ghosts = [];
-  /** @type {{clip: Clip, number: number}[]} */
-  #others = [];
   #selected = -1;
   /** @type {Place} */
   #place = { position: [0, 0], heading: 0 };
@@ -114,6 +112,8 @@ export class KeyStage {
     parent.addEventListener("pointerdown", (event) => this.#press(event), { capture: true });
     parent.addEventListener("pointermove", (event) => this.#hover(event));
     this.shown = false;
+    /** @type {{clip: Clip, number: number}[]} the motions that are not the one chosen */
+    this.others = [];
   }
 
   enter() {
@@ -173,8 +173,8 @@ export class KeyStage {
    * @param {boolean} [beside] each further to the right, as it is seen now; else where they are
    */
   showAlternatives(others, beside = false) {
-    for (const { clip } of this.#others) clip.dispose();
-    this.#others = others;
+    for (const { clip } of this.others) clip.dispose();
+    this.others = others;
     const right = new Vector3(1, 0, 0).applyQuaternion(this.app.stage.camera.quaternion).setY(0).normalize();
     others.forEach(({ clip, number }, i) => {
       clip.setGhost(0.4, COLOURS[number]);
@@ -186,8 +186,20 @@ export class KeyStage {
 
   /** @param {number} seconds */
   seek(seconds) {
-    for (const { clip } of this.#others) clip.seek(seconds);
+    for (const { clip } of this.others) clip.seek(seconds);
     this.app.stage.render();
+  }
+
+  /**
+   * Where something to drag is in the world: a hand or foot by its role, or `position` or `heading`.
+   *
+   * @param {string} part
+   * @returns {number[]}
+   */
+  pointOf(part) {
+    const found = [...this.handles.children, ...this.gizmo.children].find((each) => each.name === part);
+    this.root.updateMatrixWorld();
+    return found?.getWorldPosition(new Vector3()).toArray() ?? [0, 0, 0];
   }
 
   /** @param {Place} place */
@@ -307,7 +319,7 @@ export class KeyStage {
       const world = (/** @type {Clip} */ clip) => Object.values(clip.pose(this.app.transport.time)).map((at) => new Vector3(...at).add(clip.object.position));
       const own = this.app.clip ? far(world(this.app.clip)) : Infinity;
       const bodies = [
-        ...this.#others.map(({ clip, number }) => ({ at: far(world(clip)), choose: () => this.events.choose(number) })),
+        ...this.others.map(({ clip, number }) => ({ at: far(world(clip)), choose: () => this.events.choose(number) })),
         ...this.#ghosts.map((ghost, i) => ({ at: far(ghost.joints()), choose: () => this.events.select(i) })),
       ].sort((a, b) => a.at - b.at);
       if (bodies.length && bodies[0].at < Math.min(NEAR, own)) bodies[0].choose();
