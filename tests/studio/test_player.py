@@ -262,6 +262,24 @@ def test_the_body_is_drawn_where_it_is(opened: Opener) -> None:
     assert blue > red + 20
 
 
+def test_the_camera_goes_by_keys(opened: Opener) -> None:
+    page = opened(walk(2.0, speed=0.0))
+    page.locator("canvas").focus()
+    width = []
+    for keys in ([], ["-"] * 8, ["+"] * 16):
+        for key in keys:
+            page.keyboard.press(key)
+        page.wait_for_function("window.kinetograph.still()")
+        picture = _picture(page)
+        width.append(int(np.ptp(np.nonzero((picture[..., 2].astype(int) - picture[..., 0]) > 60)[0])))
+    assert width[1] < 0.5 * width[0] < width[2]
+    before = _picture(page)
+    page.keyboard.press("Control+ArrowLeft")
+    page.wait_for_function("window.kinetograph.still()")
+    assert np.abs(_picture(page).astype(int) - before).mean() > 0.5
+    assert clock(page) == 0
+
+
 def _picture(page: Page) -> np.ndarray:
     import io
 
@@ -269,7 +287,12 @@ def _picture(page: Page) -> np.ndarray:
 
     clip = page.locator("main").bounding_box()
     assert clip
-    clip = {**clip, "y": clip["y"] + 60, "height": clip["height"] - 60}
+    clip = {  # without the buttons, and the frame of the focus
+        "x": clip["x"] + 8,
+        "y": clip["y"] + 60,
+        "width": clip["width"] - 16,
+        "height": clip["height"] - 68,
+    }
     return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"))
 
 
