@@ -74,7 +74,7 @@ class Follower:
         return poses
 
     def _step(self, rest: FloatArray) -> Pose:
-        """The next pose; where the pen is held it is kept by who cannot stand, and who has lost the path begins again."""
+        """The next pose: who strays from a pen that is held stops, and who has lost the path begins again on it."""
         if self._pose is not None and np.ptp(rest, axis=0).max() < 0.01 and _away(self._pose, rest) > STRAYS:
             return self._pose
         steering = self._steering = self._steering or self._start(rest)
