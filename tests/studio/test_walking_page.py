@@ -275,7 +275,7 @@ def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> No
     assert moved[-1] == 0.0
     np.testing.assert_array_equal(bent[:, 0], before[:, 0])
 
-    walking.choose("Draw the timing")
+    walking.choose("Time it again")
     with walking.made():  # the same path at half of its pace
         walking.stroke([(2.0 * t, x, z) for t, x, z in bent[::3].tolist()])
     timed = np.array(walking.project.walk.path)
@@ -333,9 +333,9 @@ def test_a_path_is_made_changed_and_undone_by_the_keyboard(walking: Walking) -> 
 
 
 def test_a_take_is_played_over_the_ground(walking: Walking) -> None:
-    walking.choose("Play it")
+    walking.choose("Show its pace")
     walking.wait_for("panels.walk.view.mover.visible")
     first = walking.studio("panels.walk.view.mover.position.z")
     walking.wait_for(f"panels.walk.view.mover.position.z !== {first!r}")
-    walking.choose("Play it")
+    walking.choose("Show its pace")
     assert walking.studio("panels.walk.view.mover.visible") is False

@@ -138,7 +138,10 @@ class KeysPanel {
   #listen() {
     const { store, connection, timeline, transport } = this.app;
     store.on("project", () => this.#active && this.#show());
-    store.on("welcome", () => this.#active && void this.picker.show(this.keys.library ?? ""));
+    store.on("welcome", () => {
+      this.picker.forget(); // a recording may have been dropped
+      if (this.#active) void this.picker.show(this.keys.library ?? "");
+    });
     connection.on("failed", (message) => this.#active && message.section === "keys" && void this.#askTrouble());
     transport.on("time", (time) => {
       if (!this.#active) return;
