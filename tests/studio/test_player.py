@@ -179,7 +179,7 @@ def test_keys_go_through_time(opened: Opener) -> None:
 def test_space_plays_and_pauses(opened: Opener) -> None:
     page = opened(walk(4.0))
     page.keyboard.press("Space")
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent > '0:00.1'")
     page.keyboard.press("Space")
     page.get_by_role("button", name="Play").wait_for()
@@ -198,7 +198,7 @@ def test_without_looping_it_stops_at_the_end(opened: Opener) -> None:
     page.get_by_role("button", name="Play").wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent.startsWith('0:00.40')")
     page.get_by_role("button", name="Play").click()  # from the start again
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
 
 
 def test_the_timeline_is_scrubbed(opened: Opener) -> None:
@@ -227,7 +227,7 @@ def test_spans_are_walked_with_the_keyboard(opened: Opener) -> None:
     assert len(set(names)) == 3
     assert all(name.startswith("left ") for name in names)
     page.keyboard.press("Space")  # plays, whatever has the focus
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
 
 
 def test_zooming_keeps_the_playhead_in_view(opened: Opener) -> None:
