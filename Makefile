@@ -85,6 +85,7 @@ pictures: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips
 	@$(BIN)/kinetograph data fetch character
 	@$(BIN)/python docs/pictures.py
+	@$(BIN)/python docs/studio_picture.py
 
 $(BUILD): $(STAMP)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check build

@@ -24,7 +24,7 @@ TABLES = (
     "quality",
     "steering",
 )
-ON_REQUEST = ("stream", "large", "live", "sessions")  # 800 MB on disk; some minutes each
+ON_REQUEST = ("stream", "large", "live", "sessions", "studio")  # 800 MB on disk; some minutes each; a browser
 
 
 def main() -> None:

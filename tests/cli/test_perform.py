@@ -12,6 +12,7 @@ import pytest
 from command_line import answer
 
 import kinetograph as kg
+from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError
 from kinetograph.motion import place
 from kinetograph.take import Annotation, Take
@@ -100,6 +101,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
             ("--target", "body", "--alignment", "ground"),
             r"\(on the command line: none\), found Ground",
         ),
+        ("leader.bvh", "walks", ("--facing", "90"), "--facing is for a drawn path"),
         (
             "leader.bvh",
             "talks",
@@ -128,6 +130,16 @@ def test_what_is_refused(
         run(control, library, *_TARGETS, *options)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_path_begins_facing_as_it_is_asked(run: Run, tmp_path: Path) -> None:
+    run("path.csv", "walks", "--facing", "60")
+    motion = kg.load(tmp_path / "out.bvh").motion()
+    first = np.degrees(rot.heading(motion.rotations[0, 0]))
+    assert abs((first - 60.0 + 180.0) % 360.0 - 180.0) < 25.0
+    run("path.csv", "walks", "--force")
+    plain = kg.load(tmp_path / "out.bvh").motion()
+    assert abs(np.degrees(rot.heading(plain.rotations[0, 0]))) < 25.0
 
 
 def test_channels_are_followed_without_a_transform(run: Run, tmp_path: Path) -> None:

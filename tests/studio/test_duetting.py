@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -25,11 +26,11 @@ from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.formats import ReadOptions, WriteOptions, load, save
 from kinetograph.kinematics import joint_positions, role_positions
-from kinetograph.methods.performance import PerformanceControl, partner_control, transcription
+from kinetograph.methods.performance import PerformanceControl, Rule, partner_control, transcription
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.pipeline import open_library, perform_with, read_take, segment_library
 from kinetograph.segmentation import notation
-from kinetograph.studio import duetting, rehearsing
+from kinetograph.studio import duetting, rehearsing, walk_answers
 from kinetograph.studio.comparing import FACING, compared
 from kinetograph.studio.duetting import Dance, MadeDuet, make
 from kinetograph.studio.leading import ADVICE
@@ -38,8 +39,12 @@ from kinetograph.studio.messages import (
     AskHands,
     AskLeader,
     AskLeaders,
+    CandidateClip,
+    Candidates,
     LeaderFacts,
     Message,
+    NextBest,
+    PieceSource,
     Rehearse,
     Rehearsed,
     ShowLeader,
@@ -73,6 +78,11 @@ def _made(room: Room, **duet: object) -> MadeDuet:
     assert made is not None
     room.latest["duet"] = made
     return made
+
+
+def _ask(room: Room, project: Project, message: Message) -> Any:
+    """What answers a question of the page."""
+    return {**walk_answers.ANSWERS, **duetting.ANSWERS}[type(message)](room, project, message)
 
 
 def _same(one: Motion, other: Motion) -> None:
@@ -150,7 +160,7 @@ def test_takes_without_the_target_or_a_partner_are_left_out(room: Room) -> None:
     library.add(Take("alone", {"leader": leader}))
     library.add(Take("others", {"a": leader, "b": follower}))
     assert {piece.take for piece in _made(room, leader="take:even").synthesis.pieces} <= {"slow", "quick"}
-    answer = duetting.leaders(room, _project(), AskLeaders(3))
+    answer = _ask(room, _project(), AskLeaders(3))
     assert [row.take for row in answer.takes] == list(TAKES)
 
 
@@ -200,7 +210,7 @@ def test_hands_that_meet_and_hands_that_do_not() -> None:
 def test_the_joints_of_hands_are_those_of_the_bodies(room: Room) -> None:
     made = _made(room, leader="take:even")
     notes = [note for note in made.synthesis.annotations if note.kind == "handhold"]
-    said = duetting.hands(room, _project(leader="take:even"), AskHands(4))
+    said = _ask(room, _project(leader="take:even"), AskHands(4))
     assert [(h.start, h.stop) for h in said.holds] == [(n.start, n.stop) for n in notes]
     assert {(h.own, h.theirs) for h in said.holds} == {("LeftHand", "RightHand")}
 
@@ -239,7 +249,7 @@ def leader_of_motion(motion: Motion):
 
 def test_the_transcript_is_that_of_the_model(room: Room) -> None:
     made = _made(room, leader="take:even")
-    said = duetting.transcript(room, _project(leader="take:even"), Transcribe(5))
+    said = _ask(room, _project(leader="take:even"), Transcribe(5))
     assert made.model is not None
     moves = made.model.transcribe(made.others["leader"])
     assert said.id == 5
@@ -262,7 +272,7 @@ def test_without_names_there_is_advice_in_place_of_a_transcript(room: Room) -> N
     for name in TAKES:
         library.annotate(name, (), kind="move", track="follower")
     _made(room, leader="take:even")
-    assert "library label" in duetting.transcript(room, _project(leader="take:even"), Transcribe(5)).advice
+    assert "library label" in _ask(room, _project(leader="take:even"), Transcribe(5)).advice
 
 
 def test_a_transcript_of_what_is_not_shown_any_more_is_given_up(room: Room) -> None:
@@ -278,19 +288,45 @@ def test_a_transcript_of_what_is_not_shown_any_more_is_given_up(room: Room) -> N
 
     room.latest["duet"] = replace(made, model=Watched())  # type: ignore[arg-type]
     with pytest.raises(RequestError, match="another follower"):
-        duetting.transcript(room, _project(leader="take:even"), Transcribe(5))
+        _ask(room, _project(leader="take:even"), Transcribe(5))
+
+
+def test_the_next_best_pieces_of_a_duet(room: Room) -> None:
+    project = _project(leader="take:even")
+    made = _made(room, leader="take:even")
+    found = _ask(room, project, NextBest(7, 3.0, 2))
+    assert isinstance(found, Candidates)
+    shown, *others = found.rows
+    piece = made.synthesis.piece_at(90)
+    assert (shown.take, shown.source_start) == (piece.take, pytest.approx(piece.source_start, abs=0.2))
+    assert others
+    assert all(row.cost >= shown.cost for row in others)
+    frame = _ask(room, project, CandidateClip(8, others[0].rules))
+    assert isinstance(frame, bytes)
+    (room.folder / "candidate.glb").write_bytes(frame[8 + struct.unpack_from("<2I", frame)[1] :])
+    rules = tuple(Rule(r.start, r.stop, take=r.take, source=r.source, forbid=r.forbid) for r in others[0].rules)
+    assert made.model is not None
+    wanted = perform_with(made.model, made.others["leader"], rules=rules).motion
+    candidate = load(room.folder / "candidate.glb").motion()
+    np.testing.assert_allclose(candidate.translation, wanted.translation, atol=1e-4)
+    assert isinstance(_ask(room, project, PieceSource(9, 3.0)), bytes)
+
+
+def test_without_a_follower_there_are_no_pieces(room: Room) -> None:
+    with pytest.raises(RequestError, match="there is no follower yet"):
+        _ask(room, _project(), NextBest(7, 3.0, 2))
 
 
 # ---- leaders ----
 
 
 def test_takes_that_can_lead(room: Room) -> None:
-    said = duetting.leaders(room, _project(), AskLeaders(7))
+    said = _ask(room, _project(), AskLeaders(7))
     assert said.library == "dances"
     assert [(row.take, row.persons) for row in said.takes] == [(name, ("leader",)) for name in TAKES]
     assert (said.target, said.targets) == ("follower", ("follower", "leader"))
     assert said.takes[0].seconds == pytest.approx(6.0)
-    facts = duetting.leader_facts(room, _project(leader="take:slow"), AskLeader(8))
+    facts = _ask(room, _project(leader="take:slow"), AskLeader(8))
     assert facts == LeaderFacts(8, "slow", 6.0, "leader", ("leader",), True)
 
 
@@ -299,11 +335,11 @@ def test_a_library_with_partners_is_found_among_others(room: Room) -> None:
     alone.add(Take("someone", {"body": couple(1.0)[0]}))
     project = msgspec.structs.replace(_project(leader="take:even"), libraries={"alone": "alone", "dances": "dances"})
     assert make(project, room, _quiet) is not None
-    named = duetting.leaders(room, project, AskLeaders(1, "alone"))
+    named = _ask(room, project, AskLeaders(1, "alone"))
     assert not named.takes
     assert "library add" in named.advice
     project = msgspec.structs.replace(project, libraries={"alone": "alone"})
-    assert duetting.leaders(room, project, AskLeaders(1)).advice == ADVICE
+    assert _ask(room, project, AskLeaders(1)).advice == ADVICE
     with pytest.raises(RequestError, match="library add DANCES --take NAME leader=FILE follower=FILE"):
         make(project, room, _quiet)
 
@@ -330,7 +366,7 @@ def test_what_is_guessed_of_a_file_is_said(room: Room) -> None:
     assert guessed
     made = _made(room, leader="odd.bvh")
     assert set(guessed) <= set(made.synthesis.warnings)
-    assert duetting.leader_facts(room, _project(leader="odd.bvh"), AskLeader(1)).notes == guessed
+    assert _ask(room, _project(leader="odd.bvh"), AskLeader(1)).notes == guessed
 
 
 def load_notes(path: Path) -> tuple[str, ...]:
@@ -340,7 +376,7 @@ def load_notes(path: Path) -> tuple[str, ...]:
 def test_someone_of_a_file_of_several_is_chosen(room: Room) -> None:
     leader, follower = couple(1.0)
     save(Take("pair", {"Ann": follower, "Ben": leader}), room.folder / FILES / "pair.glb")
-    facts = duetting.leader_facts(room, _project(leader="pair.glb"), AskLeader(1))
+    facts = _ask(room, _project(leader="pair.glb"), AskLeader(1))
     assert (facts.person, facts.persons) == ("Ann", ("Ann", "Ben"))
     assert any("2 people in it (Ann, Ben); Ann leads" in note for note in facts.notes)
     made = _made(room, leader="pair.glb", person="Ben")
@@ -377,13 +413,13 @@ def test_what_cannot_lead_is_said_in_a_line(room: Room, duet: dict[str, str], me
 def test_without_a_leader_nothing_is_made(room: Room) -> None:
     assert make(_project(), room, _quiet) is None
     with pytest.raises(RequestError, match="choose a leader first"):
-        duetting.leader_facts(room, _project(), AskLeader(1))
+        _ask(room, _project(), AskLeader(1))
     with pytest.raises(RequestError, match="choose a leader first"):
-        duetting.transcript(room, _project(), Transcribe(1))
+        _ask(room, _project(), Transcribe(1))
 
 
 def test_the_leader_is_shown_before_anything_is_made(room: Room) -> None:
-    frame = duetting.leader_clip(room, _project(leader="take:even"), ShowLeader(9))
+    frame = _ask(room, _project(leader="take:even"), ShowLeader(9))
     kind, length = struct.unpack_from("<2I", frame)
     assert kind == 1
     assert json.loads(frame[8 : 8 + length])["name"] == "even"
@@ -504,6 +540,13 @@ def test_rehearsing_sends_a_body_poses_and_how_it_goes(room: Room) -> None:
     assert said[-1].seconds == pytest.approx(2.0)
     joints = (len(next(f for f in sent[1:] if isinstance(f, bytes))) - 4) // 4 - 4
     assert joints == 4 * len(person())
+
+
+@pytest.mark.parametrize("lag", [-0.1, 11.0])
+def test_a_lag_out_of_range_is_refused(room: Room, lag: float) -> None:
+    run = rehearsing.rehearse(room, _project(leader="take:even"), Rehearse(lag), asyncio.Queue(), lambda frame: None)
+    with pytest.raises(RequestError, match="the lag of a rehearsal is 0 to 10 s"):
+        asyncio.run(run)
 
 
 # ---- real dances ----

@@ -73,6 +73,7 @@ def test_a_duet_from_its_leader_to_its_rehearsal(page: Page, built_page: Path, f
         _lanes_and_figures(page)
         _moves_jump(page)
         _truth_and_lines(page, tmp_path)
+        _pieces(page, tmp_path)
         _rehearsed(page, tmp_path)
         _dropped(page, folder, tmp_path)
 
@@ -122,6 +123,20 @@ def _truth_and_lines(page: Page, tmp_path: Path) -> None:
     page.get_by_label("Lines to where it was recorded").check()
     _shot(page, tmp_path, "lines")
     assert "cm from the recording" in page.locator(".duet").inner_text()
+
+
+def _pieces(page: Page, tmp_path: Path) -> None:
+    page.locator(".lane.pieces .span").nth(3).click()
+    page.locator(".candidate-table").wait_for(timeout=60_000)
+    _shot(page, tmp_path, "pieces")
+    taken = page.locator(".candidate-table tbody tr").first.locator("td").first.inner_text().split(",")[0]
+    page.get_by_role("button", name="Forbid").click()
+    page.wait_for_function("document.body.dataset.state === 'solving'")
+    wait_for_state(page, "ready", 180)
+    assert f"not {taken}" in page.locator(".duet [aria-label='Pinned and forbidden pieces']").inner_text()
+    page.get_by_role("button", name="Undo").click()
+    wait_for_state(page, "solving")
+    wait_for_state(page, "ready", 180)
 
 
 def _rehearsed(page: Page, tmp_path: Path) -> None:

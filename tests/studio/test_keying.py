@@ -399,3 +399,15 @@ def test_hands_of_the_sample(clips_folder: Path, name: str) -> None:
         assert np.linalg.norm(ends_of(moved, 10)[role] - wanted) < 1e-6
         others = [other for other in ends if other != role]
         assert all(np.allclose(ends_of(moved, 10)[other], ends[other], atol=1e-9) for other in others)
+
+
+def test_other_moves_need_no_other_index(moves: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    made_of(project_of(WALK, PUNCH), moves)
+    takes = library_of(moves)
+    keys = tuple(key_at(takes.take(name).motion(), second) for name, second in (("walk", 0.4), ("punch", 0.5)))
+    method = keyframe_control(InbetweenSearch(move=["run"], without=["kick"]), mirror=False, footskate=True)
+    expected = inbetween(keys, takes, method)[0]
+    monkeypatch.setattr("kinetograph.methods.keyframe.timed_search.build_index", None)  # whoever builds one fails
+    found = made_of(project_of(WALK, PUNCH, moves=("run",), without=("kick",)), moves).synthesis
+    assert np.array_equal(found.motion.rotations, expected.motion.rotations)
+    assert found.cost == expected.cost

@@ -179,7 +179,7 @@ def test_keys_go_through_time(opened: Opener) -> None:
 def test_space_plays_and_pauses(opened: Opener) -> None:
     page = opened(walk(4.0))
     page.keyboard.press("Space")
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent > '0:00.1'")
     page.keyboard.press("Space")
     page.get_by_role("button", name="Play").wait_for()
@@ -198,7 +198,7 @@ def test_without_looping_it_stops_at_the_end(opened: Opener) -> None:
     page.get_by_role("button", name="Play").wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent.startsWith('0:00.40')")
     page.get_by_role("button", name="Play").click()  # from the start again
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
 
 
 def test_the_timeline_is_scrubbed(opened: Opener) -> None:
@@ -227,7 +227,7 @@ def test_spans_are_walked_with_the_keyboard(opened: Opener) -> None:
     assert len(set(names)) == 3
     assert all(name.startswith("left ") for name in names)
     page.keyboard.press("Space")  # plays, whatever has the focus
-    page.get_by_role("button", name="Pause").wait_for()
+    page.get_by_role("button", name="Play", pressed=True).wait_for()
 
 
 def test_zooming_keeps_the_playhead_in_view(opened: Opener) -> None:
@@ -262,6 +262,24 @@ def test_the_body_is_drawn_where_it_is(opened: Opener) -> None:
     assert blue > red + 20
 
 
+def test_the_camera_goes_by_keys(opened: Opener) -> None:
+    page = opened(walk(2.0, speed=0.0))
+    page.locator("canvas").focus()
+    width = []
+    for keys in ([], ["-"] * 8, ["+"] * 16):
+        for key in keys:
+            page.keyboard.press(key)
+        page.wait_for_function("window.kinetograph.still()")
+        picture = _picture(page)
+        width.append(int(np.ptp(np.nonzero((picture[..., 2].astype(int) - picture[..., 0]) > 60)[0])))
+    assert width[1] < 0.5 * width[0] < width[2]
+    before = _picture(page)
+    page.keyboard.press("Control+ArrowLeft")
+    page.wait_for_function("window.kinetograph.still()")
+    assert np.abs(_picture(page).astype(int) - before).mean() > 0.5
+    assert clock(page) == 0
+
+
 def _picture(page: Page) -> np.ndarray:
     import io
 
@@ -269,7 +287,12 @@ def _picture(page: Page) -> np.ndarray:
 
     clip = page.locator("main").bounding_box()
     assert clip
-    clip = {**clip, "y": clip["y"] + 60, "height": clip["height"] - 60}
+    clip = {  # without the buttons, and the frame of the focus
+        "x": clip["x"] + 8,
+        "y": clip["y"] + 60,
+        "width": clip["width"] - 16,
+        "height": clip["height"] - 68,
+    }
     return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,7 +67,6 @@ class Walking:
         self.page, self.server = page, server
         page.goto(server.address)
         page.locator(".speed p", has_text="The library has").wait_for(timeout=WAIT)
-        self.tools = page.context.new_cdp_session(page)
 
     @property
     def project(self) -> Project:
@@ -94,7 +94,28 @@ class Walking:
         self.page.get_by_role("button", name=name, exact=True).click()
 
     def stroke(self, rows: Rows) -> None:
-        """A stroke of the mouse over the ground, at the times of the rows, which pass as fast as they can."""
+        """A stroke of a mouse over the ground, whose events have the times of the rows."""
+        self.page.evaluate(
+            """rows => {
+              const { stage } = window.kinetograph.studio;
+              const begun = performance.now();
+              const fire = (type, [time, x, z], buttons) => {
+                const at = stage.screenPoint(x, stage.floor, z);
+                const button = type === "pointermove" ? -1 : 0;
+                const how = { pointerId: 1, pointerType: "mouse", isPrimary: true, button, buttons };
+                const event = new PointerEvent(type, { bubbles: true, cancelable: true, ...how, ...at });
+                Object.defineProperty(event, "timeStamp", { value: begun + 1000 * time });
+                stage.canvas.dispatchEvent(event);
+              };
+              fire("pointerdown", rows[0], 1);
+              for (const row of rows.slice(1)) fire("pointermove", row, 1);
+              fire("pointerup", rows[rows.length - 1], 0);
+            }""",
+            rows,
+        )
+
+    def mouse(self, rows: Rows) -> None:
+        """The same by the browser's own mouse, one event after another."""
         points = self.page.evaluate(
             """rows => rows.map(([, x, z]) => {
               const { stage } = window.kinetograph.studio;
@@ -103,16 +124,16 @@ class Walking:
             })""",
             rows,
         )
-        begun = 1.7e9
+        tools, begun = self.page.context.new_cdp_session(self.page), time.time()
 
-        def send(kind: str, time: float, point: list[float], buttons: int) -> None:
-            event = {"type": kind, "x": point[0], "y": point[1], "timestamp": begun + time}
+        def send(kind: str, at: float, point: list[float], buttons: int) -> None:
+            event = {"type": kind, "x": point[0], "y": point[1], "timestamp": begun + at}
             event |= {"button": "left", "buttons": buttons, "clickCount": 1}
-            self.tools.send("Input.dispatchMouseEvent", event)
+            tools.send("Input.dispatchMouseEvent", event)
 
         send("mousePressed", rows[0][0], points[0], 1)
-        for (time, _, _), point in zip(rows[1:], points[1:], strict=True):
-            send("mouseMoved", time, point, 1)
+        for (at, _, _), point in zip(rows[1:], points[1:], strict=True):
+            send("mouseMoved", at, point, 1)
         send("mouseReleased", rows[-1][0], points[-1], 0)
 
     def draw(self, rows: Rows) -> None:
@@ -120,6 +141,19 @@ class Walking:
         self.choose("Draw")
         with self.made():
             self.stroke(rows)
+
+    def stop_at(self, second: float) -> None:
+        """Show a moment: what was drawn is played."""
+        self.studio("transport.pause()")
+        self.studio(f"transport.seek({second})")
+
+    def wait_for(self, expression: str) -> None:
+        """Wait until something of the page is true."""
+        for _ in range(WAIT // 50):
+            if self.studio(expression):
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"never: {expression}")
 
     @property
     def said(self) -> str:
@@ -154,13 +188,25 @@ def test_a_drawn_path_is_walked_as_python_walks_it(walking: Walking, tmp_path: P
     motion = made.synthesis.motion
     times = np.linspace(0.0, motion.duration, 10)
     expected = joint_positions(sample(motion, times, motion.fps))
-    for time, places in zip(times, expected, strict=True):
-        shown = walking.page.evaluate("time => window.kinetograph.pose(time)", float(time))
+    for at, places in zip(times, expected, strict=True):
+        shown = walking.page.evaluate("at => window.kinetograph.pose(at)", float(at))
         assert set(shown) == set(motion.skeleton.names)
         gaps = np.array([shown[name] for name in motion.skeleton.names]) - places
         assert np.linalg.norm(gaps, axis=1).max() < 1e-3
     assert walking.page.get_by_label("Figures").inner_text().startswith("Figures\npath error")
     assert walking.page.get_by_role("option").count() >= len(made.synthesis.pieces)
+
+
+def test_a_mouse_draws_by_the_times_of_its_events(walking: Walking) -> None:
+    rows = [(t, 0.5 * t, 0.2 * t * t) for t in (np.arange(31) / 15).tolist()]
+    walking.choose("Draw")
+    with walking.made():
+        walking.mouse(rows)
+    drawn = np.array(walking.project.walk.path)
+    assert drawn[-1, 0] == pytest.approx(2.0, abs=0.01)
+    wanted = np.array(rows)
+    on_time = np.column_stack([np.interp(drawn[:, 0], wanted[:, 0], wanted[:, i]) for i in (1, 2)])
+    assert np.abs(drawn[:, 1:] - on_time).max() < 0.03
 
 
 def test_what_is_too_fast_is_red_and_said(walking: Walking) -> None:
@@ -221,7 +267,7 @@ def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> No
     assert moved[-1] == 0.0
     np.testing.assert_array_equal(bent[:, 0], before[:, 0])
 
-    walking.choose("Draw the timing")
+    walking.choose("Time it again")
     with walking.made():  # the same path at half of its pace
         walking.stroke([(2.0 * t, x, z) for t, x, z in bent[::3].tolist()])
     timed = np.array(walking.project.walk.path)
@@ -229,7 +275,7 @@ def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> No
     far = [np.linalg.norm(bent[:, 1:] - row[1:], axis=1).min() for row in timed]
     assert max(far) < 0.03  # the same shape
 
-    page.evaluate("window.kinetograph.studio.transport.seek(4)")
+    walking.stop_at(4.0)
     with walking.made():
         walking.choose("Wait")
     stopped = np.array(walking.project.walk.path)
@@ -263,6 +309,7 @@ def test_a_path_is_made_changed_and_undone_by_the_keyboard(walking: Walking) -> 
     with walking.made():
         put(1, 3.5)
     assert walking.project.walk.path == ((0.0, 0.0, 0.0), (2.0, 0.0, 2.0), (4.0, 1.0, 3.5))
+    walking.stop_at(0.0)
     with walking.made():
         page.get_by_role("button", name="Bend", exact=True).focus()
         page.keyboard.press("Enter")
@@ -278,13 +325,9 @@ def test_a_path_is_made_changed_and_undone_by_the_keyboard(walking: Walking) -> 
 
 
 def test_a_take_is_played_over_the_ground(walking: Walking) -> None:
-    walking.choose("Play it")
-    for _ in range(WAIT // 100):
-        if walking.studio("panels.walk.view.mover.visible"):
-            break
-        walking.page.wait_for_timeout(100)
+    walking.choose("Show its pace")
+    walking.wait_for("panels.walk.view.mover.visible")
     first = walking.studio("panels.walk.view.mover.position.z")
-    walking.page.wait_for_timeout(400)
-    assert walking.studio("panels.walk.view.mover.position.z") != first
-    walking.choose("Play it")
+    walking.wait_for(f"panels.walk.view.mover.position.z !== {first!r}")
+    walking.choose("Show its pace")
     assert walking.studio("panels.walk.view.mover.visible") is False

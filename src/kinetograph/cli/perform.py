@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.motion import Motion
-    from kinetograph.pipeline import Smoothing
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
     from kinetograph.take import Take
@@ -97,12 +97,21 @@ class Following(Partner):
     smooth_time: Annotated[float, typer.Option(help="Smooth a drawn path over this many seconds.")] = 0.0
     smooth_space: Annotated[float, typer.Option(help="Smooth a drawn path over this many metres.")] = 0.0
 
-    @property
-    def smoothing(self) -> Smoothing:
-        """How a drawn path is smoothed."""
-        from kinetograph.pipeline import Smoothing
+    facing: Annotated[
+        float | None, typer.Option(help="Begin a drawn path facing this way, degrees from z to x; it is turned into.")
+    ] = None
 
-        return Smoothing(self.smooth_time, self.smooth_space)
+    def performed(self, control: Signal | Motion) -> Signal | Motion:
+        """The control as it is performed: a drawn path is smoothed, and turned into where it begins facing away."""
+        from kinetograph.methods.performance import begin_facing, smooth_path
+        from kinetograph.signal import Signal
+
+        if isinstance(control, Signal):
+            path = smooth_path(control, self.smooth_time, self.smooth_space)
+            return path if self.facing is None else begin_facing(path, math.radians(self.facing))
+        if self.facing is not None:
+            raise RequestError("--facing is for a drawn path; a motion faces by itself")
+        return control
 
 
 @options("Search")
@@ -142,7 +151,7 @@ def perform(
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.methods.performance import only_track, require_moves
-    from kinetograph.pipeline import open_library, smoothed
+    from kinetograph.pipeline import open_library
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
@@ -153,8 +162,8 @@ def perform(
         model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
         if answers.transcript:
             require_moves(model.fitted)
-        made = _synthesised(model, wanted, answers, following.smoothing, rules)
-    performed = smoothed(wanted, following.smoothing)
+        performed = following.performed(wanted)
+        made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = summarize(made[0])
     if search.gap and "gap" not in summary:
@@ -170,25 +179,27 @@ def perform(
 def _configuration(
     control: Signal | Motion, library: Library, inputs: Inputs, following: Following, search: Search
 ) -> PerformanceControl:
+    from kinetograph.methods.performance import FIRST_FACING
     from kinetograph.pipeline import has_partners
     from kinetograph.signal import Signal
 
     partners = has_partners(library, inputs.target)
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
     method = performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
-    return replace(method, keep_time=following.keep_time, stand=following.stand)
+    first = 0.0 if following.facing is None else FIRST_FACING
+    return replace(method, keep_time=following.keep_time, stand=following.stand, first_facing=first)
 
 
 def _synthesised(
-    model: PerformanceModel, control: Signal | Motion, answers: Answers, smoothing: Smoothing, rules: Sequence[Rule]
+    model: PerformanceModel, control: Signal | Motion, answers: Answers, rules: Sequence[Rule]
 ) -> tuple[Synthesis, ...]:
     from kinetograph.pipeline import perform_alternatives, perform_with
 
     if answers.alternatives > 1:
         count, alike = answers.alternatives, answers.alike
-        return perform_alternatives(model, control, count, alike=alike, smoothing=smoothing, rules=rules)
+        return perform_alternatives(model, control, count, alike=alike, rules=rules)
     with progress_bar("searching") as progress:
-        return (perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress),)
+        return (perform_with(model, control, rules=rules, progress=progress),)
 
 
 def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) -> None:

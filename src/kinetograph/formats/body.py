@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from kinetograph.arrays import FloatArray
@@ -89,6 +91,7 @@ def body_character(motion: Motion, character: Character | None = None) -> Charac
     return character
 
 
+@functools.lru_cache(maxsize=16)
 def capsule_character(skeleton: Skeleton, sole: float | None = None) -> Character:
     """A body of capsules for any skeleton.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from kinetograph.errors import RequestError
@@ -168,18 +169,18 @@ def _signals(library: Library, takes: Mapping[str, tuple[str, ...]]) -> bool:
 # ---- answers ----
 
 
-def leaders(room: Room, project: Project, message: AskLeaders) -> LeaderTakes:
+def _leaders(room: Room, project: Project, message: AskLeaders) -> LeaderTakes:
     """The takes that can lead, in the library that is named or the first with partners; or what to do."""
     named = project.duet.library if message.library is None else message.library
-    asked = replace_duet(project, library=named)
+    asked = _with_duet(project, library=named)
     try:
         name, library = library_of(asked, room)
     except RequestError as error:
         return LeaderTakes(message.id, named, advice=str(error))
-    return _takes(message.id, name, library, target_of_any(asked.duet, library))
+    return _takes(message.id, name, library, _target_of_any(asked.duet, library))
 
 
-def target_of_any(duet: Duet, library: Library) -> str:
+def _target_of_any(duet: Duet, library: Library) -> str:
     """The track that is made, whatever is asked for: one of the library's."""
     try:
         return target_of(duet, library)
@@ -187,10 +188,8 @@ def target_of_any(duet: Duet, library: Library) -> str:
         return target_of(Duet(), library)
 
 
-def replace_duet(project: Project, **fields: object) -> Project:
+def _with_duet(project: Project, **fields: object) -> Project:
     """A project with another duet."""
-    import msgspec
-
     return msgspec.structs.replace(project, duet=msgspec.structs.replace(project.duet, **fields))
 
 
@@ -204,7 +203,7 @@ def _takes(number: int, name: str, library: Library, target: str) -> LeaderTakes
     return LeaderTakes(number, name, rows, target, targets)
 
 
-def leader_facts(room: Room, project: Project, message: AskLeader) -> LeaderFacts:
+def _leader_facts(room: Room, project: Project, message: AskLeader) -> LeaderFacts:
     """Who the leader of the project is: the people in the file, and what was guessed."""
     leader = _leader(project, room)
     motion = leader.motion
@@ -213,7 +212,7 @@ def leader_facts(room: Room, project: Project, message: AskLeader) -> LeaderFact
     )
 
 
-def leader_clip(room: Room, project: Project, message: ShowLeader) -> bytes:
+def _leader_clip(room: Room, project: Project, message: ShowLeader) -> bytes:
     """The leader alone, to look at while the follower is being made."""
     leader = _leader(project, room)
     character = room.character(project.character)
@@ -227,7 +226,7 @@ def _leader(project: Project, room: Room) -> Leader:
     return Dance.of(project, room).leader
 
 
-def transcript(room: Room, project: Project, message: Transcribe) -> Transcribed:
+def _transcript(room: Room, project: Project, message: Transcribe) -> Transcribed:
     """The moves of what was made last, with their margins; stopped where something else has been made since."""
     made = room.latest.get("duet")
     if not isinstance(made, MadeDuet) or made.dance is None or made.model is None:
@@ -257,7 +256,7 @@ def transcript(room: Room, project: Project, message: Transcribe) -> Transcribed
     )
 
 
-def hands(room: Room, project: Project, message: AskHands) -> Hands:
+def _hands(room: Room, project: Project, message: AskHands) -> Hands:
     """The joints of the hands that hold each other in what was made last, on the bodies that are shown."""
     made = room.latest.get("duet")
     if made is None:
@@ -286,10 +285,10 @@ _LABEL = (
 )
 
 ANSWERS: Mapping[type[Message], Answer] = {
-    AskLeaders: leaders,
-    AskLeader: leader_facts,
-    ShowLeader: leader_clip,
-    AskHands: hands,
-    Transcribe: transcript,
+    AskLeaders: _leaders,
+    AskLeader: _leader_facts,
+    ShowLeader: _leader_clip,
+    AskHands: _hands,
+    Transcribe: _transcript,
 }
 """What the page asks of a duet."""

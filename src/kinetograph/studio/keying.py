@@ -15,7 +15,7 @@ from kinetograph.errors import KinetographError, RequestError, TooSoonError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
-from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel, TimedSearch
+from kinetograph.methods.keyframe import FittedTimedSearch, KeyframeControl, KeyframeModel, TimedSearch
 from kinetograph.methods.keyframe.features import BODY
 from kinetograph.motion import cut, place
 from kinetograph.pipeline import inbetween_with
@@ -107,6 +107,8 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
     """
     keys = project.keys
     if len(keys.rows) < 2 and keys.lock is None:
+        if keys.rows:  # while someone looks for the second key, the recordings are learned
+            _learned(keys, room.library(project.libraries, keys.library), room, progress)
         return None
     solved = solve(keys, project, room, progress)
     chosen = min(keys.chosen, len(solved.syntheses) - 1)
@@ -155,8 +157,9 @@ def solve(keys: Keys, project: Project, room: Room, progress: Progress, depth: i
 
 
 def _learned(keys: Keys, library: Library, room: Room, progress: Progress) -> _Learned:
-    name = ("keys", keys.moves, keys.without, keys.filler, keys.mirror)
-    return room.fitted(library, name, lambda: _learn(keys, library, progress))
+    base = room.fitted(library, ("keys", keys.mirror), lambda: _learn(Keys(mirror=keys.mirror), library, progress))
+    name = ("keys", keys.mirror, keys.moves, keys.without, keys.filler)
+    return room.fitted(library, name, lambda: _learn_names(keys, base))
 
 
 def _learn(keys: Keys, library: Library, progress: Progress) -> _Learned:
@@ -164,6 +167,15 @@ def _learn(keys: Keys, library: Library, progress: Progress) -> _Learned:
     motions = [example.motion for example in model.examples]
     joints = [joint for limb in limbs_of(motions[0].skeleton) for joint in limb]
     return _Learned(model, seen_ranges(motions, joints))
+
+
+def _learn_names(keys: Keys, base: _Learned) -> _Learned:
+    """The same recordings, by way of other moves: that needs no other index of them."""
+    method = control_of(keys)
+    model = base.model
+    if isinstance(method.solver, TimedSearch) and isinstance(model.fitted, FittedTimedSearch):
+        model = KeyframeModel(method, model.examples, method.solver.refit(model.examples, model.fitted))
+    return _Learned(model, base.ranges)
 
 
 def control_of(keys: Keys) -> KeyframeControl:
@@ -295,7 +307,8 @@ def _ends(room: Room, project: Project, question: KeyEnds) -> EndPlaces:
     x, _, z = _three(key.clip.translation[key.frame])
     heading = math.degrees(float(rot.heading(key.clip.rotations[key.frame, 0])))
     roles = tuple(role for role in BODY if role in key.clip.skeleton.roles)
-    return EndPlaces(question.id, ends, roles, (x, z), heading, said_of(question.row, key, ()))
+    said = tuple(line.removeprefix(f"{key.label}: ") for line in said_of(question.row, key, ()))
+    return EndPlaces(question.id, ends, roles, (x, z), heading, said)
 
 
 def _key(room: Room, project: Project, row: KeyRow) -> Key:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kinetograph.errors import RequestError
 from kinetograph.evaluation.metrics import joint_error
 from kinetograph.methods.performance import Live, PerformanceModel
 from kinetograph.motion import Motion, cut, resample
@@ -26,6 +27,8 @@ FPS = 30.0
 """Rate at which the leader is followed, and poses are sent."""
 _LEEWAY = 2.0 / FPS  # seconds: velocities are known a frame later, and a frame is worked on while the next one comes
 _OFTEN = 0.1  # seconds between two messages of how it goes
+LONGEST_LAG = 10.0
+"""Seconds after which motion is decided at the latest."""
 AHEAD = 1.5
 """Seconds that frames are worked on before they are due."""
 
@@ -175,6 +178,8 @@ def _state(rehearsal: Rehearsal, second: float, running: bool = True, error: flo
 
 def _prepared(room: Room, project: Project, lag: float) -> tuple[Rehearsal, bytes]:
     """A rehearsal, and the follower's body."""
+    if not 0 <= lag <= LONGEST_LAG:
+        raise RequestError(f"the lag of a rehearsal is 0 to {LONGEST_LAG:g} s, found {lag:g}")
     dance = Dance.of(project, room)
     rehearsal = Rehearsal(dance.model(room), dance.leader, lag)
     source = rehearsal.model.fitted.sources[0].motion

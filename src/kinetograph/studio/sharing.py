@@ -15,7 +15,7 @@ import msgspec
 
 from kinetograph.character import Character
 from kinetograph.display import summary
-from kinetograph.errors import RequestError
+from kinetograph.errors import KinetographError, RequestError
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.segmentation import detect_contacts
 from kinetograph.studio.floor import floor_of
@@ -92,6 +92,8 @@ class _Scene:
     """Motions to show, and what is known about them."""
 
     take: Take
+    floor: float
+    character: Character | None = None
     synthesis: Synthesis | None = None
     warnings: tuple[str, ...] = ()
 
@@ -126,7 +128,7 @@ def player_page(
     """
     folder = page_folder()
     named = shown if isinstance(shown, Mapping) else {title: shown}
-    clips = tuple(_shared(name, _scene(each, contacts), character) for name, each in named.items())
+    clips = tuple(_shared(name, _scene(each, character, contacts)) for name, each in named.items())
     return _filled(folder, SharedPage(title, clips))
 
 
@@ -144,7 +146,7 @@ def notebook_html(shown: Shown) -> str:
     try:
         folder = page_folder()
         page = _small_page(folder, _scene(shown))
-    except RequestError as error:
+    except KinetographError as error:
         return f"<pre>{html.escape(summary(shown))}\n{html.escape(str(error))}</pre>"
     style = f"width:100%;height:{_HEIGHT}px;border:1px solid #8885;border-radius:6px"
     name = html.escape(summary(shown))
@@ -162,7 +164,7 @@ def _small_page(folder: Path, scene: _Scene) -> str:
 
 
 def _cell(folder: Path, scene: _Scene) -> str:
-    return _filled(folder, SharedPage("", (_shared("motion", scene, None),)))
+    return _filled(folder, SharedPage("", (_shared("motion", scene),)))
 
 
 def _thinned(scene: _Scene, share: float) -> _Scene:
@@ -192,14 +194,18 @@ def _filled(folder: Path, page: SharedPage) -> str:
     return _PAGE.format(licence=licence, title=html.escape(page.title), style=style, clips=data, script=script)
 
 
-def _scene(shown: Shown, contacts: bool = True) -> _Scene:
-    """What is shown as a take of motions, with its contacts."""
-    if isinstance(shown, Motion):
-        return _Scene(_annotated(Take("motion", {"motion": shown}), contacts))
+def _scene(shown: Shown, character: Character | None = None, contacts: bool = True) -> _Scene:
+    """What is shown as a take of motions with its contacts, and the floor under them."""
+    made = shown if isinstance(shown, Synthesis) else None
     if isinstance(shown, Take):
-        return _Scene(_annotated(shown, contacts))
-    take = Take("synthesis", {"motion": shown.motion}, shown.annotations)
-    return _Scene(_annotated(take, contacts), shown, tuple(shown.warnings))
+        take = shown
+    elif isinstance(shown, Motion):
+        take = Take("motion", {"motion": shown})
+    else:
+        take = Take("synthesis", {"motion": shown.motion}, shown.annotations)
+    take = _annotated(take, contacts)
+    floor = min(floor_of(motion, character) for motion in _motions(take).values())
+    return _Scene(take, floor, character, made, tuple(made.warnings) if made else ())
 
 
 def _motions(take: Take) -> dict[str, Motion]:
@@ -218,21 +224,24 @@ def _annotated(take: Take, contacts: bool) -> Take:
     return Take(take.name, dict(motions), (*kept, *found))
 
 
-def _shared(name: str, scene: _Scene, character: Character | None) -> SharedClip:
-    take, synthesis = scene.take, scene.synthesis
-    motions = _motions(take)
-    seconds = take.duration
-    edited = edited_lane(synthesis) if synthesis is not None else ()
-    share = seconds / synthesis.motion.duration if synthesis is not None and synthesis.motion.duration else 1.0
-    edited = tuple(_first_values(lane, share) for lane in edited)
-    return SharedClip(
+def _shared(name: str, scene: _Scene) -> SharedClip:
+    take, made = scene.take, scene.synthesis
+    clip = SharedClip(
         name,
-        base64.b64encode(encoded(take, character)).decode(),
-        min(floor_of(motion, character) for motion in motions.values()),
-        tuple(piece_row(piece) for piece in synthesis.pieces if piece.start < seconds) if synthesis is not None else (),
-        (*_lanes(take), *edited),
-        (*_figures(motions), *(synthesis_figures(synthesis) if synthesis is not None else ())),
-        scene.warnings,
+        base64.b64encode(encoded(take, scene.character)).decode(),
+        scene.floor,
+        lanes=_lanes(take),
+        figures=_figures(_motions(take)),
+        warnings=scene.warnings,
+    )
+    if made is None:
+        return clip
+    share = take.duration / made.motion.duration if made.motion.duration else 1.0
+    return msgspec.structs.replace(
+        clip,
+        pieces=tuple(piece_row(piece) for piece in made.pieces if piece.start < take.duration or not piece.start),
+        lanes=(*clip.lanes, *(_first_values(lane, share) for lane in edited_lane(made))),
+        figures=(*clip.figures, *synthesis_figures(made)),
     )
 
 

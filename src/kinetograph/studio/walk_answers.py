@@ -1,4 +1,4 @@
-"""What the page asks about a walk: how fast people are, what else a piece could be, and where it comes from."""
+"""What the page asks about a walk, and about the pieces of a duet: what else one could be, and where it comes from."""
 
 from __future__ import annotations
 
@@ -26,17 +26,19 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Project, RuleRow
 from kinetograph.studio.room import Room
+from kinetograph.studio.searched import searched
 from kinetograph.studio.sections import Answer
-from kinetograph.studio.walk_model import control_of, direction, model_of, perform, rules_of
+from kinetograph.studio.walk_model import direction, model_of, rules_of
 
 if TYPE_CHECKING:
     from kinetograph.motion import Motion
-    from kinetograph.synthesis import Piece
 
 
 def _pace(room: Room, project: Project, message: AskPace) -> Message:
+    from kinetograph.methods.performance import recorded_speeds
+
     fitted = model_of(project, room).fitted
-    low, middle, high = np.quantile(fitted.recorded_speeds, (0.05, 0.5, 0.95)).tolist()
+    low, middle, high = np.quantile(recorded_speeds(fitted), (0.05, 0.5, 0.95)).tolist()
     takes = {source.take: source.motion for source in fitted.sources if not source.mirrored}
     rows = tuple(TakePace(name, motion.duration, _mean_speed(motion)) for name, motion in takes.items())
     stands = bool(fitted.instances.held.any())
@@ -51,10 +53,10 @@ def _mean_speed(motion: Motion) -> float:
 def _next_best(room: Room, project: Project, message: NextBest) -> Message:
     from kinetograph.methods.performance import next_best
 
-    model, piece = model_of(project, room), _piece_at(room, message.time)
-    second = 0.5 * (max(piece.start, 0.0) + min(piece.stop, room.latest["walk"].synthesis.motion.duration))
-    control, own = model.read(control_of(project.walk)), rules_of(project.walk.rules)
-    found = next_best(model.fitted, control, second, min(max(message.count, 1), 8), own)
+    search = searched(project, room)
+    piece, model, own = search.piece_at(message.time), search.model, rules_of(search.rules)
+    second = 0.5 * (max(piece.start, 0.0) + min(piece.stop, search.synthesis.motion.duration))
+    found = next_best(model.fitted, model.read(search.control), second, min(max(message.count, 1), 8), own)
     rows = tuple(
         CandidateRow(
             take=each.piece.take,
@@ -75,28 +77,16 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
     return Candidates(message.id, second, rows)
 
 
-def _piece_at(room: Room, second: float) -> Piece:
-    """The piece at a time of the walk that is shown."""
-    made = room.latest.get("walk")
-    if made is None:
-        raise RequestError("there is no walk yet; draw a path first")
-    if not 0 <= second <= made.synthesis.motion.duration:
-        raise RequestError(f"the walk lasts {made.synthesis.motion.duration:.2f} s, found a time of {second:.2f} s")
-    return made.synthesis.piece_at(round(second * made.synthesis.motion.fps))
-
-
 def _candidate_clip(room: Room, project: Project, message: CandidateClip) -> bytes:
-    if len(project.walk.path) < 2:
-        raise RequestError("there is no walk yet; draw a path first")
-    synthesis = perform(model_of(project, room), project.walk, (*project.walk.rules, *message.rules))
-    return _clip(message.id, "candidate", synthesis.motion)
+    return _clip(message.id, "candidate", searched(project, room).under(message.rules).motion)
 
 
 def _piece_source(room: Room, project: Project, message: PieceSource) -> bytes:
     """The recording of a piece as it was, at the times and the place of the piece."""
     from kinetograph.motion import sample, transform
 
-    piece, fitted = _piece_at(room, message.time), model_of(project, room).fitted
+    search = searched(project, room)
+    piece, fitted = search.piece_at(message.time), search.model.fitted
     mine = (s for s in fitted.sources if (s.take, s.track, s.mirrored) == (piece.take, piece.track, piece.mirrored))
     source = next(mine, None)
     if source is None:

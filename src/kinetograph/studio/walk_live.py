@@ -52,8 +52,9 @@ class Follower:
     def draw(self, points: tuple[tuple[float, float, float], ...]) -> list[tuple[float, Pose]]:
         """Take what was drawn; the poses that are due, each with its second of the path."""
         for point in points:
-            if np.isfinite(point).all() and (not self.points or point[0] > self.points[-1][0]):
-                self.points.append(point)
+            while self.points and self.points[-1][0] >= point[0]:  # a pen that was thought to be held
+                self.points.pop()
+            self.points.append(point)
         if len(self.points) < 2:
             return []
         path = np.array(self.points)

@@ -18,13 +18,9 @@ if TYPE_CHECKING:
     from kinetograph.synthesis import Synthesis
 
 
-FIRST_FACING = 0.5
-"""What it costs to begin facing another way than a person asks for, m^2 s per squared radian."""
-
-
 def model_of(project: Project, room: Room) -> PerformanceModel:
     """The fitted model of a project's walk."""
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel
+    from kinetograph.methods.performance import FIRST_FACING, PerformanceControl, PerformanceModel
 
     library, walk = room.library(project.libraries, project.walk.library), project.walk
     key = "walk", walk.mirror

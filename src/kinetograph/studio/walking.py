@@ -71,9 +71,11 @@ def prepare(project: Project, room: Room) -> None:
     project : Project
     room : Room
     """
+    from kinetograph.methods.performance import recorded_speeds
+
     model = model_of(project, room)
-    fastest = float(np.median(model.fitted.recorded_speeds))
-    straight = tuple((t, 0.0, fastest * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
+    usual = float(np.median(recorded_speeds(model.fitted)))
+    straight = tuple((t, 0.0, usual * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
     ready(project, room)
     perform(model, Walk(path=straight), ())
 

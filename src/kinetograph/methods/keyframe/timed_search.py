@@ -122,6 +122,33 @@ class TimedSearch:
             For a move that nothing is called by, and where no frames are left.
         """
         index = build_index(examples, meet=self.meet, shortest=self.shortest, scale=self.scale, fee=self.fee)
+        return self._of_index(examples, index)
+
+    def refit(self, examples: tuple[Example, ...], fitted: FittedTimedSearch) -> FittedTimedSearch:
+        """As `fit`, from what was fitted to the same examples before.
+
+        Parameters
+        ----------
+        examples : tuple of Example
+        fitted : FittedTimedSearch
+            Its index is used again where it is the same, as it is for other moves.
+
+        Returns
+        -------
+        FittedTimedSearch
+
+        Raises
+        ------
+        RequestError
+            As `fit`.
+        """
+        before = fitted.settings
+        shared = all(getattr(self, name) == getattr(before, name) for name in ("meet", "shortest", "scale", "fee"))
+        if not shared or before.without:
+            return self.fit(examples, np.random.default_rng(0))
+        return self._of_index(examples, fitted.index)
+
+    def _of_index(self, examples: tuple[Example, ...], index: PoseIndex) -> FittedTimedSearch:
         barred = named_frames(examples, self.without)
         if barred.all():
             raise RequestError(f"without {', '.join(self.without)} nothing is left to use")

@@ -6,6 +6,7 @@ frame of control after another. `Steering` follows a stick without one.
 """
 
 from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
+from kinetograph.methods.performance.beginning import FIRST_FACING
 from kinetograph.methods.performance.candidates import Candidate, next_best
 from kinetograph.methods.performance.clustering import segment_distances
 from kinetograph.methods.performance.control import Control, only_track, points_of, read_control
@@ -16,7 +17,7 @@ from kinetograph.methods.performance.control_points import (
     GroundPath,
     PointsByRole,
 )
-from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.fitted import Fitted, recorded_speeds
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
 from kinetograph.methods.performance.ground_path import (
     begin_facing,
@@ -63,6 +64,7 @@ from kinetograph.methods.performance.transcription import Transcript, require_mo
 from kinetograph.methods.recordings import LABELS
 
 __all__ = [
+    "FIRST_FACING",
     "GROWN",
     "LABELS",
     "LIMB_ENDS",
@@ -126,6 +128,7 @@ __all__ = [
     "points_of",
     "read_control",
     "realize",
+    "recorded_speeds",
     "require_moves",
     "segment_distances",
     "short_pieces",

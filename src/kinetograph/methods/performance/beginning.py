@@ -14,6 +14,9 @@ from kinetograph.learn.placement import GroundPlacement
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.weights import weights
 
+FIRST_FACING = 0.5
+"""A weight, m^2 s per squared radian, that has walks begin facing as they are asked to, within some 10 degrees."""
+
 
 def facing_first(fitted: Fitted, x: FloatArray, arrivals: Iterable[Arrivals]) -> Iterator[Arrivals]:
     """The arrivals of steps 1, 2, ..., dearer for states that the motion begins with and that face another way.

@@ -157,22 +157,22 @@ class Fitted:
 
         It is ``HURRY`` times the fastest mean speed of a segment as it was recorded, or what the stretch allows.
         """
-        return min(HURRY * float(self.recorded_speeds.max()), self.speeds[1])
-
-    @cached_property
-    def recorded_speeds(self) -> FloatArray:
-        """Mean ground speeds in metres per second of the segments that move, as they were recorded."""
-        speeds = []
-        for segment in self.instances.segments:
-            if segment.held:
-                continue
-            source = self.sources[segment.source]
-            fps = source.motion.fps
-            middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)
-            length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
-            speeds.append(length / segment.duration)
-        return np.array(speeds)
+        return min(HURRY * float(recorded_speeds(self).max()), self.speeds[1])
 
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""
         return self.instances.segments[int(self.instances.states[state, 0])]
+
+
+def recorded_speeds(fitted: Fitted) -> FloatArray:
+    """Mean ground speeds in metres per second of the segments that move, as they were recorded."""
+    speeds = []
+    for segment in fitted.instances.segments:
+        if segment.held:
+            continue
+        source = fitted.sources[segment.source]
+        fps = source.motion.fps
+        middle = source.control_points[round(segment.start * fps) : round(segment.stop * fps) + 1].mean(axis=1)
+        length = float(np.linalg.norm(np.diff(middle, axis=0), axis=-1).sum())
+        speeds.append(length / segment.duration)
+    return np.array(speeds)

@@ -5,7 +5,7 @@
 
 const PACE = 0.5; // seconds over which speeds are taken, as the method compares them
 const APART = 0.01; // least seconds between two rows
-const HELD = 0.06; // seconds without a move after which the pen was held still
+const HELD = 0.15; // seconds without a move after which the pen was held still
 const NEAR = 1.5; // metres of path ahead in which a pointer that draws the timing is looked for
 
 /** Rows as they are drawn, by a pointer's own times. */

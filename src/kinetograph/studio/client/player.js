@@ -55,7 +55,7 @@ class Player {
     this.transport.on("time", (time) => this.#seek(time));
     this.timeline.on("seek", (time) => this.transport.seek(time));
     this.timeline.on("pick", ({ span }) => this.transport.seek(span.start));
-    this.stage.follow(() => (this.#following && this.clip ? this.clip.root(this.transport.time) : null));
+    this.stage.follow(() => (this.#following && this.clip ? middle(this.clip, this.transport.time) : null));
   }
 
   /**
@@ -128,7 +128,7 @@ class Player {
 
   /** @param {string} name */
   #name(name) {
-    this.stage.canvas.setAttribute("aria-label", `The stage: ${name}`);
+    this.stage.canvas.setAttribute("aria-label", `${name}. Control and arrow keys orbit, plus and minus come nearer and go away.`);
   }
 
   #bar() {
@@ -148,6 +148,19 @@ class Player {
     );
     return element("div", { class: "views", role: "group", "aria-label": "Camera" }, buttons, this.followButton);
   }
+}
+
+/**
+ * Where all characters are, on average.
+ *
+ * @param {import("./body.js").Clip} clip
+ * @param {number} time
+ * @returns {[number, number, number]}
+ */
+function middle(clip, time) {
+  const roots = clip.characters.map((_, character) => clip.root(time, character));
+  const mean = (/** @type {0 | 1 | 2} */ axis) => roots.reduce((sum, root) => sum + root[axis], 0) / roots.length;
+  return [mean(0), mean(1), mean(2)];
 }
 
 /**

@@ -1,7 +1,7 @@
 // The stage: camera, lights, ground, and frames that are drawn only where something changed.
 import {
   BufferGeometry, Color, DirectionalLight, Float32BufferAttribute, Fog, Group, HemisphereLight, Line, LineBasicMaterial, LineSegments,
-  Matrix4, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  Matrix4, PerspectiveCamera, Plane, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { element, onTheme } from "./dom.js";
@@ -18,6 +18,8 @@ const REST = 250; // milliseconds after which nothing moves
 const PERSON = 1.8; // metres
 const NEAR = 4.2; // metres from which one person is seen whole
 const MOST_POINTS = 1000; // of a path on the ground
+const TURN = Math.PI / 24; // radians of a press of a key
+const NEARER = 1.15; // share of the distance
 const FAR = 200; // metres beyond which the ground is not pointed at
 const DIRECTIONS = { corner: [0.55, 0.42, 1], front: [0, 0.25, 1], side: [1, 0.25, 0], top: [0, 1, 0.001] };
 
@@ -50,7 +52,8 @@ export class Stage {
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The stage: bodies on the ground");
+    this.canvas.setAttribute("aria-label", "The stage: bodies on the ground. Control and arrow keys orbit, plus and minus come nearer and go away.");
+    this.canvas.addEventListener("keydown", (event) => this.#key(event));
     parent.append(this.canvas);
     this.scene = new Scene();
     this.scene.fog = new Fog("#000", 10, 30);
@@ -243,6 +246,26 @@ export class Stage {
     controls.zoomToCursor = true;
     controls.addEventListener("change", () => this.render());
     return controls;
+  }
+
+  /**
+   * Orbits by Ctrl and arrows, and comes nearer by plus and minus.
+   *
+   * @param {KeyboardEvent} event
+   */
+  #key(event) {
+    const orbit = event.ctrlKey && { ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, -TURN], ArrowDown: [0, TURN] }[event.key];
+    const nearer = !event.ctrlKey && { "+": 1 / NEARER, "-": NEARER }[event.key];
+    if (!orbit && !nearer) return;
+    event.preventDefault();
+    const { target, maxPolarAngle, minDistance, maxDistance } = this.controls;
+    const at = new Spherical().setFromVector3(this.camera.position.clone().sub(target));
+    if (orbit) at.theta += orbit[0];
+    if (orbit) at.phi = Math.min(Math.max(at.phi + orbit[1], 0.01), maxPolarAngle);
+    if (nearer) at.radius = Math.min(Math.max(at.radius * nearer, minDistance), maxDistance);
+    this.camera.position.setFromSpherical(at).add(target);
+    this.controls.update();
+    this.render();
   }
 
   #draw() {

@@ -38,6 +38,7 @@ const MOST_ZOOM = 400; // pixels a second and more show nothing new
 const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const TICK = 70; // least pixels between labels of the ruler
 const MOST_POINTS = 1500; // of a curve
+const LABEL = 26; // pixels of a label of the ruler
 const CLICK = 3; // pixels that a pointer may move in a click
 
 /** @extends {Emitter<TimelineEvents>} */
@@ -391,9 +392,10 @@ export class Timeline extends Emitter {
     this.#placeHead();
     const least = (TICK * this.duration) / width;
     const step = STEPS.find((candidate) => candidate >= least) ?? STEPS[STEPS.length - 1];
+    const fits = (/** @type {number} */ time) => (1 - time / this.duration) * width > LABEL;
     const ticks = [];
     for (let i = 0; i * step <= this.duration + 1e-9; i++) {
-      const tick = element("span", { class: "tick" }, label(i * step, step));
+      const tick = element("span", { class: "tick" }, fits(i * step) && label(i * step, step));
       tick.style.left = `${(100 * i * step) / this.duration}%`;
       ticks.push(tick);
     }

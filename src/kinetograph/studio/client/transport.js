@@ -28,7 +28,7 @@ export class Transport extends Emitter {
     this.fps = 30;
     /** How fast the clock goes; 1 is real time. */
     this.rate = 1;
-    this.playButton = iconButton("play", "Play", () => this.toggle(), { class: "primary" });
+    this.playButton = iconButton("play", "Play", () => this.toggle(), { class: "primary", pressed: false });
     this.loopButton = iconButton("loop", "Loop", () => (this.looping = !this.looping), { pressed: true });
     this.readout = element("span", { class: "clock" }, `${clock(0)} / ${clock(0)}`);
     this.readout.addEventListener("pointerenter", () => (this.readout.title = this.#frames()));
@@ -165,9 +165,8 @@ export class Transport extends Emitter {
   /** @param {boolean} playing */
   #setPlaying(playing) {
     this.#playing = playing;
-    const name = playing ? "Pause" : "Play";
-    this.playButton.setAttribute("aria-label", name);
-    this.playButton.title = name;
+    press(this.playButton, playing);
+    this.playButton.title = playing ? "Pause" : "Play";
     this.playButton.replaceChildren(icon(playing ? "pause" : "play"));
     this.emit("playing", playing);
   }

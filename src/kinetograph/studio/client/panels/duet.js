@@ -3,6 +3,7 @@ import { Between } from "../between.js";
 import { loadClip } from "../body.js";
 import { button, element, field, slider } from "../dom.js";
 import { LEADER, Rehearsal } from "../rehearsal.js";
+import { Pieces } from "./pieces.js";
 
 /**
  * @typedef {import("../studio.js").Panel} Panel
@@ -55,13 +56,15 @@ class DuetPanel {
     this.app = app;
     this.between = new Between(app.stage);
     this.rehearsal = new Rehearsal(app, (state) => this.#rehearsed(state));
-    this.element = element("div", { class: "duet" }, this.#leaderSection(), this.#followerSection(), this.#shownSection(), this.#moveSection(), this.#liveSection());
+    this.pieces = new Pieces(app, (change, label) => this.#edit(change, label), "duet");
+    this.element = element("div", { class: "duet" }, this.#leaderSection(), this.#followerSection(), this.#shownSection(), this.pieces.element, this.#moveSection(), this.#liveSection());
     app.store.on("project", () => this.#entered && this.#showProject());
     app.store.on("welcome", () => this.#entered && void this.#ask(true));
     app.store.on("state", () => this.#entered && this.#showWork());
     app.connection.on("working", (message) => this.#entered && message.section === "duet" && this.#progress(message));
     app.transport.on("time", (time) => this.#entered && this.#seek(time));
-    app.timeline.on("pick", (where) => this.#entered && where.lane.kind !== "pieces" && app.transport.seek(where.span.start));
+    app.timeline.on("hover", (where) => this.#entered && void this.pieces.hover(where?.lane.kind === "pieces" ? where.span.data : null));
+    app.timeline.on("pick", (where) => this.#entered && this.#pick(where));
   }
 
   /** @returns {Duet} */
@@ -79,6 +82,7 @@ class DuetPanel {
 
   leave() {
     this.rehearsal.stop();
+    this.pieces.close();
     this.#endPreview();
     this.#entered = false;
     this.app.stage.remove(this.between.object);
@@ -90,6 +94,7 @@ class DuetPanel {
    */
   shown(made, clip) {
     this.#endPreview();
+    this.pieces.close();
     if (made?.key !== this.#movesOf) this.#moves = [];
     this.#made = made;
     this.#clip = clip;
@@ -120,7 +125,7 @@ class DuetPanel {
     const spans = (made.key === this.#movesOf ? this.#moves : [])
       .filter(({ move }) => move)
       .map(({ move, start, stop, margin, notation }) => ({ start, stop, label: notation || move, title: `${move}, ${marginOf(margin)}` }));
-    return spans.length ? [{ name: "moves", kind: "moves", spans }] : [];
+    return [...this.pieces.lanes, ...(spans.length ? [{ name: "moves", kind: /** @type {const} */ ("moves"), spans }] : [])];
   }
 
   // ---- sections ----
@@ -247,6 +252,7 @@ class DuetPanel {
     const { duet } = this;
     const isFile = Boolean(duet.leader) && !duet.leader?.startsWith(TAKE);
     this.#showChoices();
+    this.pieces.show();
     this.mirror?.set(duet.mirror ?? false);
     if (this.unitsField && this.upField && this.units && this.up) {
       this.unitsField.hidden = this.upField.hidden = !isFile;
@@ -351,6 +357,7 @@ class DuetPanel {
     if (!this.workButton || !this.work || !this.bar) return;
     this.workButton.textContent = solving ? "Stop" : "Answer the leader";
     this.workButton.disabled = !this.duet.leader;
+    if (this.liveButton) this.liveButton.disabled = !this.duet.leader;
     this.bar.hidden = !solving;
     if (!solving) {
       this.#began = 0;
@@ -374,7 +381,7 @@ class DuetPanel {
 
   #showBodies() {
     const clip = this.#clip;
-    if (!clip) return;
+    if (!clip) return this.#seek(this.app.transport.time);
     const has = clip.characters.includes("truth");
     clip.characters.forEach((name, i) => {
       const figure = clip.figures[i];
@@ -449,11 +456,17 @@ class DuetPanel {
       rows[i].firstElementChild?.append(
         element("span", { class: "move-time" }, `${start.toFixed(1)} s`),
         element("span", { class: "move-notation", "aria-hidden": "true" }, notation ?? ""),
-        element("span", { class: "move-name" }, move || "(no name)"),
         element("span", { class: "move-margin" }, move ? percent(margin) : ""),
+        element("span", { class: "move-name" }, move || "(no name)"),
       ),
     );
     this.moves?.replaceChildren(...rows);
+  }
+
+  /** @param {import("../timeline.js").Where} where */
+  #pick(where) {
+    if (where.lane.kind === "pieces") void this.pieces.open(where.span.data);
+    else this.app.transport.seek(where.span.start);
   }
 
   // ---- live ----

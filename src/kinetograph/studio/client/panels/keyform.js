@@ -31,7 +31,7 @@ export class KeyForm {
     this.change = change;
     this.title = element("h2", {}, "Key");
     this.name = element("input", { type: "text", maxlength: 60, onchange: () => change({ name: this.name.value.trim() }, "name a key") });
-    this.when = select({ free: "free", at: "at", between: "between" }, () => this.#changeTime());
+    this.when = select({ free: "free", at: "at", between: "within" }, () => this.#changeTime());
     this.from = number("from, seconds", 1 / 30, () => this.#changeTime());
     this.to = number("to, seconds", 1 / 30, () => this.#changeTime());
     this.placed = checkbox(() => this.#changePlace());
@@ -94,9 +94,10 @@ export class KeyForm {
       { open: true },
       element("summary", {}, "Hands and feet"),
       element("p", { class: "note" }, "Drag the dots on the stage, or set metres from the root: sideways, up, forward."),
-      element("div", { class: "field" }, label("Part", this.end), this.end, this.reset),
+      element("div", { class: "field" }, label("Part", this.end), this.end),
       places,
       this.said,
+      element("div", { class: "buttons" }, this.reset),
     );
   }
 

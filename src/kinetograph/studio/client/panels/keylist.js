@@ -73,7 +73,7 @@ export class KeyList {
       "div",
       { class: "key-trouble", role: "alert" },
       element("p", {}, message ?? ""),
-      more > 0 && button(`Give it ${more.toFixed(2)} s more`, () => this.events.putOff(index, more)),
+      more > 0 && button(`Give it ${more.toFixed(2)} s more`, () => this.events.putOff(index, more), { class: "primary" }),
     );
   }
 

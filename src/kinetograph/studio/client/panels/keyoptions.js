@@ -102,7 +102,7 @@ export class KeyOptions {
 
   #span() {
     const here = (/** @type {HTMLInputElement} */ input, /** @type {string} */ name) =>
-      button("Here", () => (input.value = this.events.time().toFixed(2)), { class: "small", "aria-label": `${name} at the playhead` });
+      button("Here", () => (input.value = this.events.time().toFixed(2)), { class: "small", "aria-label": `Here: ${name}` });
     const buttons = element("div", { class: "buttons" }, this.lockButton, this.unlockButton);
     return element(
       "section",

@@ -54,6 +54,11 @@ export class KeyPicker {
     return second <= seconds ? second : second % seconds;
   }
 
+  /** Asks for the takes again when they are shown next. */
+  forget() {
+    this.#library = "";
+  }
+
   /**
    * Offers the takes of a library.
    *
@@ -65,14 +70,16 @@ export class KeyPicker {
     this.libraries.replaceChildren(...libraries.map((each) => element("option", { value: each.name }, each.name)));
     const chosen = name || libraries[0]?.name || "";
     this.libraries.value = chosen;
-    if (!chosen || (chosen === this.#library && this.#takes.length)) return;
+    if (!chosen || chosen === this.#library) return;
     this.#library = chosen;
     try {
       const answer = await this.app.connection.ask({ kind: "ask_takes", library: chosen, count: MOST });
       if (this.#library !== chosen) return;
       this.#takes = answer.rows;
+      const before = this.take.value;
       this.take.replaceChildren(...this.#takes.map((take) => element("option", { value: take.name }, take.name)));
-      this.#choose(0, false);
+      if (this.#takes.some(({ name: known }) => known === before)) this.take.value = before;
+      else this.#choose(0, false);
     } catch (error) {
       this.#library = "";
       this.app.say(/** @type {Error} */ (error).message, "error");

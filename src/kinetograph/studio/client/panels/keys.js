@@ -107,7 +107,9 @@ class KeysPanel {
    */
   lanes(made) {
     void made;
-    return [this.#lane()];
+    const { lock } = this.keys;
+    const kept = lock ? [{ name: "kept", kind: /** @type {const} */ ("moves"), spans: [{ start: lock.span[0], stop: lock.span[1], label: "kept as it was" }], draggable: false }] : [];
+    return [this.#lane(), ...kept];
   }
 
   /**
@@ -136,7 +138,10 @@ class KeysPanel {
   #listen() {
     const { store, connection, timeline, transport } = this.app;
     store.on("project", () => this.#active && this.#show());
-    store.on("welcome", () => this.#active && void this.picker.show(this.keys.library ?? ""));
+    store.on("welcome", () => {
+      this.picker.forget(); // a recording may have been dropped
+      if (this.#active) void this.picker.show(this.keys.library ?? "");
+    });
     connection.on("failed", (message) => this.#active && message.section === "keys" && void this.#askTrouble());
     transport.on("time", (time) => {
       if (!this.#active) return;
@@ -158,7 +163,7 @@ class KeysPanel {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    if (!this.#active || event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!this.#active || !this.element.isConnected || event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
     const key = event.key.toLowerCase();
     const scrubbing = event.target instanceof HTMLInputElement && event.target.type === "range";
     if (isTyping(event) && !(scrubbing && key === "k")) return;
@@ -324,13 +329,14 @@ class KeysPanel {
       this.app.say("time begins with the first key; move the others");
       return this.#show();
     }
-    this.#change({ time: timeFrom(start, stop) }, "retime a key", true);
+    this.#change({ time: timeFrom(start, stop) }, `retime ${nameOf(this.rows[span.data], span.data)}`, true);
   }
 
   /** Opens a window of time around the selected key, or closes it. */
   #window() {
     const row = this.rows[this.#selected];
-    if (!row || this.#selected === 0) return;
+    if (!row) return;
+    if (this.#selected === 0) return this.app.say("time begins with the first key; open windows for the others");
     const [start, stop] = spansOf(this.rows, this.#met)[this.#selected];
     const middle = (start + stop) / 2;
     this.#change({ time: stop > start ? timeFrom(middle, middle) : timeFrom(start - 0.25, stop + 0.25) }, "open a window");

@@ -123,6 +123,7 @@ export class KeyStage {
 
   leave() {
     this.shown = false;
+    this.app.stage.canvas.style.cursor = "";
     this.app.stage.remove(this.root);
     this.showAlternatives([]);
   }

@@ -36,7 +36,7 @@ export class Listening {
     this.fileField = field("File", this.file);
     this.button = button("Start listening", () => (this.#running ? this.stop() : this.start()), { class: "primary" });
     this.link = element("div", { class: "phone-link", hidden: true });
-    this.table = element("div", { class: "heard", "aria-label": "Who is heard" });
+    this.table = element("div", { class: "heard", role: "group", "aria-label": "Who is heard" });
     this.element = element(
       "section",
       { "aria-label": "Live" },

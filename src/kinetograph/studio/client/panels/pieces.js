@@ -1,4 +1,4 @@
-// The pieces of a walk: where they come from, what is pinned and forbidden, and the next best ones side by side.
+// The pieces of a walk or a duet: where they come from, what is pinned and forbidden, and the next best ones side by side.
 import { loadClip } from "../body.js";
 import { button, element, iconButton } from "../dom.js";
 
@@ -20,10 +20,12 @@ export class Pieces {
 
   /**
    * @param {import("../studio.js").App} app
-   * @param {(change: Partial<import("../messages.js").Walk>, label: string) => void} edit
+   * @param {(change: {rules: RuleRow[]}, label: string) => void} edit
+   * @param {"walk" | "duet"} section whose pieces they are
    */
-  constructor(app, edit) {
+  constructor(app, edit, section = "walk") {
     this.app = app;
+    this.section = section;
     this.edit = edit;
     this.list = element("ul", { class: "list rules", "aria-label": "Pinned and forbidden pieces" });
     /** In the panel: what is pinned and forbidden. */
@@ -37,7 +39,7 @@ export class Pieces {
 
   /** @returns {RuleRow[]} */
   get rules() {
-    return this.app.store.project.walk?.rules ?? [];
+    return this.app.store.project[this.section]?.rules ?? [];
   }
 
   /** Shows what is pinned and forbidden. */
@@ -74,7 +76,7 @@ export class Pieces {
   async hover(piece) {
     const number = (this.#wanted += 1);
     if (!piece) return this.#showGhost(null);
-    this.app.say(`${source(piece)}, ${piece.start.toFixed(2)} to ${piece.stop.toFixed(2)} s of the walk`);
+    this.app.say(`${source(piece)}, ${piece.start.toFixed(2)} to ${piece.stop.toFixed(2)} s`);
     await new Promise((resolve) => setTimeout(resolve, 120)); // who passes over a piece does not ask for it
     if (number === this.#wanted) await this.#ask({ kind: "piece_source", time: Math.max((piece.start + piece.stop) / 2, 0) }, number);
   }
@@ -97,15 +99,25 @@ export class Pieces {
     try {
       const asked = Math.min(time, this.app.transport.duration - 1e-3);
       found.replaceChildren(this.#table(await this.app.connection.ask({ kind: "next_best", time: asked, count: 4 })));
+      this.#makeRoom();
     } catch (error) {
       found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
     }
+  }
+
+  /** Looks at the ground above the card. */
+  #makeRoom() {
+    const { camera, canvas } = this.app.stage;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!this.card.hidden) camera.setViewOffset(width, height, 0, this.card.offsetHeight / 2, width, height);
+    this.app.stage.render();
   }
 
   /** Closes the piece that is open. */
   close() {
     this.card.hidden = true;
     this.#wanted += 1;
+    this.app.stage.camera.clearViewOffset();
     this.#showGhost(null);
   }
 
@@ -158,13 +170,24 @@ export class Pieces {
     const use = index ? button("Use", () => this.#rule(each, time, false), { "aria-label": `Use next best ${index}`, class: "small" }) : null;
     const line = element("tr", { class: "candidate" }, element("th", { scope: "row" }, name), element("td", {}, source(each)), element("td", {}, figure(each.cost)), element("td", {}, more), terms, element("td", {}, use));
     if (!index) return line;
-    const look = () => void this.#ask({ kind: "candidate_clip", rules: each.rules }, (this.#wanted += 1));
+    const look = () => void this.#look(each, (this.#wanted += 1));
     const away = () => ((this.#wanted += 1), this.#showGhost(null));
     line.addEventListener("pointerenter", look);
     line.addEventListener("pointerleave", away);
     line.addEventListener("focusin", look);
     line.addEventListener("focusout", away);
     return line;
+  }
+
+  /**
+   * Shows what a candidate would make, once somebody stays on it.
+   *
+   * @param {CandidateRow} each
+   * @param {number} number
+   */
+  async #look(each, number) {
+    await new Promise((resolve) => setTimeout(resolve, this.section === "duet" ? 400 : 0)); // a dance takes seconds
+    if (number === this.#wanted) await this.#ask({ kind: "candidate_clip", rules: each.rules }, number);
   }
 
   /**

@@ -18,7 +18,7 @@ export class Playback {
     this.app = app;
     this.view = view;
     this.takes = element("select", { onchange: () => this.playing && void this.#play() });
-    this.button = button("Play it", () => (this.playing ? this.stop() : void this.#play()), { pressed: false });
+    this.button = button("Show its pace", () => (this.playing ? this.stop() : void this.#play()), { pressed: false });
     this.element = element(
       "section",
       { "aria-label": "A sense of speed" },

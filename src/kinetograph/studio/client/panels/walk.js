@@ -115,7 +115,7 @@ class WalkPanel {
   }
 
   #pathSection() {
-    this.timingButton = button("Draw the timing", () => this.#use(this.#tool === "timing" ? null : "timing"), { pressed: false, title: "Go along the path again, at another pace" });
+    this.timingButton = button("Time it again", () => this.#use(this.#tool === "timing" ? null : "timing"), { pressed: false, title: "Go along the path again, at another pace" });
     this.clearButton = button("Clear", () => this.#edit({ path: [], rules: [] }, "clear the path"), { title: "Take the path away" });
     return element("section", { "aria-label": "Path" }, element("h2", {}, "Path"), element("div", { class: "buttons" }, this.timingButton, this.clearButton), this.speeds.element);
   }
