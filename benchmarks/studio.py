@@ -173,14 +173,14 @@ def _studio(walks: Path) -> Iterator[str]:
 @contextlib.contextmanager
 def _streaming(walks: Path) -> Iterator[tuple[str, float]]:
     """A server that sends the poses of a walk at an even rate to who asks for a live walk; and when it began."""
-    from kinetograph.studio import making
-    from kinetograph.studio.desk import Desk
+    from kinetograph.studio import registry as making
+    from kinetograph.studio.desk.desk import Desk
     from kinetograph.studio.messages import LiveHeader, WalkLive, blob, pose_frame
     from kinetograph.studio.project import Project, Walk
     from kinetograph.studio.room import Room
-    from kinetograph.studio.server import Server
-    from kinetograph.studio.walk_live import ready
-    from kinetograph.studio.walking import make
+    from kinetograph.studio.serving.server import Server
+    from kinetograph.studio.walk.live import ready
+    from kinetograph.studio.walk.making import make
 
     begun = time.time()
 

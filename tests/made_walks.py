@@ -10,7 +10,7 @@ import kinetograph as kg
 from kinetograph.studio.made import Made
 from kinetograph.studio.project import Project, Walk
 from kinetograph.studio.room import Room
-from kinetograph.studio.walking import make
+from kinetograph.studio.walk.making import make
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation, Take
 from walkers import walk

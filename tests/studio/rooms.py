@@ -19,12 +19,12 @@ from kinetograph import rotations as rot
 from kinetograph.formats.deepmimic import skeleton
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
-from kinetograph.studio.desk import Desk
+from kinetograph.studio.desk.desk import Desk
 from kinetograph.studio.made import Made
 from kinetograph.studio.project import Mode, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Section
-from kinetograph.studio.server import Server
+from kinetograph.studio.serving.server import Server
 from kinetograph.synthesis import Piece, Synthesis
 
 

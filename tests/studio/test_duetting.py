@@ -30,10 +30,11 @@ from kinetograph.methods.performance import PerformanceControl, Rule, partner_co
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.pipeline import open_library, perform_with, read_take, segment_library
 from kinetograph.segmentation import notation
-from kinetograph.studio import duetting, rehearsing, walk_answers
-from kinetograph.studio.comparing import FACING, compared
-from kinetograph.studio.duetting import Dance, MadeDuet, make
-from kinetograph.studio.leading import ADVICE
+from kinetograph.studio.duet import making as duetting
+from kinetograph.studio.duet import rehearsing
+from kinetograph.studio.duet.comparing import FACING, compared
+from kinetograph.studio.duet.leading import ADVICE
+from kinetograph.studio.duet.making import Dance, MadeDuet, make
 from kinetograph.studio.made import bodies
 from kinetograph.studio.messages import (
     AskHands,
@@ -53,6 +54,7 @@ from kinetograph.studio.messages import (
 from kinetograph.studio.project import Duet, Project, RuleRow
 from kinetograph.studio.room import FILES, Room
 from kinetograph.studio.stopping import stoppable
+from kinetograph.studio.walk import answers as walk_answers
 from kinetograph.take import Annotation, Take
 
 # ---- inputs ----
@@ -242,7 +244,7 @@ def _gap(own: Motion, partner: Motion, note: Annotation) -> np.ndarray:
 
 
 def leader_of_motion(motion: Motion):
-    from kinetograph.studio.leading import Leader
+    from kinetograph.studio.duet.leading import Leader
 
     return Leader("someone", "motion", motion)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kinetograph.studio.guard import Guard, Refusal
+from kinetograph.studio.serving.guard import Guard, Refusal
 
 GUARD = Guard("a-token", 8123)
 

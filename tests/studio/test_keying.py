@@ -20,7 +20,7 @@ from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
 from kinetograph.pipeline import inbetween
 from kinetograph.post import ends_of, put_ends
-from kinetograph.studio.keying import ANSWERS, MOST, Solved, control_of, make, solve
+from kinetograph.studio.keys.making import ANSWERS, MOST, Solved, control_of, make, solve
 from kinetograph.studio.made import Made
 from kinetograph.studio.messages import (
     Alternative,

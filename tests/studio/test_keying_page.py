@@ -15,10 +15,10 @@ from rooms import served
 import kinetograph as kg
 from kinetograph.kinematics import joint_positions
 from kinetograph.post import ends_of
-from kinetograph.studio import making
-from kinetograph.studio.keying import solve
+from kinetograph.studio import registry as making
+from kinetograph.studio.keys.making import solve
 from kinetograph.studio.project import KeyRow, Keys, Project
-from kinetograph.studio.server import Server
+from kinetograph.studio.serving.server import Server
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page

@@ -16,7 +16,7 @@ from kinetograph.formats import ReadOptions
 from kinetograph.kinematics import joint_positions
 from kinetograph.pipeline import read_take
 from kinetograph.studio.project import Project, Walk, read_project
-from kinetograph.studio.server import Server
+from kinetograph.studio.serving.server import Server
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from kinetograph.errors import FormatError
 from kinetograph.studio import Project, read_project, write_project
-from kinetograph.studio.history import KEPT, History
+from kinetograph.studio.desk.history import KEPT, History
 from kinetograph.studio.project import KeyRow, Keys, Lock, RuleRow, Walk
 
 numbers = st.floats(-1e6, 1e6)

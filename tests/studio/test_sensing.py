@@ -38,9 +38,9 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Project, Sensors
 from kinetograph.studio.room import FILES, Room
-from kinetograph.studio.sensing import ANSWERS, RUNS, make
-from kinetograph.studio.sensor_lanes import MOST, joints_alike, thinned
-from kinetograph.studio.sensor_live import is_live, source_of
+from kinetograph.studio.sensors.lanes import MOST, joints_alike, thinned
+from kinetograph.studio.sensors.live import is_live, source_of
+from kinetograph.studio.sensors.making import ANSWERS, RUNS, make
 from kinetograph.take import Take
 from walkers import walk
 

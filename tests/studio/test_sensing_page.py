@@ -27,12 +27,12 @@ from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion
 from kinetograph.pipeline import perform, winding_path
 from kinetograph.sensing import Layout, preset, simulate
-from kinetograph.studio import sensor_live
-from kinetograph.studio.making import SECTIONS
 from kinetograph.studio.project import Project
+from kinetograph.studio.registry import SECTIONS
 from kinetograph.studio.room import FILES
 from kinetograph.studio.sample import sample_libraries
-from kinetograph.studio.server import Server
+from kinetograph.studio.sensors import live as sensor_live
+from kinetograph.studio.serving.server import Server
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -24,7 +24,7 @@ from kinetograph.errors import RequestError
 from kinetograph.studio.made import Made
 from kinetograph.studio.page import page_folder
 from kinetograph.studio.project import Project, Walk, read_project
-from kinetograph.studio.server import LARGEST, Server
+from kinetograph.studio.serving.server import LARGEST, Server
 from kinetograph.synthesis import Synthesis
 
 PATH = [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]]

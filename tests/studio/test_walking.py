@@ -42,8 +42,8 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Project, RuleRow, Walk
 from kinetograph.studio.room import Room
-from kinetograph.studio.walk_live import Follower, ready
-from kinetograph.studio.walking import ANSWERS, HEARD, RUNS, make
+from kinetograph.studio.walk.live import Follower, ready
+from kinetograph.studio.walk.making import ANSWERS, HEARD, RUNS, make
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -388,7 +388,7 @@ def test_a_body_stays_where_the_pen_is_held(tmp_path: Path, project: Project) ->
 
 
 def test_a_model_is_fitted_once(tmp_path: Path, project: Project) -> None:
-    from kinetograph.studio.walk_model import model_of
+    from kinetograph.studio.walk.model import model_of
 
     room = Room(tmp_path)
     kept = Project(libraries=project.libraries, walk=Walk(path=_drawn(), keep_time=True))
@@ -414,7 +414,7 @@ def test_a_walk_begins_facing_as_it_is_asked(tmp_path: Path, project: Project, f
 
 
 def test_a_rule_is_that_of_the_search(tmp_path: Path, project: Project) -> None:
-    from kinetograph.studio.walk_model import rules_of
+    from kinetograph.studio.walk.model import rules_of
 
     rows = (RuleRow(1.0, 2.0, "left", 3.0), RuleRow(2.0, 3.0, "right", forbid=True))
     assert rules_of(rows) == (Rule(1.0, 2.0, "left", source=3.0), Rule(2.0, 3.0, "right", forbid=True))

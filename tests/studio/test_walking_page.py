@@ -14,16 +14,16 @@ from rooms import served
 
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import sample
-from kinetograph.studio.making import SECTIONS
 from kinetograph.studio.project import Project, read_project
+from kinetograph.studio.registry import SECTIONS
 from kinetograph.studio.room import Room
 from kinetograph.studio.sample import WALKS
-from kinetograph.studio.walking import make
+from kinetograph.studio.walk.making import make
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-    from kinetograph.studio.server import Server
+    from kinetograph.studio.serving.server import Server
 
 Rows = list[tuple[float, float, float]]
 

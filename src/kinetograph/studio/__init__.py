@@ -10,15 +10,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
-    "Desk": "desk",
+    "Desk": "desk.desk",
     "Project": "project",
     "Sensors": "project",
-    "StudioSink": "live_sink",
-    "begin": "beginning",
+    "StudioSink": "serving.live_sink",
+    "begin": "desk.beginning",
     "player_page": "sharing",
     "read_project": "project",
-    "serve_studio": "server",
-    "with_libraries": "beginning",
+    "serve_studio": "serving.server",
+    "with_libraries": "desk.beginning",
     "write_project": "project",
 }
 
@@ -47,9 +47,9 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.studio.beginning import begin, with_libraries
-    from kinetograph.studio.desk import Desk
-    from kinetograph.studio.live_sink import StudioSink
+    from kinetograph.studio.desk.beginning import begin, with_libraries
+    from kinetograph.studio.desk.desk import Desk
     from kinetograph.studio.project import Project, Sensors, read_project, write_project
-    from kinetograph.studio.server import serve_studio
+    from kinetograph.studio.serving.live_sink import StudioSink
+    from kinetograph.studio.serving.server import serve_studio
     from kinetograph.studio.sharing import player_page

@@ -14,8 +14,8 @@ from kinetograph.progress import Progress
 from kinetograph.studio import exporting
 from kinetograph.studio.exporting import Wanted
 from kinetograph.studio.made import Made
-from kinetograph.studio.making import SECTIONS
 from kinetograph.studio.project import Mode, Project
+from kinetograph.studio.registry import SECTIONS
 from kinetograph.studio.room import Room
 
 Watch = Callable[[str], AbstractContextManager[Progress]]

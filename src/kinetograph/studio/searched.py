@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from kinetograph.errors import RequestError
-from kinetograph.studio.duetting import MadeDuet
+from kinetograph.studio.duet.making import MadeDuet
 from kinetograph.studio.made import Made
 from kinetograph.studio.project import Project, RuleRow
 from kinetograph.studio.room import Room
-from kinetograph.studio.walk_model import control_of, model_of, rules_of
+from kinetograph.studio.walk.model import control_of, model_of, rules_of
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel

@@ -50,7 +50,7 @@ def _structs(module: Any) -> list[type[msgspec.Struct]]:
         for name, each in vars(module).items()
         if isinstance(each, type)
         and issubclass(each, msgspec.Struct)
-        and each.__module__ == module.__name__
+        and each.__module__.startswith(module.__name__)
         and not name.startswith("_")
     ]
 

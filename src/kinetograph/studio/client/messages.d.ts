@@ -92,6 +92,20 @@ export interface Project {
   sensors?: Sensors;
 }
 
+/** Stop what is being made. */
+export interface Cancel {
+  kind: "cancel";
+}
+
+/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
+export interface ClipHeader {
+  kind: "clip";
+  id: number;
+  name?: string;
+  floor?: number;
+  start?: number;
+}
+
 /** A section, or a field, of the project in a new state. */
 export interface Edit {
   kind: "edit";
@@ -103,9 +117,43 @@ export interface Edit {
   number?: number;
 }
 
-/** Take the last edit back. */
-export interface Undo {
-  kind: "undo";
+/** Something could not be done, in one line. */
+export interface Failed {
+  kind: "failed";
+  message: string;
+  id?: number | null;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** A file was taken into the project, under this name; the project's files. */
+export interface Kept {
+  kind: "kept";
+  id: number;
+  name: string;
+  files: string[];
+}
+
+/** A library of the project: its takes, and what can be done with it. */
+export interface LibraryRow {
+  name: string;
+  takes: number;
+  seconds: number;
+  tracks: string[];
+  partners: boolean;
+}
+
+/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
+export interface LiveHeader {
+  kind: "live";
+  section: "duet" | "keys" | "sensors" | "walk";
+  floor?: number;
+  characters?: string[];
+}
+
+/** A section asks for nothing that could be made yet. */
+export interface Nothing {
+  kind: "nothing";
+  section: "duet" | "keys" | "sensors" | "walk";
 }
 
 /** Make the edit that was taken back again. */
@@ -113,28 +161,266 @@ export interface Redo {
   kind: "redo";
 }
 
+/** Something a person should know, in one line. */
+export interface Said {
+  kind: "said";
+  message: string;
+}
+
 /** Make the section that is shown. */
 export interface Solve {
   kind: "solve";
 }
 
-/** Stop what is being made. */
-export interface Cancel {
-  kind: "cancel";
-}
-
-/** Write what is shown into files. */
-export interface Export {
-  kind: "export";
-  id: number;
-  formats: string[];
-  name: string;
-  together?: boolean;
+/** The project, whenever it changes. */
+export interface State {
+  kind: "state";
+  project: Project;
+  revision: number;
+  undo?: string | null;
+  redo?: string | null;
+  number?: number;
 }
 
 /** End what runs live. */
 export interface StopRun {
   kind: "stop_run";
+}
+
+/** Take the last edit back. */
+export interface Undo {
+  kind: "undo";
+}
+
+/** The first message to a page, sent again when what it says changes. */
+export interface Welcome {
+  kind: "welcome";
+  version: string;
+  formats: string[];
+  films: string[];
+  libraries: LibraryRow[];
+  files: string[];
+}
+
+/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
+export interface Working {
+  kind: "working";
+  label: string;
+  done: number;
+  total: number;
+  section?: "duet" | "keys" | "sensors" | "walk" | null;
+}
+
+/** Ask which hands of the follower that was made last hold which of the leader's. */
+export interface AskHands {
+  kind: "ask_hands";
+  id: number;
+}
+
+/** Ask who the leader of the project is. */
+export interface AskLeader {
+  kind: "ask_leader";
+  id: number;
+}
+
+/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
+export interface AskLeaders {
+  kind: "ask_leaders";
+  id: number;
+  library?: string | null;
+}
+
+/** The handholds of the follower and the leader. */
+export interface Hands {
+  kind: "hands";
+  id: number;
+  holds?: HandsRow[];
+}
+
+/** Hands that hold each other: the joints, as the bodies that are shown call them. */
+export interface HandsRow {
+  start: number;
+  stop: number;
+  own: string;
+  theirs: string;
+  met?: boolean;
+}
+
+/** The leader of the project. */
+export interface LeaderFacts {
+  kind: "leader_facts";
+  id: number;
+  name: string;
+  seconds: number;
+  person: string;
+  persons?: string[];
+  truth?: boolean;
+  notes?: string[];
+}
+
+/** A take that can lead, and the people in it who can. */
+export interface LeaderRow {
+  take: string;
+  seconds: number;
+  persons: string[];
+}
+
+/** The takes of a library that can lead. */
+export interface LeaderTakes {
+  kind: "leader_takes";
+  id: number;
+  library: string;
+  takes?: LeaderRow[];
+  target?: string;
+  targets?: string[];
+  advice?: string;
+}
+
+/** A move of a transcript. */
+export interface MoveRow {
+  move: string;
+  start: number;
+  stop: number;
+  margin?: number | null;
+  notation?: string;
+}
+
+/** Let the leader of the project dance now, and the follower answer live. */
+export interface Rehearse {
+  kind: "rehearse";
+  lag?: number;
+}
+
+/** How a rehearsal goes. */
+export interface Rehearsed {
+  kind: "rehearsed";
+  second: number;
+  seconds: number;
+  lag: number;
+  load?: number;
+  running?: boolean;
+  error?: number | null;
+}
+
+/** Ask for the leader of the project as a clip. */
+export interface ShowLeader {
+  kind: "show_leader";
+  id: number;
+}
+
+/** Ask for the moves of the follower that was made last. */
+export interface Transcribe {
+  kind: "transcribe";
+  id: number;
+}
+
+/** The moves of the follower in order, or what to do to have them. */
+export interface Transcribed {
+  kind: "transcribed";
+  id: number;
+  moves?: MoveRow[];
+  advice?: string;
+}
+
+/** The header of a blob from the page: a file that was dropped onto it. */
+export interface FileHeader {
+  kind: "file";
+  id: number;
+  name: string;
+  role: "character" | "layout" | "leader" | "readings" | "recording";
+}
+
+/** Asks for one of the motions through the keys as a clip; the first is number 0. */
+export interface Alternative {
+  kind: "alternative";
+  id: number;
+  number: number;
+}
+
+/** Where the hands and feet of a key are. */
+export interface EndPlaces {
+  kind: "end_places";
+  id: number;
+  ends: Record<string, [number, number, number]>;
+  roles: string[];
+  position: [number, number];
+  heading: number;
+  said?: string[];
+}
+
+/** Asks where the hands and feet of a key are (`EndPlaces`). */
+export interface KeyEnds {
+  kind: "key_ends";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
+export interface KeyPose {
+  kind: "key_pose";
+  id: number;
+  row: KeyRow;
+}
+
+/** Asks when and where the project's keys are met in what is shown (`Met`). */
+export interface KeysMet {
+  kind: "keys_met";
+  id: number;
+}
+
+/** Asks which of the project's keys cannot be met (`Trouble`). */
+export interface KeyTrouble {
+  kind: "key_trouble";
+  id: number;
+}
+
+/** When and where the keys are met, one row per key. */
+export interface Met {
+  kind: "met";
+  id: number;
+  rows: MetRow[];
+}
+
+/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
+export interface MetRow {
+  time: number;
+  position: [number, number];
+  heading: number;
+}
+
+/** Why keys cannot be met. */
+export interface Trouble {
+  kind: "trouble";
+  id: number;
+  message?: string;
+  row?: number | null;
+  seconds?: number | null;
+}
+
+/** Parts of takes that are like an example, the nearest first, one of each track. */
+export interface Alike {
+  kind: "alike";
+  id: number;
+  rows: FoundRow[];
+}
+
+/** Where a library has something like a part of a take. */
+export interface AskAlike {
+  kind: "ask_alike";
+  id: number;
+  take: string;
+  start: number;
+  stop: number;
+  library?: string;
+  count?: number;
+}
+
+/** A take of a library as it was recorded; answered by a clip. */
+export interface AskClip {
+  kind: "ask_clip";
+  id: number;
+  take: string;
+  library?: string;
 }
 
 /** Which takes a library has. */
@@ -156,81 +442,13 @@ export interface AskThumbnails {
   library?: string;
 }
 
-/** A take of a library as it was recorded; answered by a clip. */
-export interface AskClip {
-  kind: "ask_clip";
+/** Write what is shown into files. */
+export interface Export {
+  kind: "export";
   id: number;
-  take: string;
-  library?: string;
-}
-
-/** Where a library has something like a part of a take. */
-export interface AskAlike {
-  kind: "ask_alike";
-  id: number;
-  take: string;
-  start: number;
-  stop: number;
-  library?: string;
-  count?: number;
-}
-
-/** A library of the project: its takes, and what can be done with it. */
-export interface LibraryRow {
-  name: string;
-  takes: number;
-  seconds: number;
-  tracks: string[];
-  partners: boolean;
-}
-
-/** The first message to a page, sent again when what it says changes. */
-export interface Welcome {
-  kind: "welcome";
-  version: string;
   formats: string[];
-  films: string[];
-  libraries: LibraryRow[];
-  files: string[];
-}
-
-/** The project, whenever it changes. */
-export interface State {
-  kind: "state";
-  project: Project;
-  revision: number;
-  undo?: string | null;
-  redo?: string | null;
-  number?: number;
-}
-
-/** Something is being made or fetched: how far it is; ``done`` is ``total`` at its end. */
-export interface Working {
-  kind: "working";
-  label: string;
-  done: number;
-  total: number;
-  section?: "duet" | "keys" | "sensors" | "walk" | null;
-}
-
-/** A section asks for nothing that could be made yet. */
-export interface Nothing {
-  kind: "nothing";
-  section: "duet" | "keys" | "sensors" | "walk";
-}
-
-/** Something could not be done, in one line. */
-export interface Failed {
-  kind: "failed";
-  message: string;
-  id?: number | null;
-  section?: "duet" | "keys" | "sensors" | "walk" | null;
-}
-
-/** Something a person should know, in one line. */
-export interface Said {
-  kind: "said";
-  message: string;
+  name: string;
+  together?: boolean;
 }
 
 /** Files that were written: their names, and where the page can fetch them from. */
@@ -238,6 +456,15 @@ export interface Exported {
   kind: "exported";
   id: number;
   files: [string, string][];
+}
+
+/** A part of a take that is like an example, and how far it is from it in metres. */
+export interface FoundRow {
+  take: string;
+  track: string;
+  start: number;
+  stop: number;
+  distance: number;
 }
 
 /** A take of a library. */
@@ -258,20 +485,55 @@ export interface Takes {
   tags: [string, number][];
 }
 
-/** A part of a take that is like an example, and how far it is from it in metres. */
-export interface FoundRow {
+/** A moving thumbnail. */
+export interface ThumbnailRow {
   take: string;
-  track: string;
-  start: number;
-  stop: number;
-  distance: number;
+  frames: number;
+  bones: number;
+  seconds: number;
+  widths: number[];
+  sides: number[];
 }
 
-/** Parts of takes that are like an example, the nearest first, one of each track. */
-export interface Alike {
-  kind: "alike";
+/** The header of a blob of thumbnails. */
+export interface ThumbnailsHeader {
+  kind: "thumbnails";
   id: number;
-  rows: FoundRow[];
+  rows: ThumbnailRow[];
+}
+
+/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
+export interface Figure {
+  name: string;
+  value: string;
+  title?: string;
+}
+
+/** A lane of the timeline: spans, or the values of a signal at even times. */
+export interface Lane {
+  name: string;
+  role: string;
+  spans?: Span[];
+  values?: number[];
+  unit?: string;
+}
+
+/** The header of a blob whose payload is the GLB of what was made. */
+export interface MadeHeader {
+  kind: "made";
+  section: "duet" | "keys" | "sensors" | "walk";
+  key: string;
+  seconds: number;
+  fps: number;
+  floor?: number;
+  characters?: string[];
+  pieces?: PieceRow[];
+  lanes?: Lane[];
+  figures?: Figure[];
+  warnings?: string[];
+  path?: [number, number, number][];
+  costs?: number[];
+  chosen?: number;
 }
 
 /** A piece of the motion shown; see `kinetograph.Piece`. */
@@ -296,88 +558,100 @@ export interface Span {
   title?: string;
 }
 
-/** A lane of the timeline: spans, or the values of a signal at even times. */
-export interface Lane {
-  name: string;
-  role: string;
-  spans?: Span[];
-  values?: number[];
-  unit?: string;
+/** Calibrate the sensors of the section's layout, and save the layout as a file of the project. */
+export interface Calibrate {
+  kind: "calibrate";
+  source: string;
+  still?: [number, number] | null;
+  ready?: number;
+  standing?: number;
+  moving?: number;
+  layout?: string;
 }
 
-/** A figure about what was made, as a person reads it: ``"path error"``, ``"3.2 cm"``. */
-export interface Figure {
-  name: string;
-  value: string;
-  title?: string;
-}
-
-/** The header of a blob whose payload is the GLB of what was made. */
-export interface MadeHeader {
-  kind: "made";
-  section: "duet" | "keys" | "sensors" | "walk";
-  key: string;
-  seconds: number;
-  fps: number;
-  floor?: number;
-  characters?: string[];
-  pieces?: PieceRow[];
-  lanes?: Lane[];
-  figures?: Figure[];
-  warnings?: string[];
-  path?: [number, number, number][];
-  costs?: number[];
-  chosen?: number;
-}
-
-/** The header of a blob whose payload is a GLB that answers a question: a ghost, an alternative, a take. */
-export interface ClipHeader {
-  kind: "clip";
-  id: number;
-  name?: string;
-  floor?: number;
-  start?: number;
-}
-
-/** A moving thumbnail. */
-export interface ThumbnailRow {
-  take: string;
-  frames: number;
-  bones: number;
-  seconds: number;
-  widths: number[];
-  sides: number[];
-}
-
-/** The header of a blob of thumbnails. */
-export interface ThumbnailsHeader {
-  kind: "thumbnails";
-  id: number;
-  rows: ThumbnailRow[];
-}
-
-/** The header of a blob whose payload is a body as GLB, which the pose frames after it move. */
-export interface LiveHeader {
-  kind: "live";
-  section: "duet" | "keys" | "sensors" | "walk";
-  floor?: number;
-  characters?: string[];
-}
-
-/** The header of a blob from the page: a file that was dropped onto it. */
-export interface FileHeader {
-  kind: "file";
-  id: number;
-  name: string;
-  role: "character" | "layout" | "leader" | "readings" | "recording";
-}
-
-/** A file was taken into the project, under this name; the project's files. */
-export interface Kept {
-  kind: "kept";
-  id: number;
-  name: string;
+/** Sensors that were calibrated. */
+export interface Calibrated {
+  kind: "calibrated";
+  layout: string;
+  rows: CalibratedRow[];
   files: string[];
+}
+
+/** How a sensor was calibrated. */
+export interface CalibratedRow {
+  sensor: string;
+  verdict: string;
+  before?: number;
+  residual?: number;
+  like?: number;
+  other?: string;
+  apart?: number;
+  rotated?: number;
+}
+
+/** Where a calibration is: what the wearer does now, and the seconds that are left of it. */
+export interface CalibrationStep {
+  kind: "calibration_step";
+  step: "moving" | "ready" | "solving" | "still";
+  left: number;
+  total: number;
+}
+
+/** Call sensors by other names from now on, while listening. */
+export interface CallSensors {
+  kind: "call_sensors";
+  names: Record<string, string>;
+}
+
+/** Who is heard, once a second, and the layout's sensors. */
+export interface Heard {
+  kind: "heard";
+  rows: HeardRow[];
+  sensors: string[];
+}
+
+/** What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force. */
+export interface HeardRow {
+  sensor: string;
+  rate: number;
+  lost: string;
+  late: number;
+  force: number;
+  known: boolean;
+}
+
+/** The header of a blob whose payload is a value for every joint at even times, as float32. */
+export interface JointsHeader {
+  kind: "joints";
+  id: number;
+  fps: number;
+  joints: string[];
+  frames: number;
+}
+
+/** Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`. */
+export interface JointUncertainty {
+  kind: "joint_uncertainty";
+  id: number;
+}
+
+/** Sense live: what the section's source sends drives a body. */
+export interface Listen {
+  kind: "listen";
+}
+
+/** What ran live has come to its end, after so many frames. */
+export interface LiveEnded {
+  kind: "live_ended";
+  section: "duet" | "keys" | "sensors" | "walk";
+  frames: number;
+}
+
+/** The link that a phone has to open, and its QR code. */
+export interface PhoneLink {
+  kind: "phone_link";
+  link: string;
+  code?: string[];
 }
 
 /** How fast are the library's people? Answered by `Pace`; its model is fitted by then. */
@@ -386,62 +660,11 @@ export interface AskPace {
   id: number;
 }
 
-/** What could take the place of the piece at a time of the walk? Answered by `Candidates`. */
-export interface NextBest {
-  kind: "next_best";
-  id: number;
-  time: number;
-  count?: number;
-}
-
 /** The walk as a clip under rules besides its own: those of a candidate. */
 export interface CandidateClip {
   kind: "candidate_clip";
   id: number;
   rules: RuleRow[];
-}
-
-/** The recording behind the piece at a time of the walk, placed where the piece is, as a clip. */
-export interface PieceSource {
-  kind: "piece_source";
-  id: number;
-  time: number;
-}
-
-/** A take of the library as a clip, at its own pace, from where the path begins. */
-export interface PlayTake {
-  kind: "play_take";
-  id: number;
-  take: string;
-}
-
-/** A person begins to draw: a body is to follow. */
-export interface WalkLive {
-  kind: "walk_live";
-}
-
-/** Points that were drawn since the last: seconds, and metres x and z. */
-export interface WalkDrawn {
-  kind: "walk_drawn";
-  points: [number, number, number][];
-}
-
-/** A take of a library: how long it is, and its mean speed over the ground, metres per second. */
-export interface TakePace {
-  name: string;
-  seconds: number;
-  speed: number;
-}
-
-/** How fast the library's people walk, metres per second. */
-export interface Pace {
-  kind: "pace";
-  id: number;
-  slowest: number;
-  fastest: number;
-  usual: [number, number, number];
-  stands: boolean;
-  takes: TakePace[];
 }
 
 /** A piece that could be at a time of the walk, and what the best walk with it costs. */
@@ -468,336 +691,113 @@ export interface Candidates {
   rows: CandidateRow[];
 }
 
-/** Ask for the uncertainty of every joint of what was sensed last; answered by a blob with a `JointsHeader`. */
-export interface JointUncertainty {
-  kind: "joint_uncertainty";
+/** What could take the place of the piece at a time of the walk? Answered by `Candidates`. */
+export interface NextBest {
+  kind: "next_best";
   id: number;
-}
-
-/** Sense live: what the section's source sends drives a body. */
-export interface Listen {
-  kind: "listen";
-}
-
-/** Calibrate the sensors of the section's layout, and save the layout as a file of the project. */
-export interface Calibrate {
-  kind: "calibrate";
-  source: string;
-  still?: [number, number] | null;
-  ready?: number;
-  standing?: number;
-  moving?: number;
-  layout?: string;
-}
-
-/** Call sensors by other names from now on, while listening. */
-export interface CallSensors {
-  kind: "call_sensors";
-  names: Record<string, string>;
-}
-
-/** What is heard of a sensor: rows a second, the share that was lost, rows that came late, and its latest force. */
-export interface HeardRow {
-  sensor: string;
-  rate: number;
-  lost: string;
-  late: number;
-  force: number;
-  known: boolean;
-}
-
-/** Who is heard, once a second, and the layout's sensors. */
-export interface Heard {
-  kind: "heard";
-  rows: HeardRow[];
-  sensors: string[];
-}
-
-/** The link that a phone has to open, and its QR code. */
-export interface PhoneLink {
-  kind: "phone_link";
-  link: string;
-  code?: string[];
-}
-
-/** What ran live has come to its end, after so many frames. */
-export interface LiveEnded {
-  kind: "live_ended";
-  section: "duet" | "keys" | "sensors" | "walk";
-  frames: number;
-}
-
-/** Where a calibration is: what the wearer does now, and the seconds that are left of it. */
-export interface CalibrationStep {
-  kind: "calibration_step";
-  step: "moving" | "ready" | "solving" | "still";
-  left: number;
-  total: number;
-}
-
-/** How a sensor was calibrated. */
-export interface CalibratedRow {
-  sensor: string;
-  verdict: string;
-  before?: number;
-  residual?: number;
-  like?: number;
-  other?: string;
-  apart?: number;
-  rotated?: number;
-}
-
-/** Sensors that were calibrated. */
-export interface Calibrated {
-  kind: "calibrated";
-  layout: string;
-  rows: CalibratedRow[];
-  files: string[];
-}
-
-/** The header of a blob whose payload is a value for every joint at even times, as float32. */
-export interface JointsHeader {
-  kind: "joints";
-  id: number;
-  fps: number;
-  joints: string[];
-  frames: number;
-}
-
-/** Asks for the pose of a key as a clip of one frame: the root above the origin, with the heading 0. */
-export interface KeyPose {
-  kind: "key_pose";
-  id: number;
-  row: KeyRow;
-}
-
-/** Asks where the hands and feet of a key are (`EndPlaces`). */
-export interface KeyEnds {
-  kind: "key_ends";
-  id: number;
-  row: KeyRow;
-}
-
-/** Asks when and where the project's keys are met in what is shown (`Met`). */
-export interface KeysMet {
-  kind: "keys_met";
-  id: number;
-}
-
-/** Asks for one of the motions through the keys as a clip; the first is number 0. */
-export interface Alternative {
-  kind: "alternative";
-  id: number;
-  number: number;
-}
-
-/** Asks which of the project's keys cannot be met (`Trouble`). */
-export interface KeyTrouble {
-  kind: "key_trouble";
-  id: number;
-}
-
-/** Where the hands and feet of a key are. */
-export interface EndPlaces {
-  kind: "end_places";
-  id: number;
-  ends: Record<string, [number, number, number]>;
-  roles: string[];
-  position: [number, number];
-  heading: number;
-  said?: string[];
-}
-
-/** When and where a key is met: seconds, metres x and z of the root, and its heading in degrees. */
-export interface MetRow {
   time: number;
-  position: [number, number];
-  heading: number;
+  count?: number;
 }
 
-/** When and where the keys are met, one row per key. */
-export interface Met {
-  kind: "met";
+/** How fast the library's people walk, metres per second. */
+export interface Pace {
+  kind: "pace";
   id: number;
-  rows: MetRow[];
+  slowest: number;
+  fastest: number;
+  usual: [number, number, number];
+  stands: boolean;
+  takes: TakePace[];
 }
 
-/** Why keys cannot be met. */
-export interface Trouble {
-  kind: "trouble";
+/** The recording behind the piece at a time of the walk, placed where the piece is, as a clip. */
+export interface PieceSource {
+  kind: "piece_source";
   id: number;
-  message?: string;
-  row?: number | null;
-  seconds?: number | null;
+  time: number;
 }
 
-/** Ask for the takes that can lead a duet: of a library, the project's unless given. */
-export interface AskLeaders {
-  kind: "ask_leaders";
+/** A take of the library as a clip, at its own pace, from where the path begins. */
+export interface PlayTake {
+  kind: "play_take";
   id: number;
-  library?: string | null;
-}
-
-/** Ask who the leader of the project is. */
-export interface AskLeader {
-  kind: "ask_leader";
-  id: number;
-}
-
-/** Ask for the leader of the project as a clip. */
-export interface ShowLeader {
-  kind: "show_leader";
-  id: number;
-}
-
-/** Ask which hands of the follower that was made last hold which of the leader's. */
-export interface AskHands {
-  kind: "ask_hands";
-  id: number;
-}
-
-/** Ask for the moves of the follower that was made last. */
-export interface Transcribe {
-  kind: "transcribe";
-  id: number;
-}
-
-/** Let the leader of the project dance now, and the follower answer live. */
-export interface Rehearse {
-  kind: "rehearse";
-  lag?: number;
-}
-
-/** A take that can lead, and the people in it who can. */
-export interface LeaderRow {
   take: string;
-  seconds: number;
-  persons: string[];
 }
 
-/** The takes of a library that can lead. */
-export interface LeaderTakes {
-  kind: "leader_takes";
-  id: number;
-  library: string;
-  takes?: LeaderRow[];
-  target?: string;
-  targets?: string[];
-  advice?: string;
-}
-
-/** The leader of the project. */
-export interface LeaderFacts {
-  kind: "leader_facts";
-  id: number;
+/** A take of a library: how long it is, and its mean speed over the ground, metres per second. */
+export interface TakePace {
   name: string;
   seconds: number;
-  person: string;
-  persons?: string[];
-  truth?: boolean;
-  notes?: string[];
+  speed: number;
 }
 
-/** Hands that hold each other: the joints, as the bodies that are shown call them. */
-export interface HandsRow {
-  start: number;
-  stop: number;
-  own: string;
-  theirs: string;
-  met?: boolean;
+/** Points that were drawn since the last: seconds, and metres x and z. */
+export interface WalkDrawn {
+  kind: "walk_drawn";
+  points: [number, number, number][];
 }
 
-/** The handholds of the follower and the leader. */
-export interface Hands {
-  kind: "hands";
-  id: number;
-  holds?: HandsRow[];
-}
-
-/** A move of a transcript. */
-export interface MoveRow {
-  move: string;
-  start: number;
-  stop: number;
-  margin?: number | null;
-  notation?: string;
-}
-
-/** The moves of the follower in order, or what to do to have them. */
-export interface Transcribed {
-  kind: "transcribed";
-  id: number;
-  moves?: MoveRow[];
-  advice?: string;
-}
-
-/** How a rehearsal goes. */
-export interface Rehearsed {
-  kind: "rehearsed";
-  second: number;
-  seconds: number;
-  lag: number;
-  load?: number;
-  running?: boolean;
-  error?: number | null;
+/** A person begins to draw: a body is to follow. */
+export interface WalkLive {
+  kind: "walk_live";
 }
 
 export type AnyMessage =
-  | Edit
-  | Undo
-  | Redo
-  | Solve
   | Cancel
-  | Export
-  | StopRun
-  | AskTakes
-  | AskThumbnails
-  | AskClip
-  | AskAlike
-  | Welcome
-  | State
-  | Working
-  | Nothing
+  | Edit
   | Failed
-  | Said
-  | Exported
-  | Takes
-  | Alike
   | Kept
-  | AskPace
-  | NextBest
-  | CandidateClip
-  | PieceSource
-  | PlayTake
-  | WalkLive
-  | WalkDrawn
-  | Pace
-  | Candidates
-  | JointUncertainty
-  | Listen
-  | Calibrate
-  | CallSensors
-  | Heard
-  | PhoneLink
-  | LiveEnded
-  | CalibrationStep
-  | Calibrated
-  | KeyPose
-  | KeyEnds
-  | KeysMet
+  | Nothing
+  | Redo
+  | Said
+  | Solve
+  | State
+  | StopRun
+  | Undo
+  | Welcome
+  | Working
+  | AskHands
+  | AskLeader
+  | AskLeaders
+  | Hands
+  | LeaderFacts
+  | LeaderTakes
+  | Rehearse
+  | Rehearsed
+  | ShowLeader
+  | Transcribe
+  | Transcribed
   | Alternative
-  | KeyTrouble
   | EndPlaces
+  | KeyEnds
+  | KeyPose
+  | KeysMet
+  | KeyTrouble
   | Met
   | Trouble
-  | AskLeaders
-  | AskLeader
-  | ShowLeader
-  | AskHands
-  | Transcribe
-  | Rehearse
-  | LeaderTakes
-  | LeaderFacts
-  | Hands
-  | Transcribed
-  | Rehearsed;
+  | Alike
+  | AskAlike
+  | AskClip
+  | AskTakes
+  | AskThumbnails
+  | Export
+  | Exported
+  | Takes
+  | Calibrate
+  | Calibrated
+  | CalibrationStep
+  | CallSensors
+  | Heard
+  | JointUncertainty
+  | Listen
+  | LiveEnded
+  | PhoneLink
+  | AskPace
+  | CandidateClip
+  | Candidates
+  | NextBest
+  | Pace
+  | PieceSource
+  | PlayTake
+  | WalkDrawn
+  | WalkLive;

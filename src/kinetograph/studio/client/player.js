@@ -1,11 +1,11 @@
 // The stand-alone player: clips in a page of their own, which asks nothing of any network.
 import { Vector3 } from "three";
-import { loadClip } from "./body.js";
+import { loadClip } from "./stage/body.js";
 import { button, element, iconButton, press, themeButton } from "./dom.js";
-import { lanesOf } from "./lanes.js";
-import { Stage } from "./stage.js";
-import { Timeline } from "./timeline.js";
-import { Transport } from "./transport.js";
+import { lanesOf } from "./time/lanes.js";
+import { Stage } from "./stage/stage.js";
+import { Timeline } from "./time/timeline.js";
+import { Transport } from "./time/transport.js";
 
 /**
  * A clip of the page; see `kinetograph.studio.sharing`.
@@ -26,7 +26,7 @@ const FAR = 4; // metres that a body goes from which on the camera goes along
 
 /** Plays the clips of a page. */
 class Player {
-  /** @type {import("./body.js").Clip | null} */
+  /** @type {import("./stage/body.js").Clip | null} */
   clip = null;
   #following = false;
   #told = 0;
@@ -153,7 +153,7 @@ class Player {
 /**
  * Where all characters are, on average.
  *
- * @param {import("./body.js").Clip} clip
+ * @param {import("./stage/body.js").Clip} clip
  * @param {number} time
  * @returns {[number, number, number]}
  */

@@ -1,25 +1,25 @@
 // The studio's page: joins the socket, the stage, the timeline and the panels.
 import { Box3, Vector3 } from "three";
-import { loadClip } from "./body.js";
+import { loadClip } from "./stage/body.js";
 import { Connection } from "./connection.js";
 import { button, element, iconButton, isTyping, press, themeButton } from "./dom.js";
 import { dropFiles } from "./dropping.js";
-import { lanesOf } from "./lanes.js";
-import { createDuet } from "./panels/duet.js";
-import { createExport } from "./panels/export.js";
-import { createKeys } from "./panels/keys.js";
-import { createLibrary } from "./panels/library.js";
-import { createSensors } from "./panels/sensors.js";
-import { createWalk } from "./panels/walk.js";
-import { Stage } from "./stage.js";
+import { lanesOf } from "./time/lanes.js";
+import { createDuet } from "./panels/duet/duet.js";
+import { createExport } from "./panels/library/export.js";
+import { createKeys } from "./panels/keys/keys.js";
+import { createLibrary } from "./panels/library/library.js";
+import { createSensors } from "./panels/sensors/sensors.js";
+import { createWalk } from "./panels/walk/walk.js";
+import { Stage } from "./stage/stage.js";
 import { Store } from "./store.js";
-import { Timeline } from "./timeline.js";
-import { Transport } from "./transport.js";
+import { Timeline } from "./time/timeline.js";
+import { Transport } from "./time/transport.js";
 
 /**
  * @typedef {import("./messages.js").MadeHeader} MadeHeader
  * @typedef {import("./messages.js").Mode} Mode
- * @typedef {import("./body.js").Clip} Clip
+ * @typedef {import("./stage/body.js").Clip} Clip
  *
  * @typedef {object} Panel a section's controls
  * @property {HTMLElement} element
@@ -27,8 +27,8 @@ import { Transport } from "./transport.js";
  * @property {() => void} leave
  * @property {(made: MadeHeader | null, clip: Clip | null) => void} shown what was made is on the stage
  * @property {() => void} [press] the section's button was pressed while the section is shown
- * @property {(made: MadeHeader) => import("./timeline.js").Lane[]} [lanes] lanes above the others
- * @property {() => import("./body.js").Positions | null} [pose] joints of a body that is live, in place of what was made
+ * @property {(made: MadeHeader) => import("./time/timeline.js").Lane[]} [lanes] lanes above the others
+ * @property {() => import("./stage/body.js").Positions | null} [pose] joints of a body that is live, in place of what was made
  * @property {() => [number, number, number] | null} [root] its root, which the camera stays with
  * @property {(name: string, role: string) => void} [dropped] a file was taken into the project
  *
@@ -41,7 +41,7 @@ import { Transport } from "./transport.js";
  * @property {Clip | null} clip what is on the stage
  * @property {(text: string, kind?: "note" | "error") => void} say
  * @property {() => void} showLanes shows the lanes of what was made again
- * @property {(clip: Clip, floor: number, lanes: import("./timeline.js").Lane[]) => void} preview shows another clip meanwhile
+ * @property {(clip: Clip, floor: number, lanes: import("./time/timeline.js").Lane[]) => void} preview shows another clip meanwhile
  * @property {() => void} endPreview shows what was made again
  * @property {any} [keys] what the panel of keys offers to others
  */
@@ -113,7 +113,7 @@ class Studio {
    *
    * @param {Clip} clip
    * @param {number} floor
-   * @param {import("./timeline.js").Lane[]} lanes
+   * @param {import("./time/timeline.js").Lane[]} lanes
    */
   preview(clip, floor, lanes) {
     this.#takeOff();
@@ -179,7 +179,7 @@ class Studio {
   }
 
   #views() {
-    const view = (/** @type {import("./stage.js").View} */ from, /** @type {string} */ name) =>
+    const view = (/** @type {import("./stage/stage.js").View} */ from, /** @type {string} */ name) =>
       button(name, () => this.stage.view(from), { "aria-label": `View from the ${from}` });
     return element("div", { class: "views" }, view("corner", "Corner"), view("front", "Front"), view("side", "Side"), view("top", "Top"), this.followButton);
   }

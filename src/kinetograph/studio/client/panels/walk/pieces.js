@@ -1,0 +1,252 @@
+// The pieces of a walk or a duet: where they come from, what is pinned and forbidden, and the next best ones side by side.
+import { loadClip } from "../../stage/body.js";
+import { button, element, iconButton } from "../../dom.js";
+
+/**
+ * @typedef {import("../../messages.js").PieceRow} PieceRow
+ * @typedef {import("../../messages.js").RuleRow} RuleRow
+ * @typedef {import("../../messages.js").CandidateRow} CandidateRow
+ * @typedef {import("../../stage/body.js").Clip} Clip
+ */
+
+const TERMS = /** @type {const} */ (["interpretation", "continuity", "reuse"]);
+const GHOST = 0.45;
+
+/** What a person sees of pieces and does to them. */
+export class Pieces {
+  /** @type {{clip: Clip, start: number} | null} */
+  #ghost = null;
+  #wanted = 0; // counts what was asked for, so that what comes too late is not shown
+
+  /**
+   * @param {import("../../studio.js").App} app
+   * @param {(change: {rules: RuleRow[]}, label: string) => void} edit
+   * @param {"walk" | "duet"} section whose pieces they are
+   */
+  constructor(app, edit, section = "walk") {
+    this.app = app;
+    this.section = section;
+    this.edit = edit;
+    this.list = element("ul", { class: "list rules", "aria-label": "Pinned and forbidden pieces" });
+    /** In the panel: what is pinned and forbidden. */
+    this.element = element("section", { "aria-label": "Pieces", hidden: true }, element("h2", {}, "Pinned and forbidden"), this.list);
+    /** On the stage: a piece and what could take its place. */
+    this.card = element("section", { class: "candidates", "aria-label": "Piece", hidden: true });
+    app.stage.parent.append(this.card);
+    this.card.addEventListener("keydown", (event) => event.key === "Escape" && this.close());
+    app.transport.on("time", () => this.#seek());
+  }
+
+  /** @returns {RuleRow[]} */
+  get rules() {
+    return this.app.store.project[this.section]?.rules ?? [];
+  }
+
+  /** Shows what is pinned and forbidden. */
+  show() {
+    const { rules } = this;
+    this.element.hidden = rules.length === 0;
+    this.list.replaceChildren(
+      ...rules.map((rule, i) =>
+        element(
+          "li",
+          { class: "rule-row" },
+          element("span", {}, `${words(rule)}, ${rule.start.toFixed(1)} to ${rule.stop.toFixed(1)} s`),
+          iconButton("close", `Remove: ${words(rule)}`, () => this.edit({ rules: rules.filter((_, k) => k !== i) }, "let a piece free"), { class: "quiet" }),
+        ),
+      ),
+    );
+  }
+
+  /**
+   * Lanes of what is pinned and forbidden.
+   *
+   * @returns {import("../../time/timeline.js").Lane[]}
+   */
+  get lanes() {
+    const spans = this.rules.map((rule) => ({ start: rule.start, stop: rule.stop, label: words(rule), marked: !rule.forbid, colour: rule.forbid ? "var(--bad)" : undefined }));
+    return spans.length ? [{ name: "rules", kind: "moves", spans }] : [];
+  }
+
+  /**
+   * Shows the recording behind a piece as a ghost, and says where it comes from.
+   *
+   * @param {PieceRow | null} piece
+   */
+  async hover(piece) {
+    const number = (this.#wanted += 1);
+    if (!piece) return this.#showGhost(null);
+    this.app.say(`${source(piece)}, ${piece.start.toFixed(2)} to ${piece.stop.toFixed(2)} s`);
+    await new Promise((resolve) => setTimeout(resolve, 120)); // who passes over a piece does not ask for it
+    if (number === this.#wanted) await this.#ask({ kind: "piece_source", time: Math.max((piece.start + piece.stop) / 2, 0) }, number);
+  }
+
+  /**
+   * Opens a piece.
+   *
+   * @param {PieceRow} piece
+   */
+  async open(piece) {
+    this.app.transport.pause();
+    const time = Math.max((Math.max(piece.start, 0) + piece.stop) / 2, 0);
+    const heading = element("h2", {}, source(piece));
+    const close = iconButton("close", "Close", () => this.close(), { class: "quiet" });
+    const found = element("div", {}, element("p", { class: "note" }, "searching for the next best ones"));
+    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), this.#pin(piece, time), this.#forbid(piece, time), close);
+    this.card.replaceChildren(bar, found);
+    this.card.hidden = false;
+    close.focus();
+    try {
+      const asked = Math.min(time, this.app.transport.duration - 1e-3);
+      found.replaceChildren(this.#table(await this.app.connection.ask({ kind: "next_best", time: asked, count: 4 })));
+      this.#makeRoom();
+    } catch (error) {
+      found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
+    }
+  }
+
+  /** Looks at the ground above the card. */
+  #makeRoom() {
+    const { camera, canvas } = this.app.stage;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!this.card.hidden) camera.setViewOffset(width, height, 0, this.card.offsetHeight / 2, width, height);
+    this.app.stage.render();
+  }
+
+  /** Closes the piece that is open. */
+  close() {
+    this.card.hidden = true;
+    this.#wanted += 1;
+    this.app.stage.camera.clearViewOffset();
+    this.#showGhost(null);
+  }
+
+  /**
+   * @param {PieceRow} piece
+   * @param {number} time
+   */
+  #pin(piece, time) {
+    return button("Pin", () => this.#rule(piece, time, false), { title: "Keep this piece here, whatever else changes" });
+  }
+
+  /**
+   * @param {PieceRow} piece
+   * @param {number} time
+   */
+  #forbid(piece, time) {
+    return button("Forbid", () => this.#rule(piece, time, true), { title: "Use something else here" });
+  }
+
+  /**
+   * @param {PieceRow | CandidateRow} piece
+   * @param {number} time
+   * @param {boolean} forbid
+   */
+  #rule(piece, time, forbid) {
+    const there = { start: round(time - 0.02), stop: round(time + 0.02), take: piece.take, source: round((piece.source_start + piece.source_stop) / 2), forbid };
+    const others = this.rules.filter((rule) => rule.stop < there.start || rule.start > there.stop || (forbid && rule.forbid));
+    this.close();
+    this.edit({ rules: [...others, there] }, forbid ? "forbid a piece" : "pin a piece");
+  }
+
+  /** @param {import("../../messages.js").Candidates} found */
+  #table({ rows, time }) {
+    const most = Math.max(...rows.map((one) => one.cost), 1e-9);
+    const heads = ["", "from", "cost", "more", ...TERMS, ""].map((name) => element("th", { scope: "col" }, name));
+    const body = rows.map((each, i) => this.#candidate(each, i, most, time));
+    return element("table", { class: "candidate-table" }, element("thead", {}, element("tr", {}, heads)), element("tbody", {}, body));
+  }
+
+  /**
+   * @param {CandidateRow} each
+   * @param {number} index
+   * @param {number} most the greatest cost
+   * @param {number} time
+   */
+  #candidate(each, index, most, time) {
+    const name = index ? `Next best ${index}` : "Shown";
+    const terms = TERMS.map((term) => element("td", {}, figure(each[term]), element("span", { class: "bar-of", style: `--share: ${Math.max(each[term], 0) / most}` })));
+    const more = index ? `${each.more < 0 ? "−" : "+"}${figure(Math.abs(each.more))}` : "";
+    const use = index ? button("Use", () => this.#rule(each, time, false), { "aria-label": `Use next best ${index}`, class: "small" }) : null;
+    const line = element("tr", { class: "candidate" }, element("th", { scope: "row" }, name), element("td", {}, source(each)), element("td", {}, figure(each.cost)), element("td", {}, more), terms, element("td", {}, use));
+    if (!index) return line;
+    const look = () => void this.#look(each, (this.#wanted += 1));
+    const away = () => ((this.#wanted += 1), this.#showGhost(null));
+    line.addEventListener("pointerenter", look);
+    line.addEventListener("pointerleave", away);
+    line.addEventListener("focusin", look);
+    line.addEventListener("focusout", away);
+    return line;
+  }
+
+  /**
+   * Shows what a candidate would make, once somebody stays on it.
+   *
+   * @param {CandidateRow} each
+   * @param {number} number
+   */
+  async #look(each, number) {
+    await new Promise((resolve) => setTimeout(resolve, this.section === "duet" ? 400 : 0)); // a dance takes seconds
+    if (number === this.#wanted) await this.#ask({ kind: "candidate_clip", rules: each.rules }, number);
+  }
+
+  /**
+   * Asks for a ghost and shows it, unless something else is wanted meanwhile.
+   *
+   * @param {any} question
+   * @param {number} number
+   */
+  async #ask(question, number) {
+    try {
+      const { header, payload } = await this.app.connection.ask(question);
+      const clip = await loadClip(payload);
+      if (number === this.#wanted) this.#showGhost({ clip, start: header.start ?? 0 });
+      else clip.dispose();
+    } catch (error) {
+      if (number === this.#wanted) this.app.say(/** @type {Error} */ (error).message, "error");
+    }
+  }
+
+  /** @param {{clip: Clip, start: number} | null} ghost */
+  #showGhost(ghost) {
+    this.#ghost?.clip.dispose();
+    this.#ghost = ghost;
+    if (ghost) {
+      ghost.clip.setGhost(GHOST, "#e0a100");
+      this.app.stage.add(ghost.clip.object);
+      this.#seek();
+    }
+    this.app.stage.render();
+  }
+
+  #seek() {
+    if (!this.#ghost) return;
+    const { clip, start } = this.#ghost;
+    const time = this.app.transport.time - start;
+    clip.seek(time < 0 || time > clip.duration ? clip.duration / 2 : time);
+    this.app.stage.render();
+  }
+}
+
+/** @param {RuleRow} rule */
+function words(rule) {
+  const where = rule.source === null || rule.source === undefined ? "" : ` at ${rule.source.toFixed(2)} s`;
+  return `${rule.forbid ? "not " : "pinned "}${rule.take ?? "anything"}${where}`;
+}
+
+/** @param {PieceRow | CandidateRow} piece */
+function source(piece) {
+  const mirrored = piece.mirrored ? ", mirrored" : "";
+  if (piece.source_stop === piece.source_start) return `${piece.take}${mirrored}, held at ${piece.source_start.toFixed(2)} s`;
+  return `${piece.take}${mirrored}, ${piece.source_start.toFixed(2)} to ${piece.source_stop.toFixed(2)} s`;
+}
+
+/** @param {number} value m² s */
+function figure(value) {
+  return (1e4 * value).toFixed(1);
+}
+
+/** @param {number} value */
+function round(value) {
+  return Math.round(1e4 * value) / 1e4;
+}

@@ -1,0 +1,1 @@
+"""The desk: the one project that is open, its past, its pages, and what is being made of it."""

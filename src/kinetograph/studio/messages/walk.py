@@ -1,0 +1,134 @@
+"""What is said about walks."""
+
+from __future__ import annotations
+
+import msgspec
+
+from kinetograph.studio.messages.frames import Message
+from kinetograph.studio.project import RuleRow
+
+
+class AskPace(Message, frozen=True, tag="ask_pace"):
+    """How fast are the library's people? Answered by `Pace`; its model is fitted by then."""
+
+    id: int
+
+
+class NextBest(Message, frozen=True, tag="next_best"):
+    """What could take the place of the piece at a time of the walk? Answered by `Candidates`.
+
+    Parameters
+    ----------
+    id : int
+    time : float
+        Seconds.
+    count : int
+        Others at most.
+    """
+
+    id: int
+    time: float
+    count: int = 4
+
+
+class CandidateClip(Message, frozen=True, tag="candidate_clip"):
+    """The walk as a clip under rules besides its own: those of a candidate."""
+
+    id: int
+    rules: tuple[RuleRow, ...]
+
+
+class PieceSource(Message, frozen=True, tag="piece_source"):
+    """The recording behind the piece at a time of the walk, placed where the piece is, as a clip."""
+
+    id: int
+    time: float
+
+
+class PlayTake(Message, frozen=True, tag="play_take"):
+    """A take of the library as a clip, at its own pace, from where the path begins."""
+
+    id: int
+    take: str
+
+
+class WalkLive(Message, frozen=True, tag="walk_live"):
+    """A person begins to draw: a body is to follow."""
+
+
+class WalkDrawn(Message, frozen=True, tag="walk_drawn"):
+    """Points that were drawn since the last: seconds, and metres x and z."""
+
+    points: tuple[tuple[float, float, float], ...]
+
+
+class TakePace(msgspec.Struct, frozen=True):
+    """A take of a library: how long it is, and its mean speed over the ground, metres per second."""
+
+    name: str
+    seconds: float
+    speed: float
+
+
+class Pace(Message, frozen=True, tag="pace"):
+    """How fast the library's people walk, metres per second.
+
+    Parameters
+    ----------
+    id : int
+    slowest, fastest : float
+        Between which a path is walked at its own times.
+    usual : tuple of float
+        The 5th, 50th and 95th percentiles of the steps that were recorded.
+    stands : bool
+        Whether there is a pose to hold where a path stands still.
+    takes : tuple of TakePace
+    """
+
+    id: int
+    slowest: float
+    fastest: float
+    usual: tuple[float, float, float]
+    stands: bool
+    takes: tuple[TakePace, ...]
+
+
+class CandidateRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, and what the best walk with it costs.
+
+    Parameters
+    ----------
+    take : str
+    mirrored : bool
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    cost, interpretation, continuity, reuse : float
+        What the whole walk costs, and the terms that this is the sum of.
+    more : float
+        How much more than the walk with the first.
+    rules : tuple of RuleRow
+        Besides the walk's own, under which it is the best.
+    """
+
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    cost: float
+    interpretation: float
+    continuity: float
+    reuse: float
+    more: float
+    rules: tuple[RuleRow, ...]
+
+
+class Candidates(Message, frozen=True, tag="candidates"):
+    """What could be at a time of the walk; the first is what is there."""
+
+    id: int
+    time: float
+    rows: tuple[CandidateRow, ...]

@@ -1,0 +1,1 @@
+"""The port: files and socket, and who is let in."""

@@ -1,0 +1,141 @@
+"""A drawn path becomes a walk, and what the page asks about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.progress import Progress
+from kinetograph.studio.made import Made
+from kinetograph.studio.messages import Figure, Lane, Message, Span, WalkDrawn, WalkLive
+from kinetograph.studio.project import Project, Walk
+from kinetograph.studio.room import Room
+from kinetograph.studio.sections import Run
+from kinetograph.studio.walk.answers import ANSWERS
+from kinetograph.studio.walk.live import ready, run
+from kinetograph.studio.walk.model import model_of, perform, performed
+
+if TYPE_CHECKING:
+    from kinetograph.motion import Motion
+    from kinetograph.synthesis import Synthesis
+
+__all__ = ["ANSWERS", "HEARD", "RUNS", "make", "path_error", "prepare"]
+
+PREPARED = 5.0
+"""Seconds of the walk that everything is compiled with."""
+
+_PATH_RATE = 10.0  # Hz, of the path that is shown
+
+
+def make(project: Project, room: Room, progress: Progress) -> Made | None:
+    """The walk along a drawn path, made as ``kinetograph perform`` makes it; None without a path.
+
+    Parameters
+    ----------
+    project : Project
+    room : Room
+    progress : Progress
+        Called with the steps done and their number; what it raises ends the work.
+
+    Returns
+    -------
+    Made or None
+
+    Raises
+    ------
+    RequestError
+        For a path that cannot be walked.
+    """
+    if len(project.walk.path) < 2:
+        return None
+    model = model_of(project, room)
+    synthesis = perform(model, project.walk, project.walk.rules, progress)
+    middles, fps = performed(model, project.walk)
+    errors = path_error(synthesis.motion, middles, fps)
+    return Made(
+        (synthesis,),
+        lanes=(*_moves(synthesis), Lane("path error", "error", values=_rounded(100 * errors), unit="cm")),
+        figures=_figures(synthesis, errors),
+        path=_shown(middles, fps),
+    )
+
+
+def prepare(project: Project, room: Room) -> None:
+    """Fit the model of walks, and have the search and what follows compiled, before anything is drawn.
+
+    Parameters
+    ----------
+    project : Project
+    room : Room
+    """
+    from kinetograph.methods.performance import recorded_speeds
+
+    model = model_of(project, room)
+    usual = float(np.median(recorded_speeds(model.fitted)))
+    straight = tuple((t, 0.0, usual * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
+    ready(project, room)
+    perform(model, Walk(path=straight), ())
+
+
+def path_error(motion: Motion, middles: FloatArray, fps: float) -> FloatArray:
+    """Distances over the ground from the middle of a body's hips to a path, at the path's times.
+
+    Parameters
+    ----------
+    motion : Motion
+    middles : ndarray, shape (N, 3)
+        The path, metres.
+    fps : float
+        Its rate.
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        Metres, at every frame of the motion.
+    """
+    from kinetograph.kinematics import role_positions
+    from kinetograph.sampling import interpolate
+
+    hips = role_positions(motion, ("left_hip", "right_hip")).mean(axis=1)
+    path = interpolate(middles, np.arange(len(motion)) / motion.fps * fps)
+    return np.asarray(np.hypot(hips[:, 0] - path[:, 0], hips[:, 2] - path[:, 2]))
+
+
+def _shown(middles: FloatArray, fps: float) -> tuple[tuple[float, float, float], ...]:
+    from kinetograph.sampling import interpolate, sample_times
+
+    times = sample_times((len(middles) - 1) / fps, _PATH_RATE)
+    rows = np.column_stack([times, interpolate(middles, times * fps)[:, [0, 2]]])
+    return tuple((t, x, z) for t, x, z in rows.tolist())
+
+
+def _rounded(values: FloatArray) -> tuple[float, ...]:
+    return tuple(np.round(values, 3).tolist())
+
+
+def _moves(synthesis: Synthesis) -> tuple[Lane, ...]:
+    """A lane of the moves that the recordings name, if they do."""
+    spans = tuple(Span(n.start, n.stop, n.label) for n in synthesis.annotations if n.kind == "move")
+    return (Lane("moves", "moves", spans),) if spans else ()
+
+
+def _figures(synthesis: Synthesis, errors: FloatArray) -> tuple[Figure, ...]:
+    mean, most = 100 * float(errors.mean()), 100 * float(errors.max())
+    ground = synthesis.motion.translation[:, [0, 2]]
+    way = float(np.linalg.norm(np.diff(ground, axis=0), axis=1).sum())
+    duration = max(synthesis.motion.duration, 1e-9)
+    return (
+        Figure("path error", f"{mean:.1f} cm", f"From the hips to the smoothed path; at most {most:.1f} cm"),
+        Figure("speed", f"{way / duration:.2f} m/s", f"{way:.1f} m in {duration:.1f} s"),
+        Figure("pieces", f"{len(synthesis.pieces)}", "Intervals of recordings that the walk is made of"),
+    )
+
+
+RUNS: Mapping[type[Message], Run] = {WalkLive: run}
+"""What follows a path while it is drawn."""
+
+HEARD: tuple[type[Message], ...] = (WalkDrawn,)
+"""What it hears."""
