@@ -25,7 +25,7 @@ CLIENT = Path(kinetograph.__file__).parent / "studio" / "client"
 SCRIPT = """
 import { readFileSync } from "node:fs";
 const [client, folder, body] = process.argv.slice(2);
-const { loadClip, loadLiveBody } = await import(`${client}/body.js`);
+const { loadClip, loadLiveBody } = await import(`${client}/stage/body.js`);
 const file = readFileSync(`${folder}/clip.glb`);
 const buffer = file.buffer.slice(file.byteOffset, file.byteOffset + file.byteLength);
 const given = JSON.parse(readFileSync(`${folder}/given.json`));
