@@ -71,7 +71,7 @@ WATCH = """() => {
     if (sent !== null) window.seen.push([sent, performance.timeOrigin + performance.now()]);
     sent = null;
   };
-  panels.walk.follower.start({ rows: [], held: () => [] });
+  panels.walk.follower.start({ rows: [], now: [] });
 }"""
 
 

@@ -182,7 +182,7 @@ def test_space_plays_and_pauses(opened: Opener) -> None:
     page.get_by_role("button", name="Play", pressed=True).wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent > '0:00.1'")
     page.keyboard.press("Space")
-    page.get_by_role("button", name="Play").wait_for()
+    page.get_by_role("button", name="Play", pressed=False).wait_for()
     held = clock(page)
     assert 0 < held < 4
     page.get_by_label("Speed").focus()
@@ -195,7 +195,7 @@ def test_without_looping_it_stops_at_the_end(opened: Opener) -> None:
     page = opened(walk(0.4))
     page.get_by_role("button", name="Loop").click()
     page.get_by_role("button", name="Play").click()
-    page.get_by_role("button", name="Play").wait_for()
+    page.get_by_role("button", name="Play", pressed=False).wait_for()
     page.wait_for_function("document.querySelector('.clock').textContent.startsWith('0:00.40')")
     page.get_by_role("button", name="Play").click()  # from the start again
     page.get_by_role("button", name="Play", pressed=True).wait_for()

@@ -42,6 +42,7 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Project, RuleRow, Walk
 from kinetograph.studio.room import Room
+from kinetograph.studio.walk_live import Follower, ready
 from kinetograph.studio.walking import ANSWERS, HEARD, RUNS, make
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -367,6 +368,23 @@ def test_a_body_follows_while_the_path_is_drawn(tmp_path: Path, project: Project
     gap = np.hypot(poses[late, 1] - x, poses[late, 3] - z)
     assert np.median(gap) < 0.15
     assert gap.max() < 0.4
+
+
+def test_a_body_that_has_lost_the_path_begins_again_on_it(tmp_path: Path, project: Project) -> None:
+    follower = Follower(ready(project, Room(tmp_path))[0])
+    follower.draw(((0.0, 0.0, 0.0), (1.0, 0.0, 1.0), (9.0, 0.0, 1.0)))  # a pen that was thought to be held
+    poses = follower.draw(tuple((1.0 + 0.1 * i, 0.0, 1.0 + 0.1 * i) for i in range(1, 150)))
+    assert len(poses) > 100
+    for second, pose in poses[60:]:
+        assert np.hypot(pose.translation[0], pose.translation[2] - second) < 0.5
+
+
+def test_a_body_stays_where_the_pen_is_held(tmp_path: Path, project: Project) -> None:
+    follower = Follower(ready(project, Room(tmp_path))[0])
+    follower.draw(tuple((0.1 * i, 0.0, 0.1 * i) for i in range(31)))
+    poses = follower.draw(tuple((3.0 + 0.1 * i, 0.0, 3.0) for i in range(1, 60)))
+    for _, pose in poses[30:]:
+        assert np.hypot(pose.translation[0], pose.translation[2] - 3.0) < 0.35
 
 
 def test_a_model_is_fitted_once(tmp_path: Path, project: Project) -> None:

@@ -226,8 +226,16 @@ def test_a_piece_is_opened_pinned_forbidden_and_let_free(walking: Walking) -> No
     walking.draw(eight(8.0, size=1.4))
     page = walking.page
     piece = page.locator(".pieces .span").nth(4)
-    piece.hover()
-    page.locator(".status", has_text="s of the walk").wait_for(timeout=WAIT)
+    walking.stop_at(1.0)
+    shown = walking.server.desk.room.latest["walk"].synthesis.pieces[4]
+    source = f"{shown.source_start:.2f} to {shown.source_stop:.2f} s"
+    for _ in range(50):  # lanes may be shown anew meanwhile
+        page.mouse.move(500, 200)
+        piece.hover()
+        page.wait_for_timeout(200)
+        if source in page.locator(".status").inner_text():
+            break
+    assert source in page.locator(".status").inner_text()
     piece.click()
     page.locator(".candidate").nth(1).wait_for(timeout=WAIT)
     assert page.locator(".candidate").count() == 5

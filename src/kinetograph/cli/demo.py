@@ -73,7 +73,7 @@ def _walk(output: Path, speed: float) -> tuple[Synthesis, dict[str, Any]]:
         synthesis = perform(load(output / "path.csv"), library, PerformanceControl(mirror=True), progress=progress)
     notes(synthesis.warnings)
     _write_walk(output, synthesis, control)
-    names = ("path.csv", "walk.bvh", "walk.glb", "walk.png", "walk_strobe.png", "walk.json")
+    names = ("path.csv", "walk.bvh", "walk.glb", "walk.png", "walk_strobe.png", "walk.json", "project.json")
     return synthesis, {**summarize(synthesis), "results": _in(output, *names)}
 
 
@@ -86,6 +86,16 @@ def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:
     draw_synthesis(synthesis, output / "walk.png", control, "a walk along a drawn path")
     strobe(synthesis.motion, output / "walk_strobe.png", path_signal=control)
     write_report(synthesis, output / "walk.json")
+    _write_project(output, control)
+
+
+def _write_project(output: Path, control: Signal) -> None:
+    """The walk as a project of the studio."""
+    from kinetograph.studio.project import Project, Walk, write_project
+
+    rows = (control.values[:, 0] @ [[1, 0], [0, 0], [0, 1]]).round(4).tolist()
+    path = tuple((round(frame / control.fps, 4), x, z) for frame, (x, z) in enumerate(rows))
+    write_project(Project(libraries={"walks": "walks.library"}, walk=Walk(path=path)), output / "project.json")
 
 
 def write_page(output: Path, results: dict[str, Synthesis]) -> str | None:

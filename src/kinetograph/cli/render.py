@@ -48,7 +48,7 @@ class Wishes:
 def render(wishes: Wishes) -> None:
     """Make what a project of the studio asks for, and write the files that the studio would.
 
-    Example: kinetograph render out/studio/project.json -o out --to .bvh,.glb
+    Example: kinetograph render out/project.json -o out/rendered --to .bvh,.glb
     """
     from kinetograph.studio import rendering
     from kinetograph.studio.project import read_project

@@ -28,6 +28,10 @@ SLOPE = 0.2
 """Seconds over which the pen's velocity is taken."""
 GOES_ON = 1.0
 """Seconds that it is expected to go on."""
+STRAYS = 0.2
+"""Metres from a pen that is held at which a body stops: libraries without anybody who stands walk on."""
+LOST = 1.5
+"""Metres from the path at which the body begins again on it."""
 SETS_OUT = 0.15
 """Metres that are drawn before the body appears, which shows where it faces."""
 
@@ -48,6 +52,7 @@ class Follower:
     points: list[tuple[float, float, float]] = field(default_factory=list)
     _steering: Steering | None = None
     _steps: int = 0
+    _pose: Pose | None = None
 
     def draw(self, points: tuple[tuple[float, float, float], ...]) -> list[tuple[float, Pose]]:
         """Take what was drawn; the poses that are due, each with its second of the path."""
@@ -60,26 +65,38 @@ class Follower:
         path = np.array(self.points)
         if self._steering is None and not self._sets_out(path):
             return []
-        steering = self._steering = self._steering or self._start(path)
         poses = []
         due = int((path[-1, 0] - path[0, 0] - BEHIND) * RATE)
         while self._steps < due:
+            pose = self._step(_rest(path, self._steps / RATE))
             self._steps += 1
-            poses.append(
-                (self._steps / RATE, steering.step_along(_rest(path, (self._steps - 1) / RATE), RATE, 1 / RATE))
-            )
+            poses.append((self._steps / RATE, pose))
         return poses
+
+    def _step(self, rest: FloatArray) -> Pose:
+        """The next pose: who strays from a pen that is held stops, and who has lost the path begins again on it."""
+        if self._pose is not None and np.ptp(rest, axis=0).max() < 0.01 and _away(self._pose, rest) > STRAYS:
+            return self._pose
+        steering = self._steering = self._steering or self._start(rest)
+        self._pose = steering.step_along(rest, RATE, 1 / RATE)
+        if _away(self._pose, rest) > LOST:
+            self._steering = None
+        return self._pose
 
     def _sets_out(self, path: FloatArray) -> bool:
         return bool(np.linalg.norm(path[:, 1:] - path[0, 1:], axis=1).max() > SETS_OUT)
 
-    def _start(self, path: FloatArray) -> Steering:
+    def _start(self, rest: FloatArray) -> Steering:
         from kinetograph.methods.performance import FramePlanner, PlannerSettings, Steering, SteeringSettings
 
         settings = SteeringSettings()
         chooser = FramePlanner(self.frames, settings.rules, PlannerSettings())
-        place = float(path[0, 1]), float(path[0, 2])
-        return Steering(self.frames, chooser, settings, place, direction(path[:, 1:], SETS_OUT))
+        return Steering(self.frames, chooser, settings, (rest[0, 0], rest[0, 1]), direction(rest, SETS_OUT))
+
+
+def _away(pose: Pose, rest: FloatArray) -> float:
+    """Metres over the ground from a body to where the path is."""
+    return float(np.hypot(pose.translation[0] - rest[0, 0], pose.translation[2] - rest[0, 1]))
 
 
 def _rest(path: FloatArray, since: float) -> FloatArray:

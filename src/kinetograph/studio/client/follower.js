@@ -52,7 +52,7 @@ export class Follower {
   #send() {
     if (!this.#pen) return;
     const { rows } = this.#pen;
-    const points = rows.length > this.#sent ? rows.slice(this.#sent) : this.#pen.held(performance.now());
+    const points = rows.length > this.#sent ? rows.slice(this.#sent) : this.#pen.now;
     if (points.length) this.app.connection.send({ kind: "walk_drawn", points });
     this.#sent = rows.length;
   }

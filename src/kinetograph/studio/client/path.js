@@ -13,12 +13,14 @@ export class Pen {
   /** @type {Row[]} */
   rows = [];
   #begun = 0;
+  #late = 0;
 
   /**
    * @param {number} milliseconds
    * @param {{x: number, z: number}} point
    */
   move(milliseconds, { x, z }) {
+    this.#late = performance.now() - milliseconds;
     if (!this.rows.length) this.#begun = milliseconds;
     const time = (milliseconds - this.#begun) / 1000;
     const last = this.rows[this.rows.length - 1];
@@ -37,6 +39,15 @@ export class Pen {
     const last = this.rows[this.rows.length - 1];
     const time = (milliseconds - this.#begun) / 1000;
     return last && time - last[0] > HELD ? [row(time, last[1], last[2])] : [];
+  }
+
+  /**
+   * The row of a pen that is held now; the time by which events are handled late does not count.
+   *
+   * @returns {Row[]} one or none
+   */
+  get now() {
+    return this.held(performance.now() - this.#late);
   }
 
   /** @param {number} milliseconds */
@@ -266,6 +277,7 @@ export class Timing {
   /** @type {Row[]} the part that was drawn, at its new times from 0 */
   rows = [];
   #begun = 0;
+  #late = 0;
   #first = 0;
   #along = 0;
 
@@ -280,6 +292,7 @@ export class Timing {
    * @param {{x: number, z: number}} point
    */
   move(milliseconds, point) {
+    this.#late = performance.now() - milliseconds;
     const last = this.rows[this.rows.length - 1];
     const found = nearest(this.path, point, last ? [this.#along, this.#along + NEAR] : undefined);
     if (!found) return;
@@ -302,6 +315,15 @@ export class Timing {
     const last = this.rows[this.rows.length - 1];
     const time = (milliseconds - this.#begun) / 1000;
     return last && time - last[0] > HELD ? [row(time, last[1], last[2])] : [];
+  }
+
+  /**
+   * The row of a pen that is held now; the time by which events are handled late does not count.
+   *
+   * @returns {Row[]} one or none
+   */
+  get now() {
+    return this.held(performance.now() - this.#late);
   }
 
   /** @param {number} milliseconds */
