@@ -171,6 +171,7 @@ def test_a_replay_is_drawn_as_it_comes(studio: Page, server: Server, monkeypatch
     assert min(lags) > -5
     live.get_by_role("button", name="Stop listening").click()
     assert live.get_by_role("button", name="Start listening").is_visible()
+    assert studio.evaluate("kinetograph.studio.panels.sensors.live.body") is None
 
 
 def calibrated(page: Page, readings: str) -> dict[str, str]:

@@ -21,10 +21,12 @@ export class Listening {
   /**
    * @param {import("../../studio.js").App} app
    * @param {(fields: Partial<import("../../messages.js").Sensors>, label: string) => void} edit changes the section, without making it anew
+   * @param {() => void} stopped a person has stopped listening
    */
-  constructor(app, edit) {
+  constructor(app, edit, stopped) {
     this.app = app;
     this.edit = edit;
+    this.stopped = stopped;
     this.kind = element(
       "select",
       { onchange: () => this.#chosen() },
@@ -88,6 +90,7 @@ export class Listening {
     if (!this.#running) return;
     this.app.connection.send({ kind: "stop_run" });
     this.ended();
+    this.stopped();
   }
 
   /** Nothing of an earlier run is shown. */

@@ -27,7 +27,7 @@ class SensorPanel {
   constructor(app) {
     this.app = app;
     this.uncertainty = new Uncertainty(app);
-    this.listening = new Listening(app, (fields, label) => this.#edit(fields, label, false));
+    this.listening = new Listening(app, (fields, label) => this.#edit(fields, label, false), () => this.live.clear());
     this.calibration = new Calibration(app, this.listening, (layout) => this.#edit({ layout }, `use ${layout}`));
     this.live = new LiveView(app, (deviations, joints) => this.uncertainty.colours(deviations, joints));
     this.readings = element("select", { onchange: () => this.#choose() });
