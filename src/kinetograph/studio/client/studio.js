@@ -187,6 +187,7 @@ class Studio {
   #listen() {
     const { connection, store, stage, timeline, transport } = this;
     store.on("project", () => this.#projectChanged());
+    store.on("state", (state) => state === "drawing" && transport.pause());
     store.on("made", (made) => void this.#show(made));
     connection.on("working", (message) => this.#working(message));
     connection.on("nothing", () => this.say(""));
