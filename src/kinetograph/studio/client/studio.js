@@ -46,6 +46,8 @@ import { Transport } from "./time/transport.js";
  * @property {any} [keys] what the panel of keys offers to others
  */
 
+const PATIENCE = 400; // milliseconds that something may take without a word
+
 const MODES = /** @type {const} */ ({ walk: "Draw", keys: "Keys", duet: "Duet", sensors: "Sensors" });
 
 /** @implements {App} */
@@ -61,6 +63,7 @@ class Studio {
   /** @type {Clip | null} */
   #previewed = null;
   #following = false;
+  #soon = 0; // what will say that something is being made, if it is not made by then
   #walked = ""; // the path that was walked last
   /** @type {Mode | null} */
   #shownMode = null;
@@ -104,6 +107,7 @@ class Studio {
    * @param {"note" | "error"} [kind]
    */
   say(text, kind = "note") {
+    clearTimeout(this.#soon);
     this.status.textContent = text;
     this.status.dataset.kind = kind;
   }
@@ -187,10 +191,12 @@ class Studio {
   #listen() {
     const { connection, store, stage, timeline, transport } = this;
     store.on("project", () => this.#projectChanged());
-    store.on("state", (state) => state === "drawing" && transport.pause());
+    store.on("state", (state) => {
+      stage.busy = state === "drawing" || state === "solving";
+      if (state === "drawing") transport.pause();
+    });
     store.on("made", (made) => void this.#show(made));
     connection.on("working", (message) => this.#working(message));
-    connection.on("nothing", () => this.say(""));
     connection.on("failed", (message) => this.say(message.message, "error"));
     connection.on("said", (message) => this.say(message.message));
     connection.on("nothing", () => this.say(""));
@@ -320,8 +326,15 @@ class Studio {
   }
 
   /** @param {import("./messages.js").Working} message */
-  #working({ label, done, total, section }) {
-    if (done >= total) return this.say("");
+  #working(message) {
+    if (message.done >= message.total) return this.say("");
+    clearTimeout(this.#soon);
+    if (this.status.querySelector("progress")) this.#showProgress(message);
+    else this.#soon = setTimeout(() => this.store.state !== "ready" && this.#showProgress(message), PATIENCE);
+  }
+
+  /** @param {import("./messages.js").Working} message */
+  #showProgress({ label, done, total, section }) {
     this.say("");
     const share = total > 0 ? done / total : 0;
     this.status.append(

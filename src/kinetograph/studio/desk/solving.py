@@ -30,7 +30,7 @@ DOING: Mapping[Mode, str] = {
 }
 """What a person reads while a section is made."""
 
-_OFTEN = 0.05  # seconds between two messages of progress
+_OFTEN = 0.25  # seconds between two messages of progress; each has the page drawn again
 
 
 class Stopped(Exception):

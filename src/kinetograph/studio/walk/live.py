@@ -32,6 +32,8 @@ STRAYS = 0.2
 """Metres from a pen that is held at which a body stops: libraries without anybody who stands walk on."""
 LOST = 1.5
 """Metres from the path at which the body begins again on it."""
+AT_ONCE = 8
+"""Poses that are made at a time, so that whoever lets the pen go does not wait for those that are left."""
 SETS_OUT = 0.15
 """Metres that are drawn before the body appears, which shows where it faces."""
 
@@ -46,16 +48,19 @@ class Follower:
         The recordings that it plays.
     points : list of (float, float, float)
         What is drawn so far: seconds, metres x and z.
+    late : bool
+        Whether more poses are due than were made at a time.
     """
 
     frames: SteeringFrames
     points: list[tuple[float, float, float]] = field(default_factory=list)
+    late: bool = False
     _steering: Steering | None = None
     _steps: int = 0
     _pose: Pose | None = None
 
     def draw(self, points: tuple[tuple[float, float, float], ...]) -> list[tuple[float, Pose]]:
-        """Take what was drawn; the poses that are due, each with its second of the path."""
+        """Take what was drawn; the poses that are due, or the first `AT_ONCE`, each with its second of the path."""
         for point in points:
             while self.points and self.points[-1][0] >= point[0]:  # a pen that was thought to be held
                 self.points.pop()
@@ -67,7 +72,8 @@ class Follower:
             return []
         poses = []
         due = int((path[-1, 0] - path[0, 0] - BEHIND) * RATE)
-        while self._steps < due:
+        self.late = due > self._steps + AT_ONCE
+        for _ in range(min(due - self._steps, AT_ONCE)):
             pose = self._step(_rest(path, self._steps / RATE))
             self._steps += 1
             poses.append((self._steps / RATE, pose))
@@ -144,7 +150,7 @@ async def run(room: Room, project: Project, message: WalkLive, inbox: asyncio.Qu
     send(blob(LiveHeader("walk"), body))
     follower = Follower(frames)
     while True:
-        heard = [await inbox.get()]
+        heard = [] if follower.late else [await inbox.get()]
         while not inbox.empty():
             heard.append(inbox.get_nowait())
         points = tuple(point for each in heard if isinstance(each, WalkDrawn) for point in each.points)

@@ -40,6 +40,7 @@ export class Stage {
   drawn = 0;
   /** Whether the picture is the final one of what is shown: nothing waits to be drawn. */
   isStill = false;
+  #busy = false;
   #pathMaterial = new LineBasicMaterial({ depthTest: false, depthWrite: false });
   #shade = 0.25;
 
@@ -291,11 +292,17 @@ export class Stage {
    * for longer has smooth edges, and what moves does not wait for them.
    */
   #drawStill() {
-    if (this.#pending) return;
+    if (this.#pending || this.#busy) return;
     this.isStill = true;
     if (this.#pixels() >= STILL) return;
     this.renderer.setPixelRatio(STILL);
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** While the machine has something better to do, what stands still is not drawn again. */
+  set busy(/** @type {boolean} */ busy) {
+    if (this.#busy && !busy) this.render();
+    this.#busy = busy;
   }
 
   /** Pixels of the picture by pixel of the page, while it moves. */
