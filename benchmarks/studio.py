@@ -97,7 +97,9 @@ def main() -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         with _studio(walks) as address:
-            _walks(browser.new_page(viewport={"width": 1280, "height": 800}), address)
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            _walks(page, address)
+            page.close()  # it would go on to play what it was shown
         with _streaming(walks) as (address, begun):
             _poses(browser.new_page(viewport={"width": 940, "height": 560}), address, begun)
         browser.close()
