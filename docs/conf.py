@@ -41,6 +41,7 @@ nitpick_ignore_regex = [
         "py:.*",
         r"(Any|Self|Callable|Iterable|Iterator|Mapping|Sequence|Path|ModuleType|TracebackType|NDArray|ArrayLike)",
     ),
+    ("py:class", r"(msgspec\..*|dict\[str|tuple\[str)"),  # the fields of documents, whose types are texts
     ("py:class", r"(Answer|Interval|Links|Row)"),  # aliases and a type variable, spelt out where they are defined
 ]
 

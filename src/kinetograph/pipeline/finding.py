@@ -88,7 +88,13 @@ class _Group:
 
 @dataclass(frozen=True, eq=False)
 class ExampleIndex:
-    """What examples are compared with; see `index_takes`."""
+    """What examples are compared with; see `index_takes`.
+
+    Parameters
+    ----------
+    groups : tuple
+        The motions, by the roles that they have in common.
+    """
 
     groups: tuple[_Group, ...]
 
@@ -148,7 +154,7 @@ def find_alike(index: ExampleIndex, example: Motion, *, count: int = 50, without
     ----------
     index : ExampleIndex
     example : Motion
-        Its first `LONGEST` seconds are compared.
+        Its first ``LONGEST`` seconds are compared.
     count : int
         How many are found, one of each track.
     without : Found, optional

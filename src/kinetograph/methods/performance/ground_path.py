@@ -115,7 +115,7 @@ def _ended(heading: FloatArray, reach: int) -> FloatArray:
 
 
 def _turned_slowly(heading: FloatArray, fps: float) -> FloatArray:
-    """Headings that change by `TURNING` at most: smoothed as little as it takes."""
+    """Headings that change by ``TURNING`` at most: smoothed as little as it takes."""
     for seconds in np.arange(0.0, 2.0, 0.05):
         smooth = heading if seconds == 0 else gaussian_filter1d(heading, seconds * fps, mode="nearest")
         if len(smooth) < 2 or np.abs(np.diff(smooth)).max() * fps <= TURNING:
@@ -145,7 +145,7 @@ def smooth_path(path: Signal, time: float = 0.0, space: float = 0.0) -> Signal:
 def begin_facing(path: Signal, facing: float) -> Signal:
     """A path at whose beginning people face another way than it goes: they turn into it, and set out as they do.
 
-    They turn by `TURNING` at most. The more they face away, the less they get on, so that the end is reached later.
+    They turn by ``TURNING`` at most. The more they face away, the less they get on, so that the end is reached later.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def begin_facing(path: Signal, facing: float) -> Signal:
     across = pair[:, 0] - pair[:, 1]
     heading = np.unwrap(np.arctan2(-across[:, 2], across[:, 0]))
     off = float((facing - heading[0] + np.pi) % (2 * np.pi) - np.pi)
-    lasts = 0.5 * np.pi * abs(off) / TURNING  # of a turn whose fastest moment is `TURNING`
+    lasts = 0.5 * np.pi * abs(off) / TURNING  # of a turn whose fastest moment is ``TURNING``
     times = np.arange(len(pair) + int(np.ceil(lasts * path.fps))) / path.fps
     turned = off * 0.5 * (1.0 + np.cos(np.pi * np.clip(times / max(lasts, 1e-9), 0.0, 1.0)))
     pace = np.clip(np.cos(turned), 0.0, 1.0)

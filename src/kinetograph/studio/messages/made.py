@@ -77,8 +77,10 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
     pieces, lanes, figures, warnings : tuple
     path : tuple of (float, float, float)
         The path that was performed: seconds, metres x and z.
-    costs : dict of str to float
-        Of each alternative, the first being the one that is chosen.
+    costs : tuple of float
+        Of each alternative.
+    chosen : int
+        Which of them is shown, from 0.
     """
 
     section: Mode
