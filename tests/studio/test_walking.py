@@ -7,6 +7,7 @@ import itertools
 import json
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Project, RuleRow, Walk
 from kinetograph.studio.room import Room
-from kinetograph.studio.walk.live import Follower, ready
+from kinetograph.studio.walk.live import AT_ONCE, Follower, ready
 from kinetograph.studio.walk.making import ANSWERS, HEARD, RUNS, make
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -370,10 +371,25 @@ def test_a_body_follows_while_the_path_is_drawn(tmp_path: Path, project: Project
     assert gap.max() < 0.4
 
 
+def _followed(follower: Follower, points: tuple[tuple[float, float, float], ...]) -> list[Any]:
+    """All poses that are due after some points."""
+    poses = follower.draw(points)
+    while follower.late:
+        poses += follower.draw(())
+    return poses
+
+
+def test_poses_that_are_due_are_made_a_few_at_a_time(tmp_path: Path, project: Project) -> None:
+    follower = Follower(ready(project, Room(tmp_path))[0])
+    poses = follower.draw(tuple((0.1 * i, 0.0, 0.1 * i) for i in range(100)))
+    assert len(poses) == AT_ONCE
+    assert follower.late
+
+
 def test_a_body_that_has_lost_the_path_begins_again_on_it(tmp_path: Path, project: Project) -> None:
     follower = Follower(ready(project, Room(tmp_path))[0])
-    follower.draw(((0.0, 0.0, 0.0), (1.0, 0.0, 1.0), (9.0, 0.0, 1.0)))  # a pen that was thought to be held
-    poses = follower.draw(tuple((1.0 + 0.1 * i, 0.0, 1.0 + 0.1 * i) for i in range(1, 150)))
+    _followed(follower, ((0.0, 0.0, 0.0), (1.0, 0.0, 1.0), (9.0, 0.0, 1.0)))  # a pen that was thought to be held
+    poses = _followed(follower, tuple((1.0 + 0.1 * i, 0.0, 1.0 + 0.1 * i) for i in range(1, 150)))
     assert len(poses) > 100
     for second, pose in poses[60:]:
         assert np.hypot(pose.translation[0], pose.translation[2] - second) < 0.5
@@ -381,8 +397,8 @@ def test_a_body_that_has_lost_the_path_begins_again_on_it(tmp_path: Path, projec
 
 def test_a_body_stays_where_the_pen_is_held(tmp_path: Path, project: Project) -> None:
     follower = Follower(ready(project, Room(tmp_path))[0])
-    follower.draw(tuple((0.1 * i, 0.0, 0.1 * i) for i in range(31)))
-    poses = follower.draw(tuple((3.0 + 0.1 * i, 0.0, 3.0) for i in range(1, 60)))
+    _followed(follower, tuple((0.1 * i, 0.0, 0.1 * i) for i in range(31)))
+    poses = _followed(follower, tuple((3.0 + 0.1 * i, 0.0, 3.0) for i in range(1, 60)))
     for _, pose in poses[30:]:
         assert np.hypot(pose.translation[0], pose.translation[2] - 3.0) < 0.35
 
