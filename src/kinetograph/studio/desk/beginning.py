@@ -16,6 +16,9 @@ from kinetograph.studio.messages import Failed, Said, Working
 from kinetograph.studio.project import Project
 
 FETCHING = "fetching the sample recordings"
+READYING = "getting ready; the first time, the search is compiled for this processor"
+
+_USUAL = 40.0  # seconds that this takes the first time
 
 
 def with_libraries(project: Project, folders: Mapping[str, Path], base: Path) -> Project:
@@ -70,10 +73,18 @@ async def _fetch(desk: Desk) -> None:
 async def _warm(desk: Desk) -> None:
     """Fit the models that will be asked for; what cannot be fitted is said when it is asked for."""
     for prepare in making.PREPARE:
-        try:
-            await asyncio.to_thread(prepare, desk.history.project, desk.room)
-        except KinetographError as error:
+        task = asyncio.create_task(asyncio.to_thread(prepare, desk.history.project, desk.room))
+        seconds = 0.0
+        while not (await asyncio.wait({task}, timeout=1.0))[0]:
+            seconds += 1.0
+            desk.post(Working(READYING, seconds, max(_USUAL, seconds + 1.0)))
+        if seconds:
+            desk.post(Working(READYING, 1, 1))
+        error = task.exception()
+        if isinstance(error, KinetographError):
             desk.post(Said(" ".join(str(error).split())))
+        elif error is not None:
+            raise error
 
 
 def _from(folder: Path, base: Path) -> str:
