@@ -1,4 +1,4 @@
-"""Files of what was made: by the writers of the command line, into a folder, beside what is there."""
+"""Files of what was made: by the writers of the command line, into a folder, next to what is there."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ export function field(name, control, ...after) {
 }
 
 /**
- * A slider with its value beside it.
+ * A slider with its value next to it.
  *
  * @param {string} name
  * @param {{min: number, max: number, step: number, value: number, unit?: string}} range

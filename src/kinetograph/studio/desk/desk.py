@@ -166,7 +166,7 @@ class Desk:
         await self._questions.take(page, kept, header.id)
 
     def welcome(self) -> Welcome:
-        """What a page is told first."""
+        """What a page is sent first."""
         return welcome(self.history.project, self.room)
 
 

@@ -1,4 +1,4 @@
-"""What a page is told first: the libraries of the project and its files."""
+"""What a page is sent first: the libraries of the project and its files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kinetograph.studio.room import Room
 
 
 def welcome(project: Project, room: Room) -> Welcome:
-    """What a page is told first.
+    """What a page is sent first.
 
     Parameters
     ----------

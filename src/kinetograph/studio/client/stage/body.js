@@ -47,7 +47,7 @@ export class Clip {
     this.figures = characters.map((character) => new Figure(character));
     this.tracks = characters.map((character) => new Track(character));
     this.object.add(...this.figures.map((figure) => figure.object));
-    /** Frames a second of the first character. */
+    /** Frames per second of the first character. */
     this.fps = characters[0].fps;
     /** Seconds to the last frame. */
     this.duration = Math.max(...this.tracks.map((track) => track.duration));

@@ -113,7 +113,7 @@ function readCharacter(file, skin, index) {
  * @param {Reader} file
  * @param {Map<number, number>} place joints by node
  * @param {Float32Array} offsets
- * @param {number | undefined} noted frames a second
+ * @param {number | undefined} noted frames per second
  */
 function readMotion(file, place, offsets, noted) {
   const animation = file.json.animations?.[0] ?? { channels: [], samplers: [] };

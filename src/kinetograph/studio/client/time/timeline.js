@@ -58,7 +58,7 @@ export class Timeline extends Emitter {
     /** Seconds. */
     this.duration = 1;
     this.clip = 1;
-    /** Frames a second that dragged spans are rounded to. */
+    /** Frames per second that dragged spans are rounded to. */
     this.fps = 30;
     /** @type {Lane[]} */
     this.lanes = [];
@@ -82,7 +82,7 @@ export class Timeline extends Emitter {
 
   /**
    * @param {number} seconds
-   * @param {number} [fps] frames a second that dragged spans are rounded to
+   * @param {number} [fps] frames per second that dragged spans are rounded to
    * @param {number} [clip] seconds at which signals end, where there is room after them
    */
   setDuration(seconds, fps = this.fps, clip = seconds) {

@@ -24,7 +24,7 @@ export class Transport extends Emitter {
     super();
     /** Seconds to the last frame. */
     this.duration = 0;
-    /** Frames a second, for steps. */
+    /** Frames per second, for steps. */
     this.fps = 30;
     /** How fast the clock goes; 1 is real time. */
     this.rate = 1;
@@ -75,7 +75,7 @@ export class Transport extends Emitter {
    * Takes another length and rate; the time is kept where it fits.
    *
    * @param {number} duration seconds
-   * @param {number} fps frames a second
+   * @param {number} fps frames per second
    */
   setClip(duration, fps) {
     this.duration = duration;

@@ -62,7 +62,7 @@ export class KeyOptions {
     const counts = Array.from({ length: MOST }, (_, i) => element("option", { value: i + 1 }, String(i + 1)));
     this.count = element("select", { onchange: () => events.change({ alternatives: Number(this.count.value), chosen: 0 }, "alternatives") }, counts);
     this.choices = element("div", { class: "choices", role: "radiogroup", "aria-label": "Alternatives" });
-    const views = Object.entries({ beside: "beside it", place: "in place", none: "not shown" });
+    const views = Object.entries({ beside: "next to it", place: "in place", none: "not shown" });
     this.ghosts = element("select", { onchange: () => events.ghosts() }, views.map(([value, text]) => element("option", { value }, text)));
     this.ghostsField = field("The others", this.ghosts);
     this.from = number(null, 0.1, () => {});

@@ -28,7 +28,7 @@ class ExportDialog {
     this.app = app;
     this.name = element("input", { type: "text", autocomplete: "off", spellcheck: "false", required: true, maxlength: 80 });
     this.together = element("input", { type: "checkbox", id: "export-together" });
-    this.togetherLine = element("div", { class: "check" }, this.together, element("label", { for: "export-together" }, "With the body shown beside it"));
+    this.togetherLine = element("div", { class: "check" }, this.together, element("label", { for: "export-together" }, "With the other bodies that are shown"));
     this.groups = element("div", { class: "export-groups" });
     this.progress = element("progress", { max: 1, value: 0, "aria-label": "Writing files" });
     this.outcome = element("div", { class: "export-outcome", role: "status" });

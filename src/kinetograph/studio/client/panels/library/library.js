@@ -27,7 +27,7 @@ class Browser {
   #search = 0; // these two count, so that an answer that comes late is left
   #showing = 0;
   #timer = 0;
-  /** @type {Map<string, number>} takes of each library, when they were last told */
+  /** @type {Map<string, number>} takes of each library, when they were last counted */
   #counts = new Map();
   /** @type {Set<string>} */
   #tags = new Set();
