@@ -38,13 +38,14 @@ def program(built_page: Path, walks: Path, tmp_path: Path) -> Iterator[Program]:
         yield started
 
 
-def _walk(page: Page, path: list[list[float]], label: str = "draw") -> None:
-    """Walk a path, as the page does after it was drawn."""
-    page.evaluate(
+def _walk(page: Page, path: list[list[float]], label: str = "draw") -> str:
+    """Walk a path, as the page does after it was drawn; the state that the page has then."""
+    state: str = page.evaluate(
         "([path, label]) => { const {connection, store} = kinetograph.studio;"
-        " connection.edit('walk', {...store.project.walk, path}, {label}); }",
+        " connection.edit('walk', {...store.project.walk, path}, {label}); return document.body.dataset.state; }",
         [path, label],
     )
+    return state
 
 
 def _pose(page: Page, seconds: float = 2.0) -> dict[str, Any]:
@@ -80,8 +81,7 @@ def test_two_pages_show_the_same_and_either_can_undo(browser: Browser, page: Pag
 
 def test_a_page_loaded_again_while_something_is_made_shows_it(page: Page, program: Program) -> None:
     open_studio(page, program)
-    _walk(page, CIRCLE)
-    assert page.get_attribute("body", "data-state") == "solving"
+    assert _walk(page, CIRCLE) == "solving"
     page.reload()
     wait_for_state(page, "ready")
     assert page.evaluate("kinetograph.studio.store.project.walk.path.length") == 80

@@ -339,3 +339,15 @@ def test_a_page_that_takes_nothing_keeps_nobody_waiting(server: Server) -> None:
     assert caller.until(lambda message: message["kind"] == "state" and message["number"] == 1999)
     deaf.connection.socket.close()
     caller.close()
+
+
+def test_undo_is_answered_with_its_number_whether_there_is_anything_to_take_back_or_not(server: Server) -> None:
+    caller = Caller(server)
+    caller.edit("walk", {"path": PATH}, number=1)
+    caller.until("made")
+    for kind, number, path in (("undo", 2, None), ("undo", 3, None), ("redo", 4, PATH), ("redo", 5, PATH)):
+        caller.send({"kind": kind, "number": number})
+        state = caller.until(lambda message, number=number: message["kind"] == "state" and message["number"] == number)
+        assert state["project"].get("walk", {}).get("path") == path
+        assert caller.until(lambda message: message["kind"] in ("made", "nothing"))["section"] == "walk"
+    caller.close()

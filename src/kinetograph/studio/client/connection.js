@@ -73,6 +73,18 @@ export class Connection extends Emitter {
   }
 
   /**
+   * Takes the last edit back, or makes it again.
+   *
+   * @param {"undo" | "redo"} kind
+   */
+  step(kind) {
+    if (!this.connected) return;
+    this.edits += 1;
+    this.send({ kind, number: this.edits });
+    this.emit("edited", { kind, solve: true });
+  }
+
+  /**
    * Asks a question.
    *
    * @param {any} message without its `id`

@@ -156,9 +156,10 @@ export interface Nothing {
   section: "duet" | "keys" | "sensors" | "walk";
 }
 
-/** Make the edit that was taken back again. */
+/** Make the edit that was taken back again; its number is answered as that of an edit. */
 export interface Redo {
   kind: "redo";
+  number?: number;
 }
 
 /** Something a person should know, in one line. */
@@ -187,9 +188,10 @@ export interface StopRun {
   kind: "stop_run";
 }
 
-/** Take the last edit back. */
+/** Take the last edit back; its number is answered as that of an edit. */
 export interface Undo {
   kind: "undo";
+  number?: number;
 }
 
 /** The first message to a page, sent again when what it says changes. */

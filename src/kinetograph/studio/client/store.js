@@ -67,7 +67,7 @@ export class Store extends Emitter {
       this.emit("welcome", message);
     });
     connection.on("edited", (message) => {
-      this.project = { ...this.project, [message.part]: message.value };
+      if (message.kind === "edit") this.project = { ...this.project, [message.part]: message.value };
       this.#unacknowledged = true;
       if (message.solve) this.#wait();
       this.emit("project", this.project);

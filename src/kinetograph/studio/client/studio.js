@@ -73,8 +73,8 @@ class Studio {
   figures = element("section", { class: "figures", "aria-label": "Figures" });
   modes = element("div", { class: "modes", role: "group", "aria-label": "Control" });
   libraryButton = button("Library", () => this.#toggleLibrary(), { pressed: false });
-  undoButton = iconButton("undo", "Undo", () => this.connection.send({ kind: "undo" }), { disabled: true });
-  redoButton = iconButton("redo", "Redo", () => this.connection.send({ kind: "redo" }), { disabled: true });
+  undoButton = iconButton("undo", "Undo", () => this.connection.step("undo"), { disabled: true });
+  redoButton = iconButton("redo", "Redo", () => this.connection.step("redo"), { disabled: true });
   exportButton = button("Export", () => this.exporting.enter(), { disabled: true });
   followButton = iconButton("follow", "Follow the body", () => this.#follow(!this.#following), { pressed: false });
 
@@ -351,7 +351,7 @@ class Studio {
     const kind = key === "y" || (key === "z" && event.shiftKey) ? "redo" : key === "z" ? "undo" : null;
     if (!kind) return;
     event.preventDefault();
-    this.connection.send({ kind });
+    if (this.store[kind] !== null) this.connection.step(kind);
   }
 }
 

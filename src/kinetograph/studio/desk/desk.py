@@ -121,8 +121,10 @@ class Desk:
             case Undo() | Redo():
                 step = self.history.undo if isinstance(message, Undo) else self.history.redo
                 if step():
-                    self._changed()
-                    self.solver.make(self.history.project)
+                    self._changed(page, message.number)
+                else:
+                    page.post(state_of(self.history, message.number))
+                self.solver.make(self.history.project)
             case Solve():
                 self.solver.make(self.history.project, again=True)
             case Cancel():

@@ -38,11 +38,15 @@ class Edit(Message, frozen=True, tag="edit"):
 
 
 class Undo(Message, frozen=True, tag="undo"):
-    """Take the last edit back."""
+    """Take the last edit back; its number is answered as that of an edit."""
+
+    number: int = 0
 
 
 class Redo(Message, frozen=True, tag="redo"):
-    """Make the edit that was taken back again."""
+    """Make the edit that was taken back again; its number is answered as that of an edit."""
+
+    number: int = 0
 
 
 class Solve(Message, frozen=True, tag="solve"):
