@@ -125,7 +125,7 @@ export class SpeedBar {
     const step = most > 4 ? 2 : most > 1.6 ? 1 : 0.5;
     context.textAlign = "right";
     for (let speed = 0; speed < most; speed += step) {
-      context.fillText(String(speed), LEFT - 5, y(speed) + 3);
+      if (y(speed) > TOP + 14) context.fillText(String(speed), LEFT - 5, y(speed) + 3); // the unit is at the top
       context.beginPath();
       context.moveTo(LEFT, y(speed) + 0.5);
       context.lineTo(x(lasts), y(speed) + 0.5);
