@@ -20,7 +20,7 @@ from kinetograph.motion import Motion, cut, resample
 from kinetograph.segmentation import detect_contacts
 from kinetograph.studio.floor import floor_of
 from kinetograph.studio.made import clip as encoded
-from kinetograph.studio.made import contact_lanes, edited_lane, piece_row, synthesis_figures
+from kinetograph.studio.made import contact_lanes, edited_lane, grouped, piece_row, synthesis_figures
 from kinetograph.studio.messages import Figure, Lane, PieceRow, Span
 from kinetograph.studio.page import page_folder
 from kinetograph.synthesis import Synthesis
@@ -205,7 +205,7 @@ def _scene(shown: Shown, character: Character | None = None, contacts: bool = Tr
         take = Take("synthesis", {"motion": shown.motion}, shown.annotations)
     take = _annotated(take, contacts)
     floor = min(floor_of(motion, character) for motion in _motions(take).values())
-    return _Scene(take, floor, character, made, tuple(made.warnings) if made else ())
+    return _Scene(take, floor, character, made, grouped(made.warnings) if made else ())
 
 
 def _motions(take: Take) -> dict[str, Motion]:
