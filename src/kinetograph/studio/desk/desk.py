@@ -5,18 +5,17 @@ from __future__ import annotations
 import asyncio
 import functools
 import operator
-import sys
-import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
 import msgspec
 
-from kinetograph.errors import KinetographError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.studio import registry as making
 from kinetograph.studio.browsing import add_recording, with_recordings
 from kinetograph.studio.desk.dropping import keep
+from kinetograph.studio.desk.failures import failure
 from kinetograph.studio.desk.history import History
 from kinetograph.studio.desk.questions import Questions
 from kinetograph.studio.desk.running import Runner
@@ -25,7 +24,6 @@ from kinetograph.studio.desk.welcome import welcome
 from kinetograph.studio.messages import (
     Cancel,
     Edit,
-    Failed,
     Message,
     Redo,
     Said,
@@ -101,11 +99,8 @@ class Desk:
                 await self._keep(page, frame)
             else:
                 await self._hear(page, _decoded(frame))
-        except KinetographError as error:
-            page.post(Failed(" ".join(str(error).split())))
-        except Exception as error:  # a fault of ours: the server goes on
-            traceback.print_exc(file=sys.stderr)
-            page.post(Failed(f"a fault of the program: {type(error).__name__}: {error}"))
+        except Exception as error:  # the server goes on
+            page.post(failure(error))
 
     def replace(self, project: Project) -> None:
         """Change the project by something that is no edit, and tell every page."""

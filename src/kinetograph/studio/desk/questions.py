@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import sys
-import traceback
 from collections.abc import Callable
 from typing import Protocol
 
-from kinetograph.errors import KinetographError
-from kinetograph.studio.messages import Failed, Message
+from kinetograph.studio.desk.failures import failure
+from kinetograph.studio.messages import Message
 
 _AT_ONCE = 16
 
@@ -48,10 +46,7 @@ class Questions:
     async def _answer(self, asker: Asker, answer: Callable[[], Message | bytes], number: int | None) -> None:
         try:
             asker.post(await asyncio.to_thread(answer))
-        except KinetographError as error:
-            asker.post(Failed(" ".join(str(error).split()), number))
-        except Exception as error:  # a fault of ours: the server goes on
-            traceback.print_exc(file=sys.stderr)
-            asker.post(Failed(f"a fault of the program: {type(error).__name__}: {error}", number))
+        except Exception as error:  # the server goes on
+            asker.post(failure(error, number))
         finally:
             self._room.release()

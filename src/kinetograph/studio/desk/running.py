@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import sys
-import traceback
 
-from kinetograph.errors import KinetographError
-from kinetograph.studio.messages import Failed, Message
+from kinetograph.studio.desk.failures import failure
+from kinetograph.studio.messages import Message
 from kinetograph.studio.project import Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Run, Send
@@ -51,8 +49,5 @@ class Runner:
     async def _run(self, run: Run, project: Project, message: Message, inbox: asyncio.Queue[Message]) -> None:
         try:
             await run(self._room, project, message, inbox, self._send)
-        except KinetographError as error:
-            self._send(Failed(" ".join(str(error).split()), section=project.mode))
-        except Exception as error:  # a fault of ours: the server goes on
-            traceback.print_exc(file=sys.stderr)
-            self._send(Failed(f"a fault of the program: {type(error).__name__}: {error}", section=project.mode))
+        except Exception as error:  # the server goes on
+            self._send(failure(error, section=project.mode))

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import msgspec
 
-from kinetograph.errors import KinetographError
 from kinetograph.progress import Progress
+from kinetograph.studio.desk.failures import failure
 from kinetograph.studio.floor import floor_of
 from kinetograph.studio.made import Made, bodies, clip, header
 from kinetograph.studio.messages import Failed, Message, Nothing, Working, blob
@@ -152,11 +150,8 @@ class Solver:
             return _shown(order, made, self._room)
         except Stopped:
             return Nothing(order.section)
-        except KinetographError as error:
-            return Failed(" ".join(str(error).split()), section=order.section)
-        except Exception as error:  # a fault of ours: the server goes on
-            traceback.print_exc(file=sys.stderr)
-            return Failed(f"a fault of the program: {type(error).__name__}: {error}", section=order.section)
+        except Exception as error:  # the server goes on
+            return failure(error, section=order.section)
 
 
 def _shown(order: Order, made: Made, room: Room) -> bytes:
