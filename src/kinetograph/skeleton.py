@@ -38,6 +38,24 @@ class Landmark:
 
 
 @dataclass(frozen=True, eq=False)
+class Ancestor:
+    """A node above the root of a body, as a file has it: where it stands in its own parent. It never moves.
+
+    Parameters
+    ----------
+    name : str
+    translation : ndarray, shape (3,), optional
+        Metres.
+    rotation : ndarray, shape (4,), optional
+        A unit quaternion.
+    """
+
+    name: str
+    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rotation: FloatArray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+@dataclass(frozen=True, eq=False)
 class Skeleton:
     """A tree of joints.
 
@@ -56,6 +74,11 @@ class Skeleton:
         Metres, each end site in the frame of its joint.
     roles : mapping of str to Landmark, optional
         The joint, or point on a joint, that plays each of `ROLES`; a skeleton need not have all of them.
+    stance : ndarray, shape (J, 4), optional
+        The joints' local rotations in a pose in which the body stands upright, where the rest pose, with all rotations
+        zero, does not; None where the rest pose stands.
+    ancestors : tuple of Ancestor, optional
+        What a file has above the root, outermost first; motions are in the world, and files are written with these.
 
     Raises
     ------
@@ -69,6 +92,8 @@ class Skeleton:
     end_parents: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     end_offsets: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     roles: Mapping[str, Landmark] = field(default_factory=dict)
+    stance: FloatArray | None = None
+    ancestors: tuple[Ancestor, ...] = ()
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
@@ -102,13 +127,17 @@ class Skeleton:
                 raise DataError(f"role {role!r} on joint {landmark.joint}: expected one of {', '.join(ROLES)}")
             if landmark.offset.shape != (3,) or not np.isfinite(landmark.offset).all():
                 raise DataError(f"role {role!r}: an offset is three finite metres, found {landmark.offset}")
+        if self.stance is not None:
+            set_field(self, "stance", np.asarray(self.stance, dtype=np.float64))
+            if self.stance.shape != (joints, 4) or not np.allclose(np.linalg.norm(self.stance, axis=1), 1.0, atol=1e-6):
+                raise DataError(f"a stance is ({joints}, 4) unit quaternions, found {self.stance.shape}")
 
     def __len__(self) -> int:
         return len(self.names)
 
     def __reduce__(self) -> tuple[Any, ...]:
         parts = (self.names, self.parents, self.offsets, self.end_parents, self.end_offsets, dict(self.roles))
-        return Skeleton, parts  # a read-only view of a dict does not pickle
+        return Skeleton, (*parts, self.stance, self.ancestors)  # a read-only view of a dict does not pickle
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:

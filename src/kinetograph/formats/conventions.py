@@ -17,6 +17,7 @@ from kinetograph.errors import RequestError
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
 from kinetograph.roles import with_found_roles
+from kinetograph.skeleton import Ancestor
 
 UNITS: dict[str, float] = {
     "metre": 1.0,
@@ -196,6 +197,7 @@ def scale_motion(motion: Motion, factor: float) -> Motion:
         offsets=skeleton.offsets * factor,
         end_offsets=skeleton.end_offsets * factor,
         roles={role: replace(point, offset=point.offset * factor) for role, point in skeleton.roles.items()},
+        ancestors=tuple(replace(node, translation=node.translation * factor) for node in skeleton.ancestors),
     )
     bones = None if motion.bones is None else motion.bones * factor
     return replace(motion, skeleton=scaled, translation=motion.translation * factor, bones=bones)
@@ -244,13 +246,22 @@ def to_up(motion: Motion, up: str) -> Motion:
     return motion if up == "y" else _rotate_root(motion, rot.conjugate(_TO_Y_UP[up]))
 
 
+def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Ancestor, ...]:
+    """Nodes above a root whose outermost is rotated in the world, and with it the others."""
+    if not ancestors:
+        return ()
+    top = ancestors[0]
+    at = Ancestor(top.name, rot.rotate(rotation, top.translation), rot.multiply(rotation, top.rotation))
+    return (at, *ancestors[1:])
+
+
 def _rotate_root(motion: Motion, rotation: FloatArray) -> Motion:
     offsets = motion.skeleton.offsets.copy()
     offsets[0] = rot.rotate(rotation, offsets[0])
     rotations = motion.rotations.copy()
     rotations[:, 0] = rot.multiply(rotation, rotations[:, 0])
     translation = rot.rotate(rotation, motion.translation)
-    skeleton = replace(motion.skeleton, offsets=offsets)
+    skeleton = replace(motion.skeleton, offsets=offsets, ancestors=_rotated(motion.skeleton.ancestors, rotation))
     return replace(motion, skeleton=skeleton, translation=translation, rotations=rotations)
 
 

@@ -26,6 +26,10 @@ class ReadOptions:
     skeleton : str or Path, optional
         A file with the bones that the file's rotations belong to, for formats that keep them apart (the ``.asf`` of an
         ``.amc``, a body for AMASS poses).
+    animation : str, optional
+        Which of the animations in a file; the first unless given.
+    rest : int, optional
+        A frame in which the body stands upright, for files whose rest pose does not.
     """
 
     units: str | None = None
@@ -33,6 +37,8 @@ class ReadOptions:
     fps: float | None = None
     lenient: bool = False
     skeleton: str | Path | None = None
+    animation: str | None = None
+    rest: int | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,10 @@ class Loaded:
         In metres, Y up.
     notes : tuple of str
         What was guessed or repaired, one line each.
+    animations : tuple of str
+        The names of all animations in the file, of which ``take`` is one; empty for formats that hold only one.
     """
 
     take: Take
     notes: tuple[str, ...] = field(default=())
+    animations: tuple[str, ...] = field(default=())

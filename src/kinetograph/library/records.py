@@ -15,7 +15,7 @@ from kinetograph import rotations as rot
 from kinetograph.library.frame_files import Array, Span
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
-from kinetograph.skeleton import Landmark, Skeleton
+from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 from kinetograph.take import Annotation, Track
 
 Reader = Callable[[Span], Array]
@@ -175,6 +175,11 @@ def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track
 
 def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
     """The row of a skeleton; equal skeletons, roles included, share one."""
+    more: dict[str, object] = {}
+    if skeleton.stance is not None:
+        more["stance"] = skeleton.stance.tolist()
+    if skeleton.ancestors:
+        more["ancestors"] = [[n.name, n.translation.tolist(), n.rotation.tolist()] for n in skeleton.ancestors]
     body = json.dumps(
         {
             "names": skeleton.names,
@@ -183,6 +188,7 @@ def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
             "end_parents": skeleton.end_parents.tolist(),
             "end_offsets": skeleton.end_offsets.tolist(),
             "roles": {role: [int(p.joint), *map(float, p.offset)] for role, p in skeleton.roles.items()},
+            **more,
         }
     )
     digest = hashlib.sha256(body.encode()).hexdigest()
@@ -200,6 +206,8 @@ def read_skeleton(db: sqlite3.Connection, row: int) -> Skeleton:
         np.array(body["end_parents"], dtype=np.int64),
         np.array(body["end_offsets"], dtype=np.float64).reshape(-1, 3),
         {role: Landmark(place[0], np.array(place[1:])) for role, place in body["roles"].items()},
+        np.array(body["stance"], dtype=np.float64) if "stance" in body else None,
+        tuple(Ancestor(name, np.array(at), np.array(facing)) for name, at, facing in body.get("ancestors", ())),
     )
 
 
