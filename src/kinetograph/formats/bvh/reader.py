@@ -58,8 +58,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     characters = _characters(hierarchy.nodes)
     motions = [motion_of_rows(nodes, values, rows.fps, notes) for nodes in characters]
     converted = to_metres_y_up(motions, options.units, options.up)
-    names = ["motion"] if len(motions) == 1 else unique([nodes[0].name for nodes in characters], "track", notes)
-    take = Take(path.stem, dict(zip(names, converted.motions, strict=True)))
+    take = Take(path.stem, converted.tracks([nodes[0].name for nodes in characters], notes))
     return Loaded(take, (*notes, *converted.notes))
 
 
