@@ -14,6 +14,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.formats.ancestors import last_ancestor
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.roles import with_found_roles
@@ -163,7 +164,7 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     if len(joints) == len(skeleton):
         return None
     above = line[line.index(top) + 1 :][::-1]
-    return OwnRoot(tuple(joints), tuple(_ancestor(motion, joint, _STILL * leg) for joint in above))
+    return OwnRoot(tuple(joints), _ancestors(motion, above, _STILL * leg))
 
 
 def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
@@ -240,6 +241,16 @@ def _kept(skeleton: Skeleton, top: int, trunk: set[int], hips: int) -> list[int]
         if parent in kept and (joint in trunk or parent == hips or parent not in trunk):
             kept.add(joint)
     return sorted(kept)
+
+
+def _ancestors(motion: Motion, joints: list[int], still: float) -> tuple[Ancestor, ...]:
+    """Joints above the own root, the outermost in the last of those that the skeleton has."""
+    nodes = [_ancestor(motion, joint, still) for joint in joints]
+    if nodes and motion.skeleton.ancestors:
+        at, facing = last_ancestor(motion.skeleton)
+        back, top = rot.conjugate(facing), nodes[0]
+        nodes[0] = Ancestor(top.name, rot.rotate(back, top.translation - at), rot.multiply(back, top.rotation))
+    return tuple(nodes)
 
 
 def _ancestor(motion: Motion, joint: int, still: float) -> Ancestor:

@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import placed_joints, with_ancestors
 from kinetograph.formats.conventions import check_up, scale_motion, to_up, unit_factor
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
@@ -39,8 +40,9 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
 
     Notes
     -----
-    Every joint has three rotation channels, the root also three position channels; all joints have those where the
-    motion has ``bones``. Joints come depth first. Leaf joints without an end site get one of zero length, as most
+    Every joint has three rotation channels; the root also has three position channels, and so have joints whose
+    ``bones`` are not as at rest. What the skeleton has above its root is written as joints that never move. Joints come
+    depth first. Leaf joints without an end site get one of zero length, as most
     readers expect an End Site there. Positions are written to 1e-7 m, angles to 1e-7 degrees.
     """
     options = options or WriteOptions()
@@ -48,7 +50,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         raise RequestError(f"Euler order must name x, y and z once each, as in 'zxy', found {options.order!r}")
     factor = 1.0 / unit_factor(options.units)
     up = check_up(options.up)
-    motions = [to_up(scale_motion(motion, factor), up) for motion in _motions(what)]
+    motions = [with_ancestors(to_up(scale_motion(motion, factor), up)) for motion in _motions(what)]
     decimals = max(3, 7 + int(np.ceil(np.log10(1.0 / factor))))
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:
         file.write("HIERARCHY\n")
@@ -76,7 +78,7 @@ def _motions(what: Take | Motion | Signal) -> list[Motion]:
 
 def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
     """The lines of one ROOT; the joints that are open are kept on a list, as depth may exceed Python's stack."""
-    skeleton = motion.skeleton
+    skeleton, positioned = motion.skeleton, placed_joints(motion)
     ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
     for joint, offset in zip(skeleton.end_parents.tolist(), skeleton.end_offsets, strict=True):
         ends[joint].append(offset)
@@ -89,7 +91,7 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         if joint < 0:
             yield f"{indent}}}"
             continue
-        placed = joint == 0 or motion.bones is not None
+        placed = positioned[joint]
         yield f"{indent}{'JOINT' if joint else 'ROOT'} {_name(skeleton.names[joint])}"
         yield f"{indent}{{"
         # zeros for the root: some programs add its OFFSET to the position channels, in others these replace it
@@ -111,8 +113,9 @@ def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
     # unwrapped, as importers that interpolate angles would spin between two frames
     angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
     blocks, kinds = [], []
+    placed = placed_joints(motion)
     for joint in depth_first(motion.skeleton):
-        if joint == 0 or motion.bones is not None:
+        if placed[joint]:
             blocks.append(motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint])
             kinds += [True] * 3
         blocks.append(angles[:, joint])
