@@ -53,12 +53,12 @@ def with_ancestors_skinned(motion: Motion, skin: Skin) -> tuple[Motion, Skin]:
     return with_ancestors(motion), replace(skin, joints=skin.joints + count) if count else skin
 
 
-def placed_joints(motion: Motion) -> npt.NDArray[np.bool_]:
-    """Which joints have positions over time, shape ``(J,)``: the root, and those whose bones are not as at rest."""
+def placed_joints(motion: Motion, own_root: int = 0) -> npt.NDArray[np.bool_]:
+    """Which joints have positions over time, shape ``(J,)``: the roots, and those whose bones are not as at rest."""
     placed = np.zeros(len(motion.skeleton), dtype=bool)
     if motion.bones is not None:
         placed = np.abs(motion.bones - motion.skeleton.offsets).max(axis=(0, 2)) > _SAME
-    placed[0] = True
+    placed[[0, own_root]] = True
     return placed
 
 

@@ -314,4 +314,4 @@ def _left_out(names: list[str], why: str) -> str:
     if not names:
         return ""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return f"left out as {why}: {', '.join(repr(n)[:40] for n in names[:_LISTED])}{more} (--everything keeps them)"
+    return f"left out as {why}: {', '.join(repr(n)[:40] for n in names[:_LISTED])}{more} (kept by --everything)"

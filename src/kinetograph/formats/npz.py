@@ -146,7 +146,7 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
         )
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
-        tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y").motions[0]
+        tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y", options.keep).motions[0]
     return tracks
 
 

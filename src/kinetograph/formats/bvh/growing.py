@@ -11,6 +11,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.formats.ancestors import last_ancestor
+from kinetograph.formats.bvh.stamp import stamped
 from kinetograph.formats.bvh.writer import ANGLE_DECIMALS, depth_first, hierarchy
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -54,7 +55,7 @@ class GrowingBvh:
         except OSError as error:
             raise RequestError(f"{path}: cannot write here: {error.strerror}") from None
         self._count_at = len(head.encode())
-        os.write(self._file, f"{head}{0:>{_DIGITS}}\nFrame Time: {1.0 / fps:.10g}\n".encode())
+        os.write(self._file, f"{head}{0:>{_DIGITS}}\nFrame Time: {stamped(fps, 'metre', 'y')}\n".encode())
 
     def add(self, motion: Motion) -> None:
         """Take one more frame, the first of a motion of the same skeleton."""

@@ -14,6 +14,7 @@ from kinetograph.formats import _kernels
 from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
 from kinetograph.formats.bvh.reader import motion_of_rows
 from kinetograph.formats.bvh.rows import parse_header
+from kinetograph.formats.bvh.stamp import meaning
 from kinetograph.formats.conventions import Converted, to_metres_y_up
 from kinetograph.formats.options import ReadOptions
 from kinetograph.motion import Motion
@@ -109,7 +110,8 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     if len(first) == 0:
         raise FormatError(path, "expected rows of numbers, found none")
     motion = motion_of_rows(hierarchy.nodes, first, fps, [])
-    converted = to_metres_y_up([motion], options.units, options.up)
+    units, up = meaning(head, hierarchy.position)
+    converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
     skeleton = converted.motions[0].skeleton
     return MotionStream(
         path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), converted

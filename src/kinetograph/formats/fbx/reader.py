@@ -62,7 +62,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         factor = 0.01 * scene.setting("UnitScaleFactor", 1.0)
         motions, units = [scale_motion(motion, factor) for motion in motions], "metre"
     up = options.up or UPS[int(scene.setting("UpAxis", 1.0)) % 3]
-    converted = to_metres_y_up(motions, units, up)
+    converted = to_metres_y_up(motions, units, up, options.keep)
     tracks = converted.tracks([motion.skeleton.names[0] for motion in motions], notes)
     return Loaded(Take(path.stem, tracks), (*notes, *converted.notes))
 
