@@ -2,8 +2,8 @@
 
 A limb is a chain with two long bones of like length that follow each other, of which each may be cut into pieces by
 joints that twist. Legs are the pair of like limbs nearer the root, arms a pair further on, and left is up x forward,
-where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one is taken
-whose lengths are most like a person's.
+where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one whose
+lengths are most like a person's is taken.
 """
 
 from __future__ import annotations

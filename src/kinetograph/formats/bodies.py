@@ -153,7 +153,8 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     top, rest = hips, np.zeros(3)
     for joint in line[1:]:
         rest = rest + skeleton.offsets[line[line.index(joint) - 1]]
-        gap = max(float(np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1).max()), np.linalg.norm(rest))
+        apart = np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1)
+        gap = max(float(apart.max()), float(np.linalg.norm(rest)))
         if gap > _NEAR * leg or (moves[hips] and not moves[joint]):
             break
         top = joint

@@ -57,9 +57,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     Path(path).write_bytes(encode(what, options.character, ancestors=True))
 
 
-def encode(
-    what: Take | Motion | Signal, character: Character | None = None, *, ancestors: bool = False
-) -> bytes:
+def encode(what: Take | Motion | Signal, character: Character | None = None, *, ancestors: bool = False) -> bytes:
     """The bytes of a GLB file.
 
     Parameters
