@@ -100,8 +100,9 @@ def _as_recorded(summary: dict[str, Any]) -> dict[str, str]:
 
 def _made_of(summary: dict[str, Any]) -> dict[str, str]:
     takes = summary["takes_used"]
-    text = f"{summary['pieces']} pieces of {takes} recording{'s' if takes != 1 else ''}"
-    if "most_used" in summary:
+    pieces = summary["pieces"]
+    text = f"{pieces} piece{'s' if pieces != 1 else ''} of {takes} recording{'s' if takes != 1 else ''}"
+    if "most_used" in summary and pieces > 1:
         running = summary["times_running"]
         text += f"; the most used is {100 * summary['most_used']:.0f} % of them"
         text += f", at most {running} times running" if running > 1 else ", never twice running"
@@ -121,7 +122,8 @@ def _search(summary: dict[str, Any]) -> dict[str, str]:
     if summary.get("optimal"):
         rows["search"] = "no sequence of these segments costs less"
     elif gap is not None:
-        rows["search"] = f"costs {100 * gap:.0f} % more than the cheapest sequence, so that steps vary"
+        share = f"{100 * gap:.0f} %" if gap >= 0.01 else "less than 1 %"
+        rows["search"] = f"costs {share} more than the cheapest sequence, so that steps vary"
     return rows
 
 
