@@ -1,4 +1,4 @@
-"""The frame arrays of a library: one append-only file without a header, read through memory maps.
+"""The frame arrays of a library: one append-only file after a header, read through memory maps.
 
 An array is ``frames`` rows of ``width`` numbers of one little-endian type, row by row, from a byte that is a multiple
 of 8. Rotations and bones are float32: a unit quaternion's rounding moves a hand by less than a micrometre. Root
@@ -58,10 +58,11 @@ class Span:
     @property
     def stop(self) -> int:
         """The byte after the last one, with the padding."""
-        return self.start + _filled(self.size)
+        return self.start + filled(self.size)
 
 
-def _filled(size: int) -> int:
+def filled(size: int) -> int:
+    """The next multiple of `ALIGNMENT` bytes."""
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
@@ -72,7 +73,7 @@ def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[
     ----------
     path : Path
     start : int
-        The byte to write at; what lies after it belongs to no take and is cut off.
+        The byte to write at, where the file ends, or after it.
     arrays : sequence of tuple of str and ndarray, shape (F, ...)
         With their names.
 
@@ -83,21 +84,16 @@ def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[
     Raises
     ------
     OSError
-        The arrays could not be written; the file has been cut back.
+        The arrays could not be written; a part of them may have been.
     """
     spans = []
-    try:
-        with path.open("r+b", buffering=0) as file:
-            file.truncate(start)
-            file.seek(start)
-            for name, array in arrays:
-                spans.append(_span(name, array, file.tell()))
-                _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
-                _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
-            os.fsync(file.fileno())
-    except BaseException:
-        truncate(path, start)
-        raise
+    with path.open("r+b", buffering=0) as file:
+        file.seek(start)
+        for name, array in arrays:
+            spans.append(_span(name, array, file.tell()))
+            _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+            _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
+        os.fsync(file.fileno())
     return spans
 
 
@@ -140,7 +136,7 @@ def read(path: Path, span: Span) -> Array:
 def view(path: Path, span: Span) -> Array | None:
     """One array as a read-only memory map, shape ``(frames, width)``; None where the file is too short."""
     shape = (span.frames, span.width)
-    if path.stat().st_size < span.start + span.size:
+    if not 0 <= span.start <= path.stat().st_size - span.size:
         return None
     if span.size == 0:
         return np.zeros(shape, dtype=span.dtype)  # a map of nothing is an error
