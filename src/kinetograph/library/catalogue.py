@@ -29,6 +29,7 @@ PATIENCE = 60.0
 """Seconds that a writer waits for another one to finish."""
 REMEDY = "restore it from a copy, or save the takes that are whole: kinetograph library backup --salvage"
 """What errors say of a damaged catalogue."""
+_WRITING = ("foreign_keys = ON", "synchronous = EXTRA", "cache_spill = OFF")
 _DAMAGED = ("not a database", "malformed", "no such", "decode", "JSON", "UTF-8", "encrypted", "schema", "ambiguous")
 """Words of SQLite's about a file that it cannot make sense of."""
 
@@ -36,8 +37,7 @@ _DAMAGED = ("not a database", "malformed", "no such", "decode", "JSON", "UTF-8",
 def _connect(folder: Path, mode: str = "rw") -> sqlite3.Connection:
     uri = f"{(folder / FILE_NAME).absolute().as_uri()}?mode={mode}"
     db = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None)
-    for setting in ("foreign_keys = ON", "synchronous = EXTRA", "cache_spill = OFF", "trusted_schema = OFF"):
-        db.execute(f"PRAGMA {setting}")
+    db.execute("PRAGMA trusted_schema = OFF")
     return db
 
 
@@ -66,6 +66,8 @@ def _transaction(folder: Path, begin: str, mode: str = "rw") -> Iterator[sqlite3
     db: sqlite3.Connection | None = None
     try:
         db = _connect(folder, mode)
+        for setting in () if begin == "BEGIN" else _WRITING:
+            db.execute(f"PRAGMA {setting}")
         db.execute(begin)
         yield db
         if db.in_transaction:

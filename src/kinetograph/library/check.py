@@ -68,6 +68,11 @@ class Used:
     place: str
     span: Span
 
+    @property
+    def title(self) -> str:
+        """The take, the track and the array."""
+        return f"{self.place}: {self.span.name}"
+
 
 def look(folder: Path) -> Report:
     """Check a library and change nothing. Raises LibraryError where the files cannot be read."""
@@ -105,13 +110,13 @@ def _table_faults(db: sqlite3.Connection) -> Iterator[str]:
 
 
 def _row_faults(db: sqlite3.Connection) -> Iterator[str]:
-    held = storage.read(db)
-    rows = db.execute("SELECT id, name, digest, notes FROM takes ORDER BY id").fetchall()
-    if digests.listing(rows) != held.listing:
-        yield "the list of takes has changed since it was written: some are gone, or were not added here"
+    try:
+        takes.names(db)
+    except digests.Damaged as error:
+        yield str(error)
     for row in schema.changed_skeletons(db):
         yield f"skeleton {row} has changed since it was written"
-    for take, *_ in rows:
+    for (take,) in db.execute("SELECT id FROM takes ORDER BY id").fetchall():
         try:
             takes.require_sealed(db, take)
         except digests.Damaged as error:
@@ -184,11 +189,11 @@ def fault_of(path: Path, one: Used) -> str:
     """What is wrong with an array; empty where it is as it was written."""
     if not path.exists():
         return f"{one.place}: {path.name} is gone"
-    array = frame_files.view(path, one.span)
-    where = f"{one.place}: {one.span.name}"
-    if array is None:
+    same = frame_files.matches(path, one.span)
+    where = one.title
+    if same is None:
         stop = one.span.start + one.span.size
         return f"{where} is cut short: expected {path.name} to reach byte {stop}, found {path.stat().st_size}"
-    if frame_files.checksum(array) != one.span.checksum:
+    if not same:
         return f"{where} has changed since it was written, at {path.name} byte {one.span.start}"
     return ""

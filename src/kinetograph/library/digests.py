@@ -17,6 +17,7 @@ from operator import xor
 from typing import Any
 
 Rows = Sequence[Any]
+_ENCODE = json.JSONEncoder(separators=(",", ":"), default=repr).encode
 
 
 class Damaged(Exception):
@@ -25,13 +26,17 @@ class Damaged(Exception):
 
 def of_rows(rows: Rows) -> str:
     """The digest of rows of text, numbers and None, the same in every version of Python."""
-    text = json.dumps(rows, separators=(",", ":"), default=repr)
-    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+    return hashlib.blake2b(_ENCODE(rows).encode(), digest_size=16).hexdigest()
 
 
-def entry(take: int, name: str, digest: str, notes: str) -> int:
-    """A take's number in the listing, below 2^56."""
-    return int(of_rows([take, name, digest, notes])[:14], 16)
+def of_notes(take: int, rows: Rows) -> str:
+    """The digest of a take's annotations; ``rows`` are those of `note_rows`."""
+    return of_rows([take, rows])
+
+
+def entry(digest: str, notes: str) -> int:
+    """A take's number in the listing, below 2^56, from its two digests, which have its row and its name."""
+    return int(digest[:14], 16) ^ int(notes[14:28], 16)
 
 
 def track_rows(db: sqlite3.Connection, take: int) -> list[Any]:
@@ -97,17 +102,21 @@ def seal(db: sqlite3.Connection, take: int) -> int:
     """
     (name,) = db.execute("SELECT name FROM takes WHERE id = ?", (take,)).fetchone()
     digest = of_tracks(take, name, track_rows(db, take))
+    notes = of_notes(take, note_rows(db, take))
     before = struck(db, take)
-    db.execute("UPDATE takes SET digest = ?, notes = ? WHERE id = ?", (digest, of_rows(note_rows(db, take)), take))
-    return before ^ struck(db, take)
+    db.execute("UPDATE takes SET digest = ?, notes = ? WHERE id = ?", (digest, notes, take))
+    return before ^ entry(digest, notes)
 
 
 def struck(db: sqlite3.Connection, take: int) -> int:
     """What the listing changes by where a take is deleted; nothing for one that has not been sealed."""
-    name, digest, notes = db.execute("SELECT name, digest, notes FROM takes WHERE id = ?", (take,)).fetchone()
-    return entry(take, name, digest, notes) if digest else 0
+    digest, notes = db.execute("SELECT digest, notes FROM takes WHERE id = ?", (take,)).fetchone()
+    return entry(digest, notes) if digest else 0
 
 
 def listing(takes: Iterable[Rows]) -> int:
-    """The listing of takes; of each its row, name and both digests."""
-    return reduce(xor, (entry(*take) for take in takes), 0)
+    """The listing of takes; of each its two digests. Raises Damaged where one is none."""
+    try:
+        return reduce(xor, (entry(*take) for take in takes), 0)
+    except (TypeError, ValueError) as error:
+        raise Damaged("the list of takes has changed since it was written") from error

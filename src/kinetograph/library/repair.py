@@ -11,7 +11,7 @@ import os
 import re
 import shutil
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -94,11 +94,10 @@ def _repair(folder: Path) -> Report:
             _append_found(work, sources)
             damaged = check.frame_faults(work.path, work.used)
             if not damaged:
-                _compact(work, [(work.path, one.span) for one in work.used]) if _gaps(work) else _cut_tail(work)
+                _compact(work, [(work.path, u.span) for u in work.used]) if _gaps(work) else _cut_tail(work)
                 _renumber(work)
-        elif None not in sources:
-            work.restored += [_title(one) for one in work.used if check.fault_of(work.path, one)]
-            _compact(work, [source for source in sources if source])
+        elif not work.used or any(sources):
+            _compact(work, sources)
     # the old file goes after the commit; a reader that has it mapped keeps it
     with catalogue.writing(folder) as db:
         work = _Repair(folder, db, storage.read(db), list(check.used_arrays(db)), work.moved, work.restored)
@@ -118,16 +117,15 @@ def _ours(work: _Repair) -> bool:
     return not work.held.first or (header is not None and header.identity == work.held.identity)
 
 
-def _title(one: Used) -> str:
-    return f"{one.place}: {one.span.name}"
-
-
 def _certain(work: _Repair) -> bool:
     """Whether every byte is either in use or of a take that was removed, and no later state can exist elsewhere."""
     if not work.held.first or not work.path.exists() or check.stray_files(work.folder, work.held):
         return False
     known = work.held.first + _total(work) + work.held.removed == work.held.stop == work.path.stat().st_size
-    return known and headers.read(work.path) == Header(work.held.identity, work.held.sequence)
+    header = headers.read(work.path)
+    return (
+        known and header is not None and (header.identity, header.sequence) == (work.held.identity, work.held.sequence)
+    )
 
 
 def _total(work: _Repair) -> int:
@@ -144,19 +142,22 @@ def _gaps(work: _Repair) -> bool:
 def _sources(work: _Repair) -> list[Source | None]:
     """Where the bytes of each array are: in the frame file, in ``lost``, or in a file that the catalogue does not name.
 
-    They are found by their place, and known by their checksum. None where they are nowhere.
+    They are found by their place, or in the index of a file, and known by their checksum. None where they are nowhere.
     """
     others = [*_lost_files(work.folder), *((path, 0) for path in check.stray_files(work.folder, work.held))]
-    return [_source(work.path, one.span, others) for one in work.used]
+    indexed: dict[Span, list[Source]] = {}
+    for path, _ in others:
+        for span in headers.read_index(path):
+            indexed.setdefault(replace(span, start=0), []).append((path, span))
+    return [_source(work.path, one.span, others, indexed) for one in work.used]
 
 
-def _source(path: Path, span: Span, others: list[tuple[Path, int]]) -> Source | None:
-    for place, base in [(path, 0), *others]:
-        there = replace(span, start=span.start - base)
-        array = frame_files.view(place, there) if place.exists() else None
-        if array is not None and frame_files.checksum(array) == span.checksum:
-            return place, there
-    return None
+def _source(path: Path, span: Span, others: list[tuple[Path, int]], indexed: dict[Span, list[Source]]) -> Source | None:
+    by_place = [(path, span), *((other, replace(span, start=span.start - base)) for other, base in others)]
+    by_content = indexed.get(replace(span, name="", start=0), ())
+    return next(
+        ((place, there) for place, there in (*by_place, *by_content) if frame_files.matches(place, there)), None
+    )
 
 
 def _lost_files(folder: Path) -> Iterator[tuple[Path, int]]:
@@ -173,7 +174,7 @@ def _append_found(work: _Repair, sources: list[Source | None]) -> None:
         for number, source in enumerate(sources):
             if source is not None and source[0] != work.path:
                 work.used[number] = _append(work, source, work.used[number])
-                work.restored.append(_title(work.used[number]))
+                work.restored.append(work.used[number].title)
     except OSError:
         frame_files.truncate(work.path, size)
         raise
@@ -226,19 +227,24 @@ def _discard(work: _Repair, path: Path, certain: bool) -> None:
     work.moved.append(f"{LOST}/{target.name}")
 
 
-def _compact(work: _Repair, sources: list[Source]) -> None:
-    """Copy the arrays in use to a new file, one after another, and enter it in the catalogue; the old file stays."""
+def _compact(work: _Repair, sources: Sequence[Source | None]) -> None:
+    """Copy arrays to a new file, one after another, and enter it in the catalogue; the old file stays."""
+    work.restored += [
+        u.title for u, source in zip(work.used, sources, strict=True) if source and source[0] != work.path
+    ]
     header = headers.read(work.path) if _ours(work) else None
+    index = headers.index_bytes([source[1] for source in sources if source])
     sequence = max(work.held.sequence, header.sequence if header else 0) + 1
-    held = replace(work.held, file=_next_name(work), first=headers.SIZE, sequence=sequence, removed=0)
+    start = headers.SIZE + len(index)
+    held = replace(work.held, file=_next_name(work), first=start, sequence=sequence, removed=0)
     target = work.folder / held.file
     try:
-        starts = _copy_spans(target, headers.pack(Header(held.identity, held.sequence)), sources)
+        starts = _copy(target, headers.pack(Header(held.identity, sequence, len(index))) + index, sources)
     except BaseException:
         target.unlink(missing_ok=True)
         raise
     frame_files.sync_folder(work.folder)
-    moved = [(start, one.track, one.span.name) for start, one in zip(starts, work.used, strict=True)]
+    moved = [(start, one.track, one.span.name) for start, one in zip(starts, work.used, strict=True) if start]
     work.db.executemany("UPDATE arrays SET start = ? WHERE track = ? AND name = ?", moved)
     work.held = replace(held, stop=target.stat().st_size)
     storage.write(work.db, work.held)
@@ -251,14 +257,16 @@ def _next_name(work: _Repair) -> str:
     return f"frames-{max(numbers) + 1}.bin"
 
 
-def _copy_spans(target: Path, header: bytes, sources: list[Source]) -> list[int]:
+def _copy(target: Path, header: bytes, sources: Sequence[Source | None]) -> list[int]:
+    """Write a frame file; where each array begins, 0 for those that are nowhere."""
     starts = []
     with target.open("xb") as new:
         new.write(header)
-        for path, span in sources:
-            starts.append(new.tell())
-            new.write(frame_files.read(path, span).data)
-            new.write(bytes(span.stop - span.start - span.size))
+        for source in sources:
+            starts.append(new.tell() if source else 0)
+            if source:
+                new.write(frame_files.read(*source).data)
+                new.write(bytes(source[1].stop - source[1].start - source[1].size))
         new.flush()
         os.fsync(new.fileno())
     return starts

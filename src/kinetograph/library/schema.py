@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import sqlite3
 from collections.abc import Callable
@@ -57,6 +58,7 @@ def statements(db: sqlite3.Connection) -> list[str]:
     return sorted(str(sql) for (sql,) in db.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL"))
 
 
+@functools.cache
 def known() -> list[list[str]]:
     """What makes the tables of a catalogue: of one made anew, and of one brought up from version 1."""
     found = []

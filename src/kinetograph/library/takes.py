@@ -37,10 +37,12 @@ def find(folder: Path, db: sqlite3.Connection, name: str) -> int:
 
 def names(db: sqlite3.Connection) -> tuple[str, ...]:
     """The names of all takes in the order of adding. Raises Damaged where takes are gone, or were not added here."""
-    rows = db.execute("SELECT id, name, digest, notes FROM takes ORDER BY id").fetchall()
-    if digests.listing(rows) != storage.read(db).listing:
-        raise digests.Damaged("the list of takes has changed since it was written")
-    return tuple(row[1] for row in rows)
+    rows = db.execute("SELECT name, digest, notes FROM takes ORDER BY id").fetchall()
+    if digests.listing(row[1:] for row in rows) != storage.read(db).listing:
+        raise digests.Damaged(
+            "the list of takes has changed since it was written: some are gone, or were not added here"
+        )
+    return tuple(str(row[0]) for row in rows)
 
 
 def write_arrays(path: Path, start: int, take: Take) -> dict[str, list[frame_files.Span]]:
@@ -254,7 +256,7 @@ def require_sealed(db: sqlite3.Connection, take: int, name: str | None = None) -
     tracks, notes = digests.track_rows(db, take), digests.note_rows(db, take)
     if name not in (None, stored) or digests.of_tracks(take, stored, tracks) != digest:
         raise digests.Damaged(f"the rows of take {stored!r} have changed since they were written")
-    if digests.of_rows(notes) != of_notes:
+    if digests.of_notes(take, notes) != of_notes:
         raise digests.Damaged(f"the annotations of take {stored!r} have changed since they were written")
     return tracks, notes
 
