@@ -132,6 +132,13 @@ def with_found_roles(skeleton: Skeleton) -> Skeleton:
     return replace(skeleton, roles=find_roles(skeleton))
 
 
+def is_body(skeleton: Skeleton) -> bool:
+    """Whether a skeleton with roles has two of a person's limbs or more."""
+    parts = [("hip", "knee", "foot"), ("shoulder", "elbow", "hand")]
+    sides = ("left", "right")
+    return sum(all(f"{side}_{part}" in skeleton.roles for part in limb) for side in sides for limb in parts) >= 2
+
+
 def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
     """The joint, or the point on a joint, that plays each role.
 

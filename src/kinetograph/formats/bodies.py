@@ -17,7 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.formats.ancestors import last_ancestor
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
+from kinetograph.roles import is_body, with_found_roles
 from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 
 _MOST_BONES = 500  # no body has more; looking for roles in thousands takes minutes
@@ -114,13 +114,6 @@ def choose_bodies(motions: Sequence[Motion], keep: Keep = BODIES) -> Bodies:
         notes += _root_notes(found[i], roots[i])
     said = tuple(note for note in notes if note)
     return Bodies(tuple(whole[i] for i in chosen), tuple(chosen), tuple(roots[i] for i in chosen), said)
-
-
-def is_body(skeleton: Skeleton) -> bool:
-    """Whether a skeleton with roles has two of a person's limbs or more."""
-    parts = [("hip", "knee", "foot"), ("shoulder", "elbow", "hand")]
-    sides = ("left", "right")
-    return sum(all(f"{side}_{part}" in skeleton.roles for part in limb) for side in sides for limb in parts) >= 2
 
 
 def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:

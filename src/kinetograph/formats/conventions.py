@@ -14,10 +14,11 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, is_body, with_own_root
+from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, with_own_root
 from kinetograph.formats.names import unique
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
+from kinetograph.roles import is_body
 from kinetograph.skeleton import Ancestor, Skeleton
 
 UNITS: dict[str, float] = {
