@@ -25,7 +25,14 @@ def walker(frames: int = 60) -> Motion:
     return replace(motion, skeleton=bare, translation=way, rotations=rotations)
 
 
-def under(motion: Motion, name: str, places: FloatArray, rotations: FloatArray, beside: tuple[str, ...] = ()) -> Motion:
+def under(
+    motion: Motion,
+    name: str,
+    places: FloatArray,
+    rotations: FloatArray,
+    beside: tuple[str, ...] = (),
+    rest: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Motion:
     """The same motion in the world with one more joint above its root, and leaves beside the root.
 
     Parameters
@@ -37,6 +44,8 @@ def under(motion: Motion, name: str, places: FloatArray, rotations: FloatArray, 
     rotations : ndarray, shape (4,) or (F, 4)
     beside : tuple of str
         Joints 1 m in front of the new root, which move with it.
+    rest : tuple of float
+        Where the new root rests.
     """
     frames, skeleton = len(motion), motion.skeleton
     places, rotations = np.broadcast_to(places, (frames, 3)), np.broadcast_to(rotations, (frames, 4))
@@ -44,7 +53,9 @@ def under(motion: Motion, name: str, places: FloatArray, rotations: FloatArray, 
     tree = Skeleton(
         (name, *skeleton.names, *beside),
         np.concatenate([[-1, 0], skeleton.parents[1:] + 1, np.zeros(len(beside), int)]),
-        np.concatenate([np.zeros((1, 3)), skeleton.offsets, np.tile([0.0, 0.0, 1.0], (len(beside), 1))]),
+        np.concatenate(
+            [[rest], skeleton.offsets[:1] - rest, skeleton.offsets[1:], np.tile([0.0, 0.0, 1.0], (len(beside), 1))]
+        ),
         skeleton.end_parents + 1,
         skeleton.end_offsets,
     )
