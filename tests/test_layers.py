@@ -24,7 +24,7 @@ _LAYERS = (
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "stance", "stance_search", "character", "learn"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "stance", "character", "learn"},
     {"rotations", "sampling", "quaternion_kernels"},
     {"errors", "arrays", "display", "progress"},
 )

@@ -3,8 +3,9 @@
 Names differ by more than spelling: ``LeftShoulder`` is the collar bone where a ``LeftArm`` hangs on it, and the upper
 arm where a ``left_elbow`` does. So a name only gives the roles that a joint may have. An arm is followed upward from
 its hand and a leg upward from its foot, and the nearest joint that may be the next bone is taken. A body whose names
-give nothing is read from its rest pose: legs are the pair of equal long chains nearest the root, arms the pair above
-them, and left is up x forward. A role that neither names nor shape show is left out.
+give nothing is read from its rest pose or, where that does not stand, from how it moves: legs are the pair of equal
+long chains nearest the root, arms the pair above them, and left is up x forward. A role that neither names nor shape
+show is left out.
 """
 
 from __future__ import annotations
@@ -16,8 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
+from kinetograph.kinematics import forward
+from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
+from kinetograph.stance.rebasing import rest_motion
+from kinetograph.stance.standing_pose import stands
 
 _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[0-9]+")
 _SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
@@ -112,12 +118,14 @@ def _read_name(words: list[str], glued: Collection[str]) -> JointName:
     return JointName("", "".join(rest) or whole, number)
 
 
-def with_found_roles(skeleton: Skeleton) -> Skeleton:
+def with_found_roles(skeleton: Skeleton, motion: Motion | None = None) -> Skeleton:
     """A skeleton with the roles that its names and shape show, instead of those it had.
 
     Parameters
     ----------
     skeleton : Skeleton
+    motion : Motion, optional
+        How it moves, see `find_roles`.
 
     Returns
     -------
@@ -129,16 +137,18 @@ def with_found_roles(skeleton: Skeleton) -> Skeleton:
     >>> sorted(with_found_roles(stick).roles)
     ['left_foot', 'left_hip', 'left_knee']
     """
-    return replace(skeleton, roles=find_roles(skeleton))
+    return replace(skeleton, roles=find_roles(skeleton, motion))
 
 
-def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
+def find_roles(skeleton: Skeleton, motion: Motion | None = None) -> dict[str, Landmark]:
     """The joint, or the point on a joint, that plays each role.
 
     Parameters
     ----------
     skeleton : Skeleton
         Its own roles are ignored.
+    motion : Motion, optional
+        How it moves. A few frames are looked at where names say nothing and the rest pose does not stand.
 
     Returns
     -------
@@ -150,7 +160,7 @@ def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
     for side in ("left", "right"):
         joints |= _named_leg(skeleton, names, side) | _named_arm(skeleton, names, side)
     if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
-        joints = _limbs_by_shape(skeleton) | joints
+        joints = _limbs_shown(skeleton, motion) | joints
     joints |= _midline(skeleton, names, joints)
     roles = {role: Landmark(joint) for role, joint in joints.items()}
     return roles | _tips(skeleton, names, joints)
@@ -298,6 +308,7 @@ def _end(skeleton: Skeleton, joint: int) -> Landmark | None:
 
 # ---- the shape of the tree ----
 
+_MOST_POSES = 15  # of a motion that are looked at
 _ALIKE = 0.05  # relative difference of the lengths of two sides
 _UNEVEN = 2.5  # thigh over shank, upper arm over forearm, and their inverses, stay below this
 
@@ -310,14 +321,41 @@ class _Limb:
     upper: int
     middle: int
     lower: int
-    tip: FloatArray  # where the chain goes on from the lower joint, at rest
+    tip: FloatArray  # where the chain goes on from the lower joint
     length: float
 
 
-def _limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
-    """Arms and legs of a body whose rest pose stands, whatever its joints are called."""
-    rest = _rest_positions(skeleton)
-    pairs = _limb_pairs(skeleton, rest)
+@dataclass(frozen=True, eq=False)
+class _Pose:
+    """Where the joints are, ``(J, 3)``, and how they are rotated, ``(J, 4)``."""
+
+    positions: FloatArray
+    rotations: FloatArray
+
+
+def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> dict[str, int]:
+    """Arms and legs by the shape at rest or, where that does not stand, by most of some frames of a motion."""
+    found = _limbs_by_shape(skeleton, _poses(rest_motion(skeleton))[0])
+    roles = {role: Landmark(joint) for role, joint in found.items()}
+    if motion is None or (found and stands(replace(skeleton, roles=roles))):
+        return found
+    votes = Counter(tuple(sorted(_limbs_by_shape(skeleton, pose).items())) for pose in _poses(motion))
+    del votes[()]
+    return dict(votes.most_common(1)[0][0]) if votes else found
+
+
+def _poses(motion: Motion) -> list[_Pose]:
+    """A few poses of a motion."""
+    frames = np.unique(np.linspace(0, len(motion) - 1, _MOST_POSES).astype(np.int64))
+    bones = None if motion.bones is None else motion.bones[frames]
+    few = replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
+    return [_Pose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]
+
+
+def _limbs_by_shape(skeleton: Skeleton, pose: _Pose) -> dict[str, int]:
+    """Arms and legs of a body in a pose that stands, whatever its joints are called."""
+    rest = pose.positions
+    pairs = _limb_pairs(skeleton, pose)
     tops = [top for top, _, _ in pairs]
     inside = {j for _, a, b in pairs for limb in (a, b) for j in (limb.upper, *_below(skeleton, limb.upper))}
     pairs = [pair for pair in pairs if pair[0] not in inside]
@@ -350,18 +388,11 @@ def _sided(
     return out
 
 
-def _rest_positions(skeleton: Skeleton) -> FloatArray:
-    rest = np.zeros((len(skeleton), 3))
-    for joint, parent in enumerate(skeleton.parents[1:], start=1):
-        rest[joint] = rest[parent] + skeleton.offsets[joint]
-    return rest
-
-
-def _limb_pairs(skeleton: Skeleton, rest: FloatArray) -> list[tuple[int, _Limb, _Limb]]:
+def _limb_pairs(skeleton: Skeleton, pose: _Pose) -> list[tuple[int, _Limb, _Limb]]:
     """Pairs of like limbs that branch off at one joint, with that joint."""
     out: list[tuple[int, _Limb, _Limb]] = []
     for top in range(len(skeleton)):
-        limbs = [limb for child in skeleton.children[top] if (limb := _limb(skeleton, rest, child)) is not None]
+        limbs = [limb for child in skeleton.children[top] if (limb := _limb(skeleton, pose, child)) is not None]
         for i, a in enumerate(limbs):
             for b in limbs[i + 1 :]:
                 if abs(a.length - b.length) <= _ALIKE * max(a.length, b.length) and len(a.before) == len(b.before):
@@ -369,7 +400,7 @@ def _limb_pairs(skeleton: Skeleton, rest: FloatArray) -> list[tuple[int, _Limb, 
     return out
 
 
-def _limb(skeleton: Skeleton, rest: FloatArray, start: int) -> _Limb | None:
+def _limb(skeleton: Skeleton, pose: _Pose, start: int) -> _Limb | None:
     """The limb whose main chain, the longest one, begins at a joint: its two longest bones that follow each other."""
     reach = np.zeros(len(skeleton))
     for joint in range(len(skeleton) - 1, 0, -1):
@@ -387,5 +418,6 @@ def _limb(skeleton: Skeleton, rest: FloatArray, start: int) -> _Limb | None:
         return None
     lower = chain[k + 2]
     end = _end(skeleton, lower)
-    tip = rest[chain[k + 3]] if len(chain) > k + 3 else rest[lower] + (np.zeros(3) if end is None else end.offset)
+    beyond = np.zeros(3) if end is None else rot.rotate(pose.rotations[lower], end.offset)
+    tip = pose.positions[chain[k + 3]] if len(chain) > k + 3 else pose.positions[lower] + beyond
     return _Limb(tuple(chain[:k]), chain[k], chain[k + 1], lower, tip, float(bones[k] + bones[k + 1]))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from kinetograph.formats.options import Loaded
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
-from kinetograph.stance_search import FoundStance, find_stance, stance_at, stands
+from kinetograph.stance import FoundStance, find_stance, stance_at, stands
 
 
 def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:

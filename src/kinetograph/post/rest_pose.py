@@ -7,7 +7,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import end_positions, forward
 from kinetograph.skeleton import Skeleton
-from kinetograph.stance import rest_motion, standing
+from kinetograph.stance.rebasing import rest_motion, standing
 
 _NEXT = {"shoulder": "elbow", "elbow": "hand", "hip": "knee", "knee": "foot", "foot": "toe"}
 _UPRIGHT = np.cos(np.radians(25.0))  # axes nearer to a coordinate axis than this are taken to be it

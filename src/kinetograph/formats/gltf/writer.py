@@ -19,7 +19,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import RequestError
-from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
@@ -77,7 +77,7 @@ def encode(what: Take | Motion | Signal, character: Character | None = None) -> 
     name, motions = named_motions(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
-        _add_character(document, track, motion, skin_of(motion, character))
+        _add_character(document, track, *dressed(motion, character))
     return document.pack()
 
 

@@ -53,7 +53,7 @@ def stance_frames(skeleton: Skeleton) -> FloatArray:
     """Rotations, shape ``(J, 4)``, of the joints in the world in the stance; identities where the rest pose stands."""
     if skeleton.stance is None:
         return rot.identity(len(skeleton))
-    return forward(Motion(skeleton, np.zeros((1, 3)), skeleton.stance[None], 1.0))[1][0]
+    return np.asarray(forward(Motion(skeleton, np.zeros((1, 3)), skeleton.stance[None], 1.0))[1][0])
 
 
 def local_rotations(skeleton: Skeleton, world: FloatArray) -> FloatArray:
