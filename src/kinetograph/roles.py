@@ -337,7 +337,7 @@ def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> dict[str, int]:
     """Arms and legs by the shape at rest or, where that does not stand, by most of some frames of a motion."""
     found = _limbs_by_shape(skeleton, _poses(rest_motion(skeleton))[0])
     roles = {role: Landmark(joint) for role, joint in found.items()}
-    if motion is None or (found and stands(replace(skeleton, roles=roles))):
+    if motion is None or ({"left_hip", "left_shoulder"} <= found.keys() and stands(replace(skeleton, roles=roles))):
         return found
     votes = Counter(tuple(sorted(_limbs_by_shape(skeleton, pose).items())) for pose in _poses(motion))
     del votes[()]
