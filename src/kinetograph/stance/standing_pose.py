@@ -33,7 +33,7 @@ def stands(skeleton: Skeleton) -> bool:
     -------
     bool
     """
-    if not _LEGS <= skeleton.roles.keys():
+    if not skeleton.roles.keys() >= _LEGS:
         return True
     positions, _ = forward(rest_motion(skeleton))
     place = {role: positions[0][p.joint] + p.offset for role, p in skeleton.roles.items()}
