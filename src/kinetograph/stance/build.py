@@ -77,7 +77,7 @@ def _is_even(skeleton: Skeleton) -> bool:
 
 
 def pair_on(skeleton: Skeleton, joint: int) -> FloatArray | None:
-    """From the right to the left of two like joints that hang on a joint, ``(3,)`` metres in its frame, if there are."""
+    """From the right to the left of two like joints that hang on a joint, ``(3,)`` metres in its frame, or None."""
     for part in ("hip", "collar", "shoulder"):
         at = [skeleton.roles[f"{side}_{part}"] for side in SIDES if f"{side}_{part}" in skeleton.roles]
         if len(at) == 2 and all(int(skeleton.parents[p.joint]) == joint for p in at):
