@@ -24,7 +24,7 @@ _LAYERS = (
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "character", "learn"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
     {"rotations", "rows", "sampling", "quaternion_kernels"},
     {"errors", "arrays", "display", "progress"},
 )

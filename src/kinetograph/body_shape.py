@@ -128,7 +128,7 @@ def limbs_by_shape(skeleton: Skeleton, pose: Pose | None = None) -> dict[str, in
     return sides | _sided(places, arms, left, ("shoulder", "elbow", "hand")) if sides else {}
 
 
-def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list[int]:
+def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: Pose | None = None) -> list[int]:
     """Neck and head, or what of them shows, of a body whose limbs are known.
 
     Parameters
@@ -138,13 +138,15 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list
         Where the arms meet.
     limbs : dict of str to int
         Joints by role.
+    pose : Pose, optional
+        As for `limbs_by_shape`.
 
     Returns
     -------
     list of int
         None, the neck, or the neck and the head.
     """
-    tree = _Tree(skeleton, standing_pose(skeleton))
+    tree = _Tree(skeleton, pose or standing_pose(skeleton))
     places = tree.places
     taken = {joint for limb in limbs.values() for joint in (limb, *tree.above(limb))}
     feet = [limbs[role] for role in ("left_foot", "right_foot") if role in limbs]

@@ -292,7 +292,7 @@ def _sampled(motion: Motion) -> Motion:
 def _with_roles(motion: Motion) -> Motion:
     if len(motion.skeleton) > _MOST_BONES:
         return motion
-    return replace(motion, skeleton=with_found_roles(motion.skeleton))
+    return replace(motion, skeleton=with_found_roles(motion.skeleton, motion))
 
 
 def _root_notes(motion: Motion, own: OwnRoot | None) -> list[str]:

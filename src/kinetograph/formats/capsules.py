@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance import stance_frames, standing
 
 MIDDLE, LEFT, RIGHT = 0, 1, 2
 SHORT = 1e-4
@@ -201,6 +203,9 @@ def body_capsules(skeleton: Skeleton, sole: float | None = None) -> tuple[Capsul
     -------
     tuple of Capsule
     """
+    if skeleton.stance is not None:
+        back = rot.conjugate(stance_frames(skeleton))
+        return tuple(_rotated(capsule, back[capsule.joint]) for capsule in body_capsules(standing(skeleton), sole))
     body = _Body(skeleton, stature(skeleton), *body_axes(skeleton), *body_parts(skeleton))
     capsules = [
         _capsule(body, joint, child, tip, _part(body, joint, child))
@@ -210,6 +215,12 @@ def body_capsules(skeleton: Skeleton, sole: float | None = None) -> tuple[Capsul
     for side, name in ((LEFT, "left"), (RIGHT, "right")):
         capsules = _soled(body, capsules, side, name, sole)
     return tuple(capsules) or (_capsule(body, 0, -1, np.zeros(3), ""),)
+
+
+def _rotated(capsule: Capsule, rotation: FloatArray) -> Capsule:
+    """A capsule in a frame of its joint that is rotated."""
+    tip, start, stop, wider = rot.rotate(rotation, np.array([capsule.tip, capsule.start, capsule.stop, capsule.wider]))
+    return replace(capsule, tip=tip, start=start, stop=stop, wider=wider)
 
 
 def _soled(body: _Body, capsules: list[Capsule], side: int, name: str, sole: float | None) -> list[Capsule]:
