@@ -304,7 +304,7 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
     for legs in leg_pairs:
         inside = {legs[1].upper, legs[2].upper, *tree.below(legs[1].upper), *tree.below(legs[2].upper)}
         for arms in arm_pairs:
-            if arms[0] in inside or legs[0] not in tree.above(arms[0]):
+            if arms[0] in inside or not _carries(tree, legs[0], arms[0]):
                 continue
             trunk = float(np.linalg.norm(tree.places[arms[0]] - tree.places[legs[0]]))
             cost = 0.5 * sum(limb.cost for limb in (*legs[1:], *arms[1:]))
@@ -314,6 +314,16 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
             if cost < least:
                 best, least = (legs, arms), cost
     return best
+
+
+def _carries(tree: _Tree, hips: int, chest: int) -> bool:
+    """Whether the trunk to a chest begins at the hips, or beside them at a joint that is much nearer to them."""
+    line = [chest, *tree.above(chest)]
+    meeting = next((joint for joint in (hips, *tree.above(hips)) if joint in line), -1)
+    if meeting in (-1, chest):
+        return False
+    near, far = (float(np.linalg.norm(tree.places[joint] - tree.places[meeting])) for joint in (hips, chest))
+    return near < 0.5 * far
 
 
 def _crowd(tree: _Tree, pair: _Pair) -> float:
