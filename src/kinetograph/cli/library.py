@@ -1,4 +1,4 @@
-"""Commands on libraries: create, add, remove, info, annotate, check; segment, label, tap are in rooms of their own."""
+"""Commands on libraries: create, add, remove, info, annotate, check, backup; others have rooms of their own."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
 from kinetograph.cli.options import AsJson, LibraryArgument, add, options
-from kinetograph.cli.output import notes, progress_bar, result, table
+from kinetograph.cli.output import note, notes, progress_bar, result, table
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
@@ -32,7 +32,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, label, tap, info, annotate, check):
+    for command in (remove, segment, label, tap, info, annotate, check, backup):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
@@ -176,21 +176,66 @@ def annotate(
 
 def check(
     folder: LibraryArgument,
-    repair: Annotated[bool, typer.Option("--repair", help="Remove bytes that no take uses.")] = False,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Free the bytes of removed takes, and move aside what no take uses.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Check every take, and find the bytes that an interrupted command left.
+    """Check the catalogue and every take, and find the bytes that an interrupted command left.
+
+    A repair deletes only what was removed; all else that no take uses is moved to the folder lost. It puts back arrays
+    whose bytes are found. Nothing is touched where the catalogue is damaged: put a copy of it back, or see backup.
 
     Example: kinetograph library check out/walks.library --repair
     """
     from kinetograph.pipeline import open_library
 
     report = open_library(folder).check(repair=repair)
-    result(
-        {"sound": report.sound, "orphaned_bytes": report.orphaned, "freed": report.freed, "damaged": report.damaged},
-        as_json,
-    )
+    values = {
+        "sound": report.sound,
+        "orphaned_bytes": report.orphaned,
+        "freed": report.freed,
+        "damaged": report.damaged,
+        "moved": report.moved,
+        "restored": report.restored,
+        "mismatch": report.mismatch,
+    }
+    always = ("sound", "orphaned_bytes", "freed", "damaged")
+    result({name: value for name, value in values.items() if as_json or value or name in always}, as_json)
+    if report.moved:
+        note(f"{folder / 'lost'}: what no take of this catalogue uses; delete it when all takes are there")
     if report.damaged:
+        raise typer.Exit(1)
+
+
+def backup(
+    folder: LibraryArgument,
+    copy: Annotated[Path, typer.Argument(help="The folder of the copy.")],
+    salvage: Annotated[
+        bool, typer.Option("--salvage", help="Copy the takes that can be read, from a damaged library.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a library that is there.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Copy a library, while others may write to it, and check the copy.
+
+    Example: kinetograph library backup out/walks.library out/backup.library
+    """
+    from kinetograph.library import back_up
+    from kinetograph.library import salvage as save
+    from kinetograph.pipeline import open_library
+
+    library = open_library(folder)
+    left_out: dict[str, str] = {}
+    with progress_bar("copying") as progress:
+        if salvage:
+            _, left_out = save(library, copy, force=force, progress=progress)
+        else:
+            back_up(library, copy, force=force, progress=progress)
+    notes((why for take, why in left_out.items() if not take), folder)
+    notes(f"take {take!r} left out: {why}" for take, why in left_out.items() if take)
+    _summary(copy, as_json)
+    if left_out:
         raise typer.Exit(1)
 
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from kinetograph.library import catalogue, storage
 from kinetograph.library.digests import Damaged
+
+_TYPES = (str, str, str, float, int, int)
 
 
 @dataclass(frozen=True)
@@ -87,15 +90,14 @@ def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:
             "json_array_length(skeletons.body, '$.names')) FROM tracks JOIN takes ON takes.id = tracks.take "
             "LEFT JOIN skeletons ON skeletons.id = tracks.skeleton ORDER BY takes.id, tracks.id"
         )
-        return tuple(_track_info(*row) for row in rows)
+        return tuple(_track_info(row) for row in rows)
 
 
-def _track_info(take: object, name: object, kind: object, fps: object, frames: object, columns: object) -> TrackInfo:
-    """The row as it should be. Raises Damaged where it has other types, or no skeleton."""
-    match take, name, kind, fps, frames, columns:
-        case str(), str(), str(), float(), int(), int() if fps > 0 < frames:
-            return TrackInfo(take, name, kind, fps, frames, columns)
-    raise Damaged(f"the rows of take {take!r} have changed since they were written")
+def _track_info(row: tuple[Any, ...]) -> TrackInfo:
+    """A row as it should be. Raises Damaged where it has other types, or no skeleton."""
+    if tuple(map(type, row)) != _TYPES or row[3] <= 0:
+        raise Damaged(f"the rows of take {row[0]!r} have changed since they were written")
+    return TrackInfo(*row)
 
 
 def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
