@@ -17,6 +17,7 @@ _ROOMS = {
     "Found": "finding",
     "GrowingSettings": "growing",
     "Labelled": "labelling",
+    "Segmented": "segmenting",
     "Smoothing": "performing",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
@@ -50,6 +51,7 @@ __all__ = [
     "Found",
     "GrowingSettings",
     "Labelled",
+    "Segmented",
     "Smoothing",
     "couple_of",
     "cut_by_hand",
@@ -104,6 +106,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,
+        Segmented,
         cut_by_hand,
         refuse_cuts,
         segment_library,
