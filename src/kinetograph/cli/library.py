@@ -62,22 +62,37 @@ def create(
 ) -> None:
     """Make a library and add files, one take per file, named after it.
 
+    Interrupted, or given a file that cannot be read, it goes on where it stopped when it is run again.
+
     Example: kinetograph library create out/mine.library out/walk.bvh out/rise.bvh
     """
-    from kinetograph.library import Library
-    from kinetograph.pipeline import recordings_in
+    from kinetograph.pipeline import creating, differing_skeletons, recordings_in
 
     paths = recordings_in(files) if files else []
-    roles = parse_roles(reading.role)
-    library = Library.create(folder)
+    with creating(folder) as library:
+        try:
+            _fill(library, paths, reading)
+        except BaseException:
+            note(f"{folder}: interrupted, takes so far: {len(library.names())}; the same command again goes on from there")
+            raise
+    notes(differing_skeletons(library))
+    _summary(folder, as_json)
+
+
+def _fill(library: Library, paths: list[Path], reading: RecordingReading) -> None:
+    """Add files whose takes are not there yet."""
+    there = set(library.names())
+    if there:
+        note(f"{library.path}: goes on from an interrupted command, takes so far: {len(there)}")
     with progress_bar("reading") as progress:
         for done, path in enumerate(paths, start=1):
-            if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not roles:
+            if path.stem in there:
+                continue
+            if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not parse_roles(reading.role):
                 _add_long(library, path, reading.read_options)
                 continue
             library.add(reading.take(path, path.name))
             progress(done, len(paths))
-    _summary(folder, as_json)
 
 
 def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
@@ -106,7 +121,7 @@ def add_take(
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
     """
     from kinetograph.methods.performance import only_track
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import differing_skeletons, open_library
     from kinetograph.take import Annotation, Take
 
     library = open_library(folder)
@@ -119,6 +134,7 @@ def add_take(
         added[name] = only_track(read)
         annotations += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
     library.add(Take(take, added, tuple(annotations)), replace=replace)
+    notes(differing_skeletons(library))
     result({"take": take, "tracks": list(added), "seconds": max(t.duration for t in added.values())}, as_json)
 
 

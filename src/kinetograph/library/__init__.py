@@ -6,10 +6,11 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.info import Info, TrackInfo
-from kinetograph.library.store import Library, annotations_of, contents, labels
+from kinetograph.library.store import UNFINISHED, Library, annotations_of, contents, labels, skeletons
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
+    "UNFINISHED",
     "Info",
     "Library",
     "Report",
@@ -25,4 +26,5 @@ __all__ = [
     "read_annotations",
     "read_times",
     "salvage",
+    "skeletons",
 ]

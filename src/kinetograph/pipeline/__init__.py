@@ -20,7 +20,9 @@ _ROOMS = {
     "Segmented": "segmenting",
     "Smoothing": "performing",
     "couple_of": "labelling",
+    "creating": "libraries",
     "cut_by_hand": "segmenting",
+    "differing_skeletons": "libraries",
     "find_alike": "finding",
     "grow_library": "growing",
     "has_partners": "libraries",
@@ -54,7 +56,9 @@ __all__ = [
     "Segmented",
     "Smoothing",
     "couple_of",
+    "creating",
     "cut_by_hand",
+    "differing_skeletons",
     "find_alike",
     "grow_library",
     "has_partners",
@@ -94,7 +98,14 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
-    from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
+    from kinetograph.pipeline.libraries import (
+        creating,
+        differing_skeletons,
+        has_partners,
+        open_library,
+        read_take,
+        recordings_in,
+    )
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,

@@ -143,8 +143,8 @@ def segment_library(
 ) -> Segmented:
     """Cut every motion of a library and store cuts, contacts and handholds.
 
-    A take that cannot be cut is left as it is, and the others are cut. Takes that loop are left as they are where they are cut by footplants: they are cut when they are used, over several
-    cycles.
+    A take that cannot be cut is left as it is, and the others are cut. Takes that loop are left as they are where they
+    are cut by footplants: they are cut when they are used, over several cycles.
 
     Parameters
     ----------
