@@ -90,6 +90,7 @@ def salvage(
         names = [name for (name,) in db.execute("SELECT name FROM takes ORDER BY id") if isinstance(name, str)]
         if faults := check.catalogue_faults(db):
             left_out[""] = faults[0]
+            catalogue.abandon(db)
     with _draft(Path(path), force) as draft:
         copy = Library.create(draft)
         for done, name in enumerate(names, start=1):
