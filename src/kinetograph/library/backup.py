@@ -84,6 +84,10 @@ def salvage(
     ------
     LibraryError
         The catalogue cannot be read at all, the folder is in use, or the disk is full.
+
+    Notes
+    -----
+    Rotations are rounded to float32 once more, to 1e-7; all else is as it was.
     """
     left_out: dict[str, str] = {}
     with catalogue.reading(library.path) as db:
