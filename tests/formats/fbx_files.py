@@ -15,6 +15,8 @@ TICKS = 46_186_158_000
 CONSTANT, LINEAR, CUBIC = 0x2, 0x4, 0x8
 NEXT, AUTO, TCB, USER = 0x100, 0x100, 0x200, 0x400
 _AXES = "XYZ"
+_ENUMS = ("RotationOrder", "InheritType", "TimeMode", "BlendMode", "RotationAccumulationMode", "ScaleAccumulationMode")
+_SWITCHES = ("RotationActive", "Mute")
 _KEYS = ("KeyTime", "KeyValueFloat", "KeyAttrFlags", "KeyAttrDataFloat", "KeyAttrRefCount")
 
 
@@ -32,12 +34,17 @@ class Keys:
     data: Sequence[Sequence[float]] = ()
     after: str = "C"
 
+    @property
+    def rounded(self) -> list[float]:
+        """The values as a file has them."""
+        return [float(v) for v in np.array(self.values, dtype=np.float32)]
+
     def nodes(self) -> list[Node]:
         count = len(self.times)
         data = np.array(self.data or [[0.0] * 4] * count, dtype=np.float32)
         return [
             make("KeyTime", np.round(np.array(self.times) * TICKS).astype(np.int64)),
-            make("KeyValueFloat", np.array(self.values, dtype=np.float64)),
+            make("KeyValueFloat", np.array(self.values, dtype=np.float32)),
             make("KeyAttrFlags", np.array(self.flags or [LINEAR] * count, dtype=np.int32)),
             make("KeyAttrDataFloat", data.reshape(-1)),
             make("KeyAttrRefCount", np.ones(count, dtype=np.int32)),
@@ -122,10 +129,17 @@ def scene(bones: Sequence[Bone], stacks: Sequence[Stack] = (), settings: Mapping
 
 
 def table(properties: Mapping[str, Any]) -> Node:
+    """The table of properties of an object, with the types that Blender insists on."""
     rows = []
     for name, value in properties.items():
-        values = [value] if np.isscalar(value) else [float(v) for v in value]
-        rows.append(make("P", name, name, "", "A", *values))
+        if not np.isscalar(value):
+            kind = (name, "") if name.startswith("Lcl ") else ("Vector3D", "Vector")
+            rows.append(make("P", name, *kind, "A", *map(float, value)))
+        elif isinstance(value, int):
+            kind = ("enum", "") if name in _ENUMS else ("bool", "") if name in _SWITCHES else ("int", "Integer")
+            rows.append(make("P", name, *kind, "", value))
+        else:
+            rows.append(make("P", name, "double", "Number", "", float(value)))
     return make("Properties70", children=rows)
 
 

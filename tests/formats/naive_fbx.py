@@ -82,7 +82,7 @@ def world(bones: Sequence[Bone], layers: Sequence[Layer], time: float) -> np.nda
 
 def value(keys: Keys, time: float) -> float:
     """A curve at a time; automatic tangents are taken as half the mean slope and half the neighbouring slopes'."""
-    times, values = keys.times, keys.values
+    times, values = keys.times, keys.rounded
     if time <= times[0]:
         return values[0]
     if time >= times[-1]:
@@ -111,7 +111,7 @@ def value(keys: Keys, time: float) -> float:
 
 def slopes(keys: Keys, i: int) -> tuple[float, float]:
     """Slopes of a key's tangents on the left and on the right."""
-    times, values, flags = keys.times, keys.values, keys.flags[i]
+    times, values, flags = keys.times, keys.rounded, keys.flags[i]
     if flags & USER:
         return (keys.data[i - 1][1] if i else 0.0), keys.data[i][0]
     chord = [(values[k + 1] - values[k]) / (times[k + 1] - times[k]) for k in range(len(times) - 1)]

@@ -188,8 +188,7 @@ def _curve_parts(path: Path, channel: Node) -> list[Node]:
     keys = list(_keys(path, iter(listed), later))
     if count is not None and len(keys) != count[0]:
         raise FormatError(path, f"expected {count[0]} keys of a curve, found {len(keys)}")
-    data = np.zeros((len(keys), 4), dtype=np.float32)
-    data[:, :3] = [numbers for *_, numbers, _ in keys]
+    data = np.array([(*numbers, 0.0) for *_, numbers, _ in keys])
     parts = [
         make("KeyTime", np.array([time for time, *_ in keys], dtype=np.int64)),
         make("KeyValueFloat", np.array([value for _, value, *_ in keys], dtype=np.float64)),
