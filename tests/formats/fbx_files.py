@@ -218,10 +218,10 @@ def _value(value: Any, order: str) -> bytes:
         raw = value.astype(value.dtype.newbyteorder(order)).tobytes()
         kind = {"f4": b"f", "f8": b"d", "i8": b"l", "i4": b"i"}[value.dtype.str[1:]]
         return kind + struct.pack(order + "3I", len(value), 0, len(raw)) + raw
-    if isinstance(value, np.int64):
-        return b"L" + struct.pack(order + "q", value)
     if isinstance(value, float | np.floating):
         return b"D" + struct.pack(order + "d", value)
+    if isinstance(value, np.int64) or abs(value) >= 2**31:
+        return b"L" + struct.pack(order + "q", value)
     return b"I" + struct.pack(order + "i", value)
 
 

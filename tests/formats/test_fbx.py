@@ -17,6 +17,7 @@ from fbx_files import AUTO, CONSTANT, CUBIC, LINEAR, NEXT, TCB, USER, Bone, Keys
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats import ReadOptions, load, read, save
+from kinetograph.formats.fbx.nodes import make, parse
 from kinetograph.kinematics import joint_positions
 from kinetograph.take import Take
 
@@ -137,8 +138,6 @@ def test_a_scene_is_the_same_in_every_form(tmp_path: Path, form: str) -> None:
 
 @pytest.mark.parametrize("frames", [5, 400])
 def test_our_own_files_are_the_same_as_text_and_as_version_6(tmp_path: Path, frames: int) -> None:
-    from kinetograph.formats.fbx.nodes import parse
-
     motion = mutations.small_motion(frames)
     path = tmp_path / "a.fbx"
     save(motion, path)
@@ -425,9 +424,15 @@ def test_nodes_that_move_are_joints_where_there_is_no_skeleton(tmp_path: Path) -
     assert load(path).motion().skeleton.names == ("box",)
 
 
-def test_properties_come_from_the_template_where_a_model_has_none(tmp_path: Path) -> None:
-    from kinetograph.formats.fbx.nodes import make
+def test_what_a_skin_is_bound_to_is_a_joint(tmp_path: Path) -> None:
+    nodes = fbx_files.scene([Bone("a", -1, {}, "Null"), Bone("b", 0, {}, "Mesh"), Bone("c", 1, {}, "LimbNode")])
+    objects, links = nodes[2].children, nodes[3].children
+    objects.append(make("Deformer", np.int64(7), "s\x00\x01SubDeformer", "Cluster"))
+    links.append(make("C", "OO", objects[1].values[0], np.int64(7)))
+    assert load(written(tmp_path, fbx_files.binary(nodes))).motion().skeleton.names == ("b", "c")
 
+
+def test_properties_come_from_the_template_where_a_model_has_none(tmp_path: Path) -> None:
     template = fbx_files.table({"Lcl Translation": (1.0, 2.0, 3.0), "InheritType": 2})
     kind = make("ObjectType", "Model", children=[make("PropertyTemplate", "FbxNode", children=[template])])
     nodes = [Bone("a", -1, {"Lcl Scaling": (2.0, 2.0, 2.0)}), Bone("b", 0), Bone("c", 1)]

@@ -64,6 +64,23 @@ class Extrapolation:
 
 
 @dataclass(frozen=True, eq=False)
+class Intervals:
+    """How a curve runs between its keys.
+
+    Parameters
+    ----------
+    kinds : ndarray of int, shape (K - 1,)
+        Flags.
+    slopes, weights : ndarray, shape (K - 1, 2)
+        Leaving the first key and arriving at the second: values per second, and shares of the interval.
+    """
+
+    kinds: IntArray
+    slopes: FloatArray
+    weights: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Curve:
     """A curve of K keys.
 
@@ -71,18 +88,14 @@ class Curve:
     ----------
     times, values : ndarray, shape (K,)
         Seconds, increasing, and what the property is.
-    kinds : ndarray of int, shape (K - 1,)
-        Flags of each interval.
-    slopes, weights : ndarray, shape (K - 1, 2)
-        Leaving the first key and arriving at the second: values per second, and shares of the interval.
+    intervals : Intervals, optional
+        Linear without them.
     before, after : Extrapolation
     """
 
     times: FloatArray
     values: FloatArray
-    kinds: IntArray
-    slopes: FloatArray
-    weights: FloatArray
+    intervals: Intervals | None = None
     before: Extrapolation = Extrapolation()
     after: Extrapolation = Extrapolation()
 
@@ -91,27 +104,36 @@ class Curve:
         if len(self.times) == 1:
             return np.full(len(times), self.values[0])
         shifted, added = _extrapolated(self, times)
-        if np.all(self.kinds & (CONSTANT | CUBIC) == 0):
-            return np.asarray(np.interp(shifted, self.times, self.values) + added)
-        return self._inside(shifted) + added
+        if self.intervals is None:
+            inside = np.asarray(np.interp(shifted, self.times, self.values))
+        else:
+            inside = self._inside(self.intervals, shifted)
+        return inside if added is None else inside + added
 
-    def _inside(self, times: FloatArray) -> FloatArray:
+    def end_slopes(self) -> tuple[float, float]:
+        """Slopes at the first and the last key."""
+        if self.intervals is not None:
+            return float(self.intervals.slopes[0, 0]), float(self.intervals.slopes[-1, 1])
+        times, values = self.times[[0, 1, -2, -1]], self.values[[0, 1, -2, -1]]
+        first, _, last = np.diff(values) / np.maximum(np.diff(times), 1e-300)
+        return float(first), float(last)
+
+    def _inside(self, intervals: Intervals, times: FloatArray) -> FloatArray:
         lower, upper, _ = bracket_times(times + _SLACK, self.times)
         share = np.clip((times - self.times[lower]) / (self.times[upper] - self.times[lower]), 0.0, 1.0)
-        start, stop, kind = self.values[lower], self.values[upper], self.kinds[lower]
+        start, stop, kind = self.values[lower], self.values[upper], intervals.kinds[lower]
         out = start + share * (stop - start)
         still = (kind & CONSTANT) != 0
         past = (share == 1) | ((kind & CONSTANT_NEXT != 0) & (times > self.times[lower] + _SLACK))
-        held = np.where(past, stop, start)
-        out = np.where(still, held, out)
+        out = np.where(still, np.where(past, stop, start), out)
         cubic = np.flatnonzero(~still & (kind & CUBIC != 0))
-        out[cubic] = _bezier(self, lower[cubic], share[cubic])
+        out[cubic] = _bezier(self, intervals, lower[cubic], share[cubic])
         return np.asarray(out)
 
 
-def _bezier(curve: Curve, lower: IntArray, share: FloatArray) -> FloatArray:
-    first, second = curve.weights[lower].T
-    leave, arrive = curve.slopes[lower].T
+def _bezier(curve: Curve, intervals: Intervals, lower: IntArray, share: FloatArray) -> FloatArray:
+    first, second = intervals.weights[lower].T
+    leave, arrive = intervals.slopes[lower].T
     span = curve.times[lower + 1] - curve.times[lower]
     place = share.copy()
     weighted = np.flatnonzero((np.abs(first - _THIRD) > 1e-6) | (np.abs(second - _THIRD) > 1e-6))
@@ -137,18 +159,17 @@ def _parameter(share: FloatArray, first: FloatArray, second: FloatArray) -> Floa
     return 0.5 * (low + high)
 
 
-def _extrapolated(curve: Curve, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _extrapolated(curve: Curve, times: FloatArray) -> tuple[FloatArray, FloatArray | None]:
     """Times between the curve's ends in place of those beyond them, and what is added to the values there."""
-    added = np.zeros(len(times))
     first, last = curve.times[0], curve.times[-1]
     beyond = ((curve.before, times < first - _SLACK), (curve.after, times > last + _SLACK))
     if all(how.kind == "C" or not outside.any() for how, outside in beyond):
-        return times, added
-    times = times.copy()
+        return times, None
+    times, added = times.copy(), np.zeros(len(times))
     for side, (how, outside) in enumerate(beyond):
         away = times[outside] - last if side else first - times[outside]
         if how.kind == "K":
-            added[outside] = away * (curve.slopes[-1, 1] if side else -curve.slopes[0, 0])
+            added[outside] = away * (curve.end_slopes()[1] if side else -curve.end_slopes()[0])
         elif how.kind in "RAM" and how.times != 0:
             rounds, rest = np.divmod(away, last - first)
             over = (rounds >= how.times) & (how.times > 0)
@@ -171,22 +192,29 @@ def parse_curve(path: Path, node: Node, ticks: int) -> Curve | None:
         raise FormatError(path, "expected an animation curve to have as many times as values")
     if len(keys) == 0:
         return None
-    times, values = keys.astype(np.float64) / ticks, numbers.astype(np.float64)
+    count, times, values = len(keys), keys.astype(np.float64) / ticks, numbers.astype(np.float64)
     if not np.abs(times).max() <= _MOST_SECONDS or np.any(np.diff(times) < 0):
         raise FormatError(path, "expected the times of an animation curve to increase")
     if not np.abs(values).max() < LARGEST:
         raise FormatError(path, "expected finite numbers in an animation curve")
-    kinds, data, weights = _attributes(node, len(times))
+    kinds, data, weights = _attributes(node, count)
     kept = np.flatnonzero(np.append(np.diff(times) > 0, True))  # of keys at one time the last
     if len(kept) < len(times):
-        times, values, kinds, data, weights = times[kept], values[kept], kinds[kept], data[kept], weights[kept]
-    slopes = _slopes(times, values, kinds, data, weights)
+        times, values = times[kept], values[kept]
+    intervals = None
+    if len(times) > 1 and np.any(kinds & (CONSTANT | CUBIC)):
+        kinds = np.broadcast_to(kinds, count)[kept]
+        data, weights = np.broadcast_to(data, (count, 3))[kept], np.broadcast_to(weights, (count, 2))[kept]
+        intervals = Intervals(kinds[:-1], _slopes(times, values, kinds, data, weights), weights[:-1])
     before, after = (_extrapolation(node.child(name)) for name in ("Pre-Extrapolation", "Post-Extrapolation"))
-    return Curve(times, values, kinds[:-1], slopes, weights[:-1], before, after)
+    return Curve(times, values, intervals, before, after)
 
 
 def _attributes(node: Node, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Flags ``(K,)``, the first three numbers ``(K, 3)`` and weights ``(K, 2)`` of the keys; linear where damaged."""
+    """Flags, the first three numbers, and weights of the keys, of shapes ``(K,)``, ``(K, 3)`` and ``(K, 2)``.
+
+    A single row counts for all keys; where they are damaged, they say linear.
+    """
     flags, data, repeats = (node.numbers(f"KeyAttr{name}") for name in ("Flags", "DataFloat", "RefCount"))
     rows = 0 if flags is None else len(flags)
     whole = flags is not None and repeats is not None and flags.dtype.kind == repeats.dtype.kind == "i"
@@ -195,11 +223,9 @@ def _attributes(node: Node, count: int) -> tuple[IntArray, FloatArray, FloatArra
         or data is None
         or repeats is None
         or not whole
-        or not 4 <= rows * 4 == len(data) == len(repeats) * 4
+        or not 4 <= 4 * rows == len(data) == 4 * len(repeats)
     ):
-        return np.full(count, LINEAR), np.zeros((count, 3)), np.full((count, 2), _THIRD)
-    stops = np.cumsum(np.clip(repeats.astype(np.int64), 0, count))
-    row = np.minimum(np.searchsorted(stops, np.arange(count), side="right"), rows - 1)
+        return np.full(1, LINEAR), np.zeros((1, 3)), np.full((1, 2), _THIRD)
     if data.dtype.kind in "iu":  # files in text have the bits of these numbers
         data = data.astype(np.int64).astype(np.uint32).view(np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -214,6 +240,10 @@ def _attributes(node: Node, count: int) -> tuple[IntArray, FloatArray, FloatArra
         shares = exact.reshape(-1, 2)
     weights = np.where(own, np.clip(shares, 1e-4, 1.0), _THIRD)
     finite = np.clip(np.nan_to_num(table[:, :3].astype(np.float64)), -LARGEST, LARGEST)
+    if rows == 1:
+        return kinds, finite, weights
+    stops = np.cumsum(np.clip(repeats.astype(np.int64), 0, count))
+    row = np.minimum(np.searchsorted(stops, np.arange(count), side="right"), rows - 1)
     return kinds[row], finite[row], weights[row]
 
 

@@ -19,8 +19,6 @@ from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.formats.timing import check_fps
 from kinetograph.take import Take
 
-_LIMBS = ("LimbNode", "Limb", "Root", "Effector")
-
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     """Read an FBX file, binary or in text, as a take in metres, Y up, with one motion per skeleton.
@@ -44,15 +42,15 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
 
     Notes
     -----
-    Joints are the limb nodes, or else the nodes that move. Their rest pose is the bind pose that the file gives, or
-    else the pose with all rotations zero. The layers of an animation are combined by their modes and weights.
+    Joints are the limb nodes and what skins are bound to, or else the nodes that move. Their rest pose is the bind pose
+    that the file gives, or else the pose with all rotations zero. The layers of an animation are combined by their
+    modes and weights.
     """
     path = Path(path)
     options = options or ReadOptions()
     scene = Scene(path, read_document(path), options.animation)
     notes = scene.notes
-    joints = [i for i, m in enumerate(scene.models) if m.kind in _LIMBS]
-    joints = joints or [i for i, m in enumerate(scene.models) if m.moves]
+    joints = scene.joints()
     if not joints:
         raise FormatError(path, "expected a skeleton or nodes that move, found neither")
     times, fps = _times(path, scene, options.fps)

@@ -17,6 +17,7 @@ from kinetograph.formats.fbx.objects import Objects, Properties, number, propert
 from kinetograph.formats.fbx.stacks import attach, choose_stack, find_stacks
 from kinetograph.formats.names import unique
 
+_LIMBS = ("LimbNode", "Limb", "Root", "Effector")
 _MOST_MODELS = 20_000
 _SETTINGS = 1e6  # numbers of the settings beyond this are damage
 
@@ -117,6 +118,13 @@ class Scene:
         return scenes.Nodes(
             names, np.array([m.parent for m in self.models], dtype=np.int64), shifts, rotations, scales, inherits
         )
+
+    def joints(self) -> list[int]:
+        """The models that are joints: limbs, and what skins are bound to, or else all that move."""
+        bound = {model for key in self.objects.all("Deformer") for model, _ in self.objects.under(key, "Model")}
+        places = {self.place[model] for model in bound}
+        places |= {place for place, model in enumerate(self.models) if model.kind in _LIMBS}
+        return sorted(places) or [place for place, model in enumerate(self.models) if model.moves]
 
     def _bind_matrices(self) -> list[tuple[int, FloatArray]]:
         """World matrices of models in the bind pose, of Pose nodes and of the clusters of skins."""
