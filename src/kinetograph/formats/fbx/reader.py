@@ -14,7 +14,6 @@ from kinetograph.formats.fbx.axes import upright
 from kinetograph.formats.fbx.document import read_document
 from kinetograph.formats.fbx.scene import Scene
 from kinetograph.formats.fbx.times import rate_of_keys
-from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.formats.timing import check_fps
 from kinetograph.take import Take
@@ -64,12 +63,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     if options.up is None:
         rotation = upright(scene)
         motions = [rotate_world(motion, rotation) for motion in motions] if abs(rotation[0]) < 1.0 else motions
-    converted = to_metres_y_up(motions, units, options.up or "y")
-    names = ["motion"]
-    if len(motions) > 1:
-        names = unique([motion.skeleton.names[0] for motion in motions], "track", notes)
-    take = Take(path.stem, dict(zip(names, converted.motions, strict=True)))
-    return Loaded(take, (*notes, *converted.notes), scene.animations)
+    converted = to_metres_y_up(motions, units, options.up or "y", options.keep)
+    tracks = converted.tracks([motion.skeleton.names[0] for motion in motions], notes)
+    return Loaded(Take(path.stem, tracks), (*notes, *converted.notes), scene.animations)
 
 
 def _times(path: Path, scene: Scene, given: float | None) -> tuple[FloatArray, float]:
