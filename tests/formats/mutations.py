@@ -32,6 +32,7 @@ import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 
+import fbx_files
 import numpy as np
 
 from kinetograph import rotations as rot
@@ -228,6 +229,31 @@ def gltf_text() -> str:
     return json.dumps(document, indent=1)
 
 
+def fbx_scenes() -> dict[str, bytes]:
+    """A small scene with layers and curves of every kind, in text and of version 6, in text and binary."""
+    cubic = [fbx_files.CUBIC | fbx_files.USER | 0x3000000, fbx_files.CUBIC | fbx_files.AUTO | 0x4000, 0x208, 0x102]
+    data = [[1.0, -1.0, fbx_files.weights(0.5, 0.2), 0.0]] * 4
+    soft = fbx_files.Keys([0.0, 0.1, 0.3, 0.4], [0.0, 20.0, 10.0, 5.0], cubic, data, "M")
+    layers = [
+        fbx_files.Layer({(bone, "Lcl Rotation", axis): soft for bone in (0, 1) for axis in "XYZ"}, {"Weight": 100.0}),
+        fbx_files.Layer({(1, "Lcl Scaling", "X"): fbx_files.Keys([0.0, 1.0], [1.0, 2.0])}, {"BlendMode": 2}),
+    ]
+    arm = {"Lcl Translation": (0.0, 1.0, 0.0), "InheritType": 2, "RotationOrder": 3, "RotationActive": 1}
+    bones = [
+        fbx_files.Bone("hips", -1, {"PreRotation": (0.0, 10.0, 90.0), "Lcl Scaling": (1.0, 2.0, 1.5)}),
+        *(fbx_files.Bone(f"bone{i}", i, arm) for i in range(3)),
+    ]
+    stacks = [fbx_files.Stack("walk", layers), fbx_files.Stack("run", layers[:1])]
+    scene = fbx_files.scene(bones, stacks, {"UnitScaleFactor": 2.54, "UpAxis": 2, "FrontAxis": 1, "FrontAxisSign": -1})
+    old = fbx_files.as_version_6(scene)
+    return {
+        "layers.fbx": fbx_files.binary(scene, 7500),
+        "text.fbx": fbx_files.text(scene),
+        "text6.fbx": fbx_files.text(old, 6100),
+        "binary6.fbx": fbx_files.binary(old, 6100),
+    }
+
+
 def good_files(folder: Path) -> dict[str, bytes]:
     """A good file a reader, by the name to give it; an ``.asf`` lies in the folder for the ``.amc``."""
     (folder / "small.asf").write_text(ASF)
@@ -236,6 +262,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
         path = folder / f"good.{suffix}"
         save(small_motion(), path)
         files[f"small.{suffix}"] = path.read_bytes()
+    files |= fbx_scenes()
     side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
     rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 3
     files["clip.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()

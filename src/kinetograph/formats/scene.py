@@ -14,12 +14,14 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.formats.inheritance import FULL, Scales
 from kinetograph.formats.timing import bracket_times
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
 _MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
 _BLOCK = 1024  # frames
+_BLOCK_VALUES = 1_000_000  # nodes times frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, to the precision of single precision
 
 
@@ -33,9 +35,11 @@ class Nodes:
     parents : ndarray of int, shape (N,)
         -1 at the top.
     translations : ndarray, shape (F or 1, N, 3)
-        Stretched by the scales of the ancestors.
+        Stretched and sheared by the scales of the ancestors.
     rotations : ndarray, shape (F or 1, N, 4)
     scales : ndarray, shape (F or 1, N, 3)
+    inherits : ndarray of int, shape (N,), optional
+        How each node inherits its parent's scale, of `kinetograph.formats.inheritance`; ``FULL`` without it.
     """
 
     names: tuple[str, ...]
@@ -43,6 +47,7 @@ class Nodes:
     translations: FloatArray
     rotations: FloatArray
     scales: FloatArray
+    inherits: IntArray | None = None
 
 
 def most_values(size: int) -> int:
@@ -73,15 +78,17 @@ def world(nodes: Nodes) -> tuple[FloatArray, FloatArray]:
     count = len(nodes.names)
     positions = np.empty((frames, count, 3))
     rotations = np.empty((frames, count, 4))
-    scales = np.empty((max(len(nodes.scales), 1), count, 3))
+    modes = [FULL] * count if nodes.inherits is None else nodes.inherits.tolist()
+    scales = Scales(nodes.parents, nodes.scales, modes)
     for node, parent in enumerate(nodes.parents.tolist()):
-        shift, rotation, scale = nodes.translations[:, node], nodes.rotations[:, node], nodes.scales[:, node]
+        shift, rotation = nodes.translations[:, node], nodes.rotations[:, node]
+        scales.add(node, rotation)
         if parent < 0:
-            positions[:, node], rotations[:, node], scales[:, node] = shift, rotation, scale
+            positions[:, node], rotations[:, node] = shift, rotation
         else:
-            positions[:, node] = positions[:, parent] + rot.rotate(rotations[:, parent], shift * scales[:, parent])
+            moved = scales.stretch(parent, shift)
+            positions[:, node] = positions[:, parent] + rot.rotate(rotations[:, parent], moved)
             rotations[:, node] = rot.multiply(rotations[:, parent], rotation)
-            scales[:, node] = scales[:, parent] * scale
     return positions, rotations
 
 
@@ -110,8 +117,9 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
         trees.setdefault(top[joint], []).append(joint)
     frames = max(len(nodes.translations), len(nodes.rotations), len(nodes.scales))
     characters = [_Tree(tree, above, frames) for tree in trees.values()]
-    for start in range(0, frames, _BLOCK):  # all frames in the world at once would take many times the file
-        block = slice(start, min(start + _BLOCK, frames))
+    size = max(min(_BLOCK, _BLOCK_VALUES // len(nodes.names)), 1)
+    for start in range(0, frames, size):  # all frames in the world at once would take many times the file
+        block = slice(start, min(start + size, frames))
         positions, rotations = world(_cut(nodes, block))
         for character in characters:
             character.fill(block, positions, rotations, bind[1])
@@ -120,7 +128,8 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
 
 def _cut(nodes: Nodes, block: slice) -> Nodes:
     parts = (nodes.translations, nodes.rotations, nodes.scales)
-    return Nodes(nodes.names, nodes.parents, *(part[block] if len(part) > 1 else part for part in parts))
+    shifts, rotations, scales = (part[block] if len(part) > 1 else part for part in parts)
+    return Nodes(nodes.names, nodes.parents, shifts, rotations, scales, nodes.inherits)
 
 
 def _above(parents: IntArray, chosen: set[int], joint: int) -> int:
