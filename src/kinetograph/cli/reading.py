@@ -32,6 +32,9 @@ class Reading:
 
     units: Units = None
     up: Up = None
+    animation: Annotated[
+        str | None, typer.Option(help="Which of several animations in a file: a name, or a number from 1.")
+    ] = None
 
     @property
     def read_options(self) -> ReadOptions:

@@ -21,6 +21,7 @@ from kinetograph.skeleton import Skeleton
 _MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
 _BLOCK = 1024  # frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, to the precision of single precision
+_SAME = 1e-5  # of the body's size: bones that differ by less from those at rest are those, to the last bit
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,13 @@ def world(nodes: Nodes) -> tuple[FloatArray, FloatArray]:
     return positions, rotations
 
 
-def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatArray], fps: float) -> list[Motion]:
+def motions(
+    nodes: Nodes,
+    joints: Sequence[int],
+    bind: tuple[FloatArray, FloatArray],
+    fps: float,
+    still: tuple[FloatArray, FloatArray] | None = None,
+) -> list[Motion]:
     """A motion for every tree among the joints.
 
     Parameters
@@ -96,6 +103,9 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
     bind : tuple of ndarray, shapes (N, 3) and (N, 4)
         World positions and rotations of all nodes in the bind pose.
     fps : float
+    still : tuple of ndarray, shapes (N, 3) and (N, 4), optional
+        The same of the file's rest pose, whose bones are the skeleton's, so that all animations of a file have one
+        skeleton; without it, and where bones have another length throughout, they are the mean over the frames.
 
     Returns
     -------
@@ -115,6 +125,9 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
         positions, rotations = world(_cut(nodes, block))
         for character in characters:
             character.fill(block, positions, rotations, bind[1])
+    if still is not None:
+        for character in characters:
+            character.rest(*still, bind[1])
     return [character.motion(nodes.names, bind[0], fps) for character in characters]
 
 
@@ -140,6 +153,7 @@ class _Tree:
         self.translation = np.empty((frames, 3))
         self.local = np.empty((frames, len(joints), 4))
         self.bones = np.empty((frames, len(joints), 3))
+        self.still: FloatArray | None = None
 
     def fill(self, block: slice, positions: FloatArray, rotations: FloatArray, bind: FloatArray) -> None:
         """Take a block of frames in the world, relative to the bind pose."""
@@ -151,14 +165,23 @@ class _Tree:
         self.translation[block], self.local[block] = at[:, 0], rot.normalize(local)
         self.bones[block] = rot.rotate(rot.conjugate(rotation[:, up]), at - at[:, up])
 
+    def rest(self, positions: FloatArray, rotations: FloatArray, bind: FloatArray) -> None:
+        """Take the bones of a rest pose in the world."""
+        up = np.maximum(self.parents, 0)
+        at = positions[self.joints]
+        rotation = rot.multiply(rotations[self.joints], rot.conjugate(bind[self.joints]))
+        self.still = rot.rotate(rot.conjugate(rotation[up]), at - at[up])
+
     def motion(self, names: tuple[str, ...], bind: FloatArray, fps: float) -> Motion:
         """The motion; its bones are rigid unless they change."""
         middle = self.bones.mean(axis=0)
-        offsets = middle.copy()
-        offsets[0] = bind[self.joints[0]]
         size = max(float(np.abs(middle).max()), 1e-9)
         changes = (float(np.abs(self.bones[:, j] - middle[j]).max()) for j in range(1, len(self.joints)))
         loose = max(changes, default=0.0) > _RIGID * size
+        offsets = middle.copy()
+        if self.still is not None and (loose or np.abs(self.still - middle)[1:].max(initial=0.0) < _SAME * size):
+            offsets = self.still.copy()
+        offsets[0] = bind[self.joints[0]]
         for joint in range(len(self.joints)):
             self.local[:, joint] = rot.unroll(self.local[:, joint])
         skeleton = Skeleton(tuple(names[joint] for joint in self.joints), self.parents, offsets)

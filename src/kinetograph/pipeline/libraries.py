@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -110,8 +110,42 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
         What was guessed.
     """
     loaded = read(path, options)
+    return _named(loaded.take, path.stem, roles), loaded.notes
+
+
+def read_takes(
+    path: Path, options: ReadOptions, roles: dict[str, str] | None = None
+) -> Iterator[tuple[Take, tuple[str, ...]]]:
+    """Read every animation in a file as a take, or the one that is named.
+
+    Parameters
+    ----------
+    path : Path
+    options : ReadOptions
+    roles : dict of str to str, optional
+        Joint names by role, put in place of those that are found.
+
+    Yields
+    ------
+    take : Take
+        Named after the file, and where that has several animations after both: ``"file:animation"``.
+    notes : tuple of str
+        What was guessed.
+    """
+    loaded = read(path, options)
+    several = len(loaded.animations) > 1
+    if not several or options.animation is not None:
+        name = f"{path.stem}:{loaded.take.animation}" if several else path.stem
+        yield _named(loaded.take, name, roles), loaded.notes
+        return
+    for animation in loaded.animations:
+        loaded = read(path, replace(options, animation=animation))
+        yield _named(loaded.take, f"{path.stem}:{animation}", roles), loaded.notes
+
+
+def _named(take: Take, name: str, roles: dict[str, str] | None) -> Take:
     tracks = {
-        name: replace(track, skeleton=with_roles(track.skeleton, roles or {})) if isinstance(track, Motion) else track
-        for name, track in loaded.take.tracks.items()
+        track: replace(what, skeleton=with_roles(what.skeleton, roles or {})) if isinstance(what, Motion) else what
+        for track, what in take.tracks.items()
     }
-    return Take(path.stem, tracks, loaded.take.annotations), loaded.notes
+    return replace(take, name=name, tracks=tracks)
