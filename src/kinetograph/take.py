@@ -91,12 +91,8 @@ class Take:
                 )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Take, (
-            self.name,
-            dict(self.tracks),
-            self.annotations,
-            self.animation,
-        )  # a read-only view of a dict does not pickle
+        # a read-only view of a dict does not pickle
+        return Take, (self.name, dict(self.tracks), self.annotations, self.animation)
 
     def _repr_html_(self) -> str:
         return notebook_html(self)

@@ -320,8 +320,8 @@ def test_usd_there_and_back(tmp_path: Path) -> None:
     moved = Motion(motion.skeleton, motion.translation + np.eye(3)[0], motion.rotations, motion.fps)
     save(Take("pair", {"a b": motion, "b": moved}), tmp_path / "a.usdc")
     take = load(tmp_path / "a.usdc")
-    assert list(take.tracks) == ["a_b", "b"]
-    for track, wanted in (("a_b", motion), ("b", moved)):
+    assert list(take.tracks) == ["a b", "b"]
+    for track, wanted in (("a b", motion), ("b", moved)):
         back = take.motion(track)
         assert (back.fps, back.skeleton.names) == (30.0, motion.skeleton.names)
         np.testing.assert_allclose(joint_positions(back), joint_positions(wanted), atol=1e-5)

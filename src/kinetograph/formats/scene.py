@@ -18,7 +18,7 @@ from kinetograph.formats.timing import bracket_times
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
-_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
+_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 250_000, 4
 _BLOCK = 1024  # frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, to the precision of single precision
 _SAME = 1e-5  # of the body's size: bones that differ by less from those at rest are those, to the last bit

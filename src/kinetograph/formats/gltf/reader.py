@@ -68,7 +68,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     nodes = _nodes(gltf, parents, order, animation, times)
     place = {node: i for i, node in enumerate(order)}
     humanoid = humanoid_of(gltf)
-    joints = [place[node] for node in _joints(gltf, animation, humanoid)]
+    joints = [place[node] for node in _joints(gltf, humanoid)]
     still = _at_rest(gltf, nodes, order)
     bind = _bind(gltf, still, place)
     motions = scene.motions(nodes, joints, bind, fps, still)
@@ -145,12 +145,13 @@ def _local(gltf: Gltf, node: Node) -> tuple[FloatArray, FloatArray, FloatArray]:
     return np.array(node.translation), unit_quaternions(gltf, rotation[None])[0], np.array(node.scale)
 
 
-def _joints(gltf: Gltf, animation: Animation, humanoid: Humanoid | None) -> list[int]:
+def _joints(gltf: Gltf, humanoid: Humanoid | None) -> list[int]:
     """The nodes that are joints."""
     nodes: set[int] = set() if humanoid is None else set(humanoid.bones.values())
     if humanoid is None or not humanoid.animation:
         nodes |= {joint for skin in gltf.document.skins for joint in skin.joints}
-    nodes = nodes or {node for node, *_ in channels(gltf, animation)}
+    if not nodes:  # those that any animation moves, so that all are of one skeleton
+        nodes = {node for animation in gltf.document.animations for node, *_ in channels(gltf, animation)}
     if not nodes:
         raise FormatError(gltf.path, "expected a skin or an animation, found neither: nothing in it moves")
     gltf.pick(gltf.document.nodes, max(nodes), "joint")

@@ -19,7 +19,7 @@ from kinetograph.formats import scene
 from kinetograph.formats.conventions import scale_motion, to_metres_y_up
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
-from kinetograph.formats.usd.child import REASON
+from kinetograph.formats.usd.child import REASON, REQUEST
 from kinetograph.motion import Motion
 from kinetograph.take import Take
 
@@ -45,20 +45,23 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     Raises
     ------
     RequestError
-        usd-core is missing.
+        usd-core is missing, or there is no animation of the name in ``options``.
     FormatError
-        usd-core cannot read the file, it has no skeleton, or it refers to other files.
+        usd-core cannot read the file, it has no skeleton, it has composition arcs (references, payloads, sublayers,
+        inherits, specializes, variants, value clips), or claims more than a file of its size can hold.
     """
     path = Path(path)
     options = options or ReadOptions()
     if importlib.util.find_spec("pxr") is None:
         raise RequestError("USD needs the package usd-core: pip install 'kinetograph[usd]'")
     path.open("rb").close()
-    arrays = _read_in_child(path)
+    arrays = _read_in_child(path, options.animation)
     fps = options.fps or float(arrays["fps"])
     if not (np.isfinite(fps) and 0 < fps < 1e5):
         raise FormatError(path, f"fps must be a positive number, found {fps}; give it with --fps")
-    notes: list[str] = []
+    notes: list[str] = [str(note) for note in arrays["notes"]]
+    if not arrays["animations"].size:
+        notes.append("the file has no animation: read its pose")
     motions = [_motion(path, arrays, f"{i}/", fps, notes) for i in range(int(arrays["count"]))]
     if not motions:
         raise FormatError(path, "expected a skeleton (UsdSkel), found none")
@@ -67,13 +70,15 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]))
     labels = [str(arrays[f"{i}/label"]) for i in range(len(motions))]
     names = ["motion"] if len(motions) == 1 else unique(labels, "track", notes)
-    return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
+    take = Take(path.stem, dict(zip(names, converted.motions, strict=True)), animation=str(arrays["animation"]))
+    return Loaded(take, (*notes, *converted.notes), tuple(map(str, arrays["animations"])))
 
 
-def _read_in_child(path: Path) -> Arrays:
+def _read_in_child(path: Path, animation: str | None) -> Arrays:
     with tempfile.TemporaryDirectory(prefix="kinetograph-") as folder:
         out = Path(folder) / "scene.npz"
         command = [sys.executable, "-m", "kinetograph.formats.usd.child", str(path.resolve()), str(out)]
+        command += [] if animation is None else [animation]
         try:
             ran = subprocess.run(
                 command, capture_output=True, text=True, errors="replace", timeout=_PATIENCE, check=False
@@ -81,6 +86,9 @@ def _read_in_child(path: Path) -> Arrays:
         except subprocess.TimeoutExpired:
             raise FormatError(path, f"usd-core has not read it in {_PATIENCE} s") from None
         if ran.returncode != 0 or not out.is_file():
+            for line in ran.stderr.splitlines():
+                if line.startswith(REQUEST):
+                    raise RequestError(line.removeprefix(REQUEST).replace(str(path.resolve()), str(path)))
             reasons = [line.removeprefix(REASON)[:160] for line in ran.stderr.splitlines() if line.startswith(REASON)]
             raise FormatError(path, reasons[0] if reasons else "usd-core cannot read it; is the file damaged?")
         with np.load(out, allow_pickle=False) as arrays:
@@ -101,7 +109,7 @@ def _motion(path: Path, arrays: Arrays, key: str, fps: float, notes: list[str]) 
     nodes = scene.Nodes(tuple(names), np.array([-1, *(parents + 1)]), shifts, rotations, scales)
     bound = _parts(path, bind @ places[0])
     whole = (np.concatenate([shifts[0, :1], bound[0]]), np.concatenate([rotations[0, :1], bound[1]]))
-    motions = scene.motions(nodes, list(range(1, len(names))), whole, fps)
+    motions = scene.motions(nodes, list(range(1, len(names))), whole, fps, whole)
     if len(motions) > 1:
         notes.append(f"{len(motions)} roots in one skeleton: read the first one")
     return motions[0]
