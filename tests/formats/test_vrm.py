@@ -8,43 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gltf_files import HUMANOID, Json, Numbers, animated, humanoid_nodes, turned, written
+from gltf_files import HUMANOID, NODE, VRM0, VRM1, VRMA, Json, animated, avatar, humanoid_nodes, turned, written
 from kinetograph.errors import FormatError
 from kinetograph.formats import ReadOptions, read, read_character
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.skeleton import ROLES
-
-NODE = {name: index for index, name in enumerate(HUMANOID)}
-VRM1 = {"VRMC_vrm": {"specVersion": "1.0", "humanoid": {"humanBones": {n: {"node": i} for n, i in NODE.items()}}}}
-VRM0 = {"VRM": {"humanoid": {"humanBones": [{"bone": n, "node": i} for n, i in NODE.items()]}}}
-VRMA = {"VRMC_vrm_animation": {"specVersion": "1.0", "humanoid": VRM1["VRMC_vrm"]["humanoid"]}}
-
-
-def avatar(extensions: Json, facing: float = 1.0, **more: Any) -> Json:
-    """A body of one triangle on its right hand and one on its left toe, in a skin each; hair hangs on nothing."""
-    numbers, nodes = Numbers(), humanoid_nodes(facing)
-    world: dict[str, np.ndarray] = {}
-    for name, (above, at) in HUMANOID.items():
-        world[name] = np.array(at) * [facing, 1, facing] + (0 if above is None else world[above])
-    meshes, skins = [], []
-    for joints, corner in ((list(HUMANOID), "rightHand"), (["head", "leftToes"], "leftToes")):
-        matrices = np.tile(np.eye(4), (len(joints), 1, 1))
-        matrices[:, 3, :3] = [-world[name] for name in joints]
-        points = world[corner] + np.array([[0, 0, 0], [0.1, 0, 0], [0, 0, 0.1]])
-        slots = np.zeros((3, 4), dtype=np.uint8)
-        slots[:, 0] = joints.index(corner)
-        attributes = {
-            "POSITION": numbers.add(points),
-            "JOINTS_0": numbers.add(slots),
-            "WEIGHTS_0": numbers.add(np.eye(4)[[0, 0, 0]]),
-        }
-        skin = {"joints": [NODE[name] for name in joints], "inverseBindMatrices": numbers.add(matrices.reshape(-1, 16))}
-        skins.append(skin)
-        meshes.append({"primitives": [{"attributes": attributes}]})
-        nodes.append({"name": f"mesh {corner}", "mesh": len(meshes) - 1, "skin": len(skins) - 1})
-    nodes.append({"name": "hair"})
-    skins.append({"joints": [len(nodes) - 1]})
-    return numbers.document(nodes=nodes, meshes=meshes, skins=skins, extensions=extensions, **more)
 
 
 @pytest.mark.parametrize(("extensions", "facing"), [(VRM1, 1.0), (VRM0, -1.0)], ids=["VRM 1", "VRM 0"])

@@ -121,7 +121,8 @@ class Gltf:
         start = view.byte_offset + place.byte_offset
         flat = np.frombuffer(data, np.uint8, needed - place.byte_offset if count else 0, start if count else 0)
         rows = np.lib.stride_tricks.as_strided(flat, (count, item), (stride, 1)) if count else flat.reshape(0, item)
-        values = np.ascontiguousarray(rows).view(np.dtype(kind).newbyteorder("<")).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # signalling NaN, which is refused below
+            values = np.ascontiguousarray(rows).view(np.dtype(kind).newbyteorder("<")).astype(np.float64)
         if not np.isfinite(values).all():
             raise FormatError(self.path, f"{where}: expected finite numbers")
         return values
