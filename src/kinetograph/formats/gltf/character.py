@@ -51,9 +51,9 @@ def read_character(path: Path, notes: list[str]) -> Character:
     if len(take.tracks) != 1 or not isinstance(motion, Motion):
         raise FormatError(path, f"expected one skinned character, found {len(take.tracks)} skeletons")
     skeleton = motion.skeleton
-    joint_of = _joint_of_nodes(gltf, skeleton)
+    joint_of, exact = _joint_of_nodes(gltf, skeleton)
     worn = [node for node in gltf.document.nodes if node.skin is not None and node.mesh is not None]
-    parts = [part for node in worn for part in _parts(gltf, node, skeleton, joint_of)]
+    parts = [part for node in worn for part in _parts(gltf, node, skeleton, joint_of, exact)]
     if not parts:
         raise FormatError(path, "expected a skinned mesh of triangles, found none")
     if pictures := len(gltf.document.textures):
@@ -61,14 +61,15 @@ def read_character(path: Path, notes: list[str]) -> Character:
     return Character(path.stem, skeleton, _joined(parts))
 
 
-def _joint_of_nodes(gltf: Gltf, skeleton: Skeleton) -> list[int]:
-    """The joint that each node is, or that it hangs on; the root for nodes that hang on none."""
+def _joint_of_nodes(gltf: Gltf, skeleton: Skeleton) -> tuple[list[int], set[int]]:
+    """The joint that each node is, or that it hangs on, the root for others; and the nodes that are joints."""
     parents, order = tree(gltf)
     index = {name: joint for joint, name in enumerate(skeleton.names)}
+    names = node_names(gltf, order)
     out = [0] * len(order)
-    for node, name in zip(order, node_names(gltf, order), strict=True):
+    for node, name in zip(order, names, strict=True):
         out[node] = index.get(name, out[parents[node]] if parents[node] >= 0 else 0)
-    return out
+    return out, {node for node, name in zip(order, names, strict=True) if name in index}
 
 
 def _joined(parts: list[Skin]) -> Skin:
@@ -85,18 +86,19 @@ def _joined(parts: list[Skin]) -> Skin:
     )
 
 
-def _parts(gltf: Gltf, node: Node, skeleton: Skeleton, joint_of: list[int]) -> list[Skin]:
+def _parts(gltf: Gltf, node: Node, skeleton: Skeleton, joint_of: list[int], exact: set[int]) -> list[Skin]:
     """One skin per group of primitives of a node's mesh, in metres relative to the root joint."""
     skin = gltf.pick(gltf.document.skins, node.skin, "skin")
     mesh = gltf.pick(gltf.document.meshes, node.mesh, "mesh")
     humanoid = humanoid_of(gltf)
     turn = HALF_TURN if humanoid is not None and humanoid.backward else rot.identity()
     bind = rot.rotate(turn, bind_matrices(gltf, skin)[:, :3, 3])
-    if not skin.joints:
-        raise FormatError(gltf.path, "expected the joints of a skin, found none")
+    own = np.array([i for i, joint in enumerate(skin.joints) if joint in exact], dtype=np.int64)
+    if not len(own):
+        return []  # it is worn by what was left out
     joints = np.array([joint_of[joint] for joint in skin.joints])
-    scale = _scale(skeleton, joints, bind)
-    first = int(np.argmin(joints))  # the root, or of skins that lack it a joint whose place it tells
+    scale = _scale(skeleton, joints[own], bind[own])
+    first = own[np.argmin(joints[own])]  # the root, or of skins that lack it a joint whose place it tells
     root = bind[first] - rest_positions(skeleton)[joints[first]] / scale
     groups: dict[tuple[tuple[str, int], ...], list[Primitive]] = {}  # primitives of several materials share points
     for primitive in mesh.primitives:

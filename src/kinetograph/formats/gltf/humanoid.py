@@ -11,6 +11,7 @@ from kinetograph import rotations as rot
 from kinetograph.errors import FormatError
 from kinetograph.formats.gltf.buffers import Gltf
 from kinetograph.motion import Motion
+from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Landmark, Skeleton
 
 _SIDED = {
@@ -23,6 +24,7 @@ _SIDED = {
     "Foot": "foot",
     "Toes": "toe",
 }
+_MOST_BONES = 500  # in which roles are looked for
 _TRUNK = ("upperChest", "chest", "spine")
 HALF_TURN = rot.about("y", np.pi)
 """From the way that a VRM 0 avatar faces at rest, against z, to that of VRM 1 and of bodies here, along z."""
@@ -61,6 +63,27 @@ class Humanoid:
                     out[f"{side}_{part}"] = self.bones[side + bone]
         return out
 
+    def body_of(self, motions: Sequence[Motion], names: Sequence[str], notes: list[str]) -> list[Motion]:
+        """The motion of the humanoid alone, facing z, with its roles.
+
+        Parameters
+        ----------
+        motions : sequence of Motion
+            All of the file's.
+        names : sequence of str
+            What joints are called, by node.
+        notes : list of str
+            Gets a line on the others.
+        """
+        hips = names[self.bones["hips"]]
+        if others := [motion.skeleton.names[0] for motion in motions if hips not in motion.skeleton.names]:
+            notes.append(f"left out, as they hang on no bone of the humanoid: {', '.join(others)[:200]}")
+        bodies = [motion for motion in motions if hips in motion.skeleton.names]
+        if self.backward:
+            bodies = [_facing_z(motion) for motion in bodies]
+        given = {role: names[node] for role, node in self.roles.items()}
+        return [replace(body, skeleton=_with_named_roles(body.skeleton, given)) for body in bodies]
+
 
 def humanoid_of(gltf: Gltf) -> Humanoid | None:
     """The humanoid of a VRM file; None for other files.
@@ -88,7 +111,7 @@ def humanoid_of(gltf: Gltf) -> Humanoid | None:
     return humanoid
 
 
-def facing_z(motion: Motion) -> Motion:
+def _facing_z(motion: Motion) -> Motion:
     """A motion rotated in the world by half a turn about y, its rest pose too: joints stay aligned with the world."""
     skeleton = motion.skeleton
     rotations = rot.multiply(HALF_TURN, rot.multiply(motion.rotations, rot.conjugate(HALF_TURN)))
@@ -97,26 +120,11 @@ def facing_z(motion: Motion) -> Motion:
     return Motion(turned, rot.rotate(HALF_TURN, motion.translation), rotations, motion.fps, bones)
 
 
-def body_of(motions: Sequence[Motion], hips: str, notes: list[str]) -> list[Motion]:
-    """The motion of the humanoid alone; ``notes`` gets a line on the others."""
-    found = [motion for motion in motions if hips in motion.skeleton.names]
-    if others := [motion.skeleton.names[0] for motion in motions if hips not in motion.skeleton.names]:
-        notes.append(f"left out, as they hang on no bone of the humanoid: {', '.join(others)[:200]}")
-    return found
-
-
-def with_named_roles(skeleton: Skeleton, joints: Mapping[str, str]) -> Skeleton:
-    """The skeleton with the roles that a VRM file gives, and of those found the ones that it does not give.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        With the roles found.
-    joints : mapping of str to str
-        The joint of each role that is given.
-    """
+def _with_named_roles(skeleton: Skeleton, joints: Mapping[str, str]) -> Skeleton:
+    """The skeleton with the roles that a file gives, by the names of joints, and of others those that are found."""
     index = {name: joint for joint, name in enumerate(skeleton.names)}
     given = {role: Landmark(index[name]) for role, name in joints.items() if name in index}
     taken = {place.joint for place in given.values()}
-    found = {role: place for role, place in skeleton.roles.items() if place.joint not in taken or place.offset.any()}
-    return replace(skeleton, roles={**found, **given})
+    found = with_found_roles(skeleton).roles if len(skeleton) < _MOST_BONES else {}
+    free = {role: place for role, place in found.items() if place.joint not in taken or place.offset.any()}
+    return replace(skeleton, roles={**free, **given})

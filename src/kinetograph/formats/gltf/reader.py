@@ -21,7 +21,7 @@ from kinetograph.formats.gltf.animation import (
     unit_quaternions,
 )
 from kinetograph.formats.gltf.buffers import Gltf
-from kinetograph.formats.gltf.humanoid import Humanoid, body_of, facing_z, humanoid_of, with_named_roles
+from kinetograph.formats.gltf.humanoid import Humanoid, humanoid_of
 from kinetograph.formats.gltf.structure import Animation, Node, SkinPart
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
@@ -71,22 +71,14 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     joints = [place[node] for node in _joints(gltf, humanoid)]
     still = _at_rest(gltf, nodes, order)
     bind = _bind(gltf, still, place)
-    motions = scene.motions(nodes, joints, bind, fps, still)
-    if humanoid is not None and humanoid.backward:
-        motions = [facing_z(motion) for motion in motions]
+    motions = scene.motions(nodes, joints, bind, fps, scene.Rest(*still, shared=len(known) > 1))
     if humanoid is not None:
-        motions = body_of(motions, nodes.names[place[humanoid.bones["hips"]]], notes)
-    converted = to_metres_y_up(motions, options.units or "metre", options.up or "y")
-    done = converted.motions
-    if humanoid is not None:
-        given = {role: nodes.names[place[node]] for role, node in humanoid.roles.items()}
-        done = tuple(replace(motion, skeleton=with_named_roles(motion.skeleton, given)) for motion in done)
-    names = ["motion"]
-    if len(motions) > 1:
-        # named by the node above the root, which holds the character's name in files of this package
-        names = unique([_name_above(nodes, motion.skeleton.names[0]) for motion in motions], "track", notes)
-    take = Take(path.stem, dict(zip(names, done, strict=True)), animation=called)
-    return Loaded(take, (*notes, *converted.notes), known)
+        motions = humanoid.body_of(motions, [nodes.names[place[node]] for node in range(len(order))], notes)
+    keep = replace(options.keep, shared=len(known) > 1)
+    converted = to_metres_y_up(motions, options.units or "metre", options.up or "y", keep)
+    # named by the node above the root, which holds the character's name in files of this package
+    tracks = converted.tracks([_name_above(nodes, motion.skeleton.names[0]) for motion in motions], notes)
+    return Loaded(Take(path.stem, tracks, animation=called), (*notes, *converted.notes), known)
 
 
 def node_names(gltf: Gltf, order: list[int]) -> list[str]:

@@ -6,6 +6,7 @@ import importlib.util
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,10 +68,10 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         raise FormatError(path, "expected a skeleton (UsdSkel), found none")
     if options.units is None:
         motions = [scale_motion(motion, float(arrays["scale"])) for motion in motions]
-    converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]))
+    keep = replace(options.keep, shared=arrays["animations"].size > 1)
+    converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]), keep)
     labels = [str(arrays[f"{i}/label"]) for i in range(len(motions))]
-    names = ["motion"] if len(motions) == 1 else unique(labels, "track", notes)
-    take = Take(path.stem, dict(zip(names, converted.motions, strict=True)), animation=str(arrays["animation"]))
+    take = Take(path.stem, converted.tracks(labels, notes), animation=str(arrays["animation"]))
     return Loaded(take, (*notes, *converted.notes), tuple(map(str, arrays["animations"])))
 
 
@@ -109,7 +110,9 @@ def _motion(path: Path, arrays: Arrays, key: str, fps: float, notes: list[str]) 
     nodes = scene.Nodes(tuple(names), np.array([-1, *(parents + 1)]), shifts, rotations, scales)
     bound = _parts(path, bind @ places[0])
     whole = (np.concatenate([shifts[0, :1], bound[0]]), np.concatenate([rotations[0, :1], bound[1]]))
-    motions = scene.motions(nodes, list(range(1, len(names))), whole, fps, whole)
+    motions = scene.motions(
+        nodes, list(range(1, len(names))), whole, fps, scene.Rest(*whole, shared=arrays["animations"].size > 1)
+    )
     if len(motions) > 1:
         notes.append(f"{len(motions)} roots in one skeleton: read the first one")
     return motions[0]
