@@ -88,8 +88,8 @@ def sample_times(gltf: Gltf, animation: Animation, given: float | None, notes: l
             raise FormatError(gltf.path, "expected the times of an animation to increase")
     start = min((float(times[0]) for times in keys.values()), default=0.0)
     stop = max((float(times[-1]) for times in keys.values()), default=0.0)
-    noted = (node.fps for node in gltf.document.nodes)
-    fps = given or next((rate for rate in noted if rate is not None and 0 < rate < 1e5), None)
+    noted = [node.noted.fps for node in gltf.document.nodes]
+    fps = given or max((rate for rate in noted if rate is not None and 0 < rate < 1e5), default=None)
     if fps is None:
         fps = _rate_of_keys(max(keys.values(), key=len, default=np.zeros(1)), notes)
     count = (stop - start) * fps
@@ -134,6 +134,7 @@ def sampled(gltf: Gltf, sampler: Sampler, what: str, times: FloatArray) -> Float
         There are more or fewer values than keys, or rotations are not unit quaternions.
     """
     keys, values, kind = gltf.accessor(sampler.input)[:, 0], gltf.accessor(sampler.output), sampler.interpolation
+    keys = _on_frames(keys, times)
     if kind == "CUBICSPLINE" and values.shape == (3 * len(keys), PATHS[what]):
         return _splined(gltf, keys, values.reshape(len(keys), 3, -1), what, times)
     if values.shape != (len(keys), PATHS[what]):
@@ -142,6 +143,17 @@ def sampled(gltf: Gltf, sampler: Sampler, what: str, times: FloatArray) -> Float
         values = unit_quaternions(gltf, values[:, [3, 0, 1, 2]])
         kind = "SLERP" if kind == "LINEAR" else kind
     return scene.interpolate(times, keys, values, kind)
+
+
+def _on_frames(keys: FloatArray, times: FloatArray) -> FloatArray:
+    """Keys that are nearly on frames, as seconds in single precision are, exactly on them."""
+    if len(times) < 2 or len(keys) < 2:
+        return keys
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    frames = (keys - times[0]) / step
+    near = np.abs(frames - np.round(frames)) < min(1e-3 + 2 * float(np.spacing(np.float32(times[-1]))) / step, 0.05)
+    snapped = np.where(near, times[0] + np.round(frames) * step, keys)
+    return snapped if np.all(np.diff(snapped) > 0) else keys
 
 
 def _splined(gltf: Gltf, keys: FloatArray, values: FloatArray, what: str, times: FloatArray) -> FloatArray:

@@ -14,8 +14,9 @@ from kinetograph.errors import FormatError
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.gltf.buffers import Gltf
 from kinetograph.formats.gltf.humanoid import HALF_TURN, humanoid_of
-from kinetograph.formats.gltf.reader import bind_matrices, node_names, read, tree
+from kinetograph.formats.gltf.reader import bind_matrices, read_with_nodes, tree
 from kinetograph.formats.gltf.structure import Node, Primitive
+from kinetograph.formats.options import ReadOptions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
@@ -44,14 +45,16 @@ def read_character(path: Path, notes: list[str]) -> Character:
     gltf = Gltf(path)
     if _DRACO in gltf.document.extensions_required:
         raise FormatError(path, f"its meshes are compressed ({_DRACO}): write it without compression")
-    take = read(path).take
+    loaded, named = read_with_nodes(gltf, ReadOptions())
+    take = loaded.take
     motion = next(iter(take.tracks.values()))
     if not gltf.document.skins:
         raise FormatError(path, "expected a skinned mesh, found none")
     if len(take.tracks) != 1 or not isinstance(motion, Motion):
         raise FormatError(path, f"expected one skinned character, found {len(take.tracks)} skeletons")
     skeleton = motion.skeleton
-    joint_of, exact = _joint_of_nodes(gltf, skeleton)
+    exact = {node: skeleton.names.index(name) for name, node in named[0].items() if name in skeleton.names}
+    joint_of = _joint_of_nodes(gltf, exact)
     worn = [node for node in gltf.document.nodes if node.skin is not None and node.mesh is not None]
     parts = [part for node in worn for part in _parts(gltf, node, skeleton, joint_of, exact)]
     if not parts:
@@ -61,15 +64,13 @@ def read_character(path: Path, notes: list[str]) -> Character:
     return Character(path.stem, skeleton, _joined(parts))
 
 
-def _joint_of_nodes(gltf: Gltf, skeleton: Skeleton) -> tuple[list[int], set[int]]:
-    """The joint that each node is, or that it hangs on, the root for others; and the nodes that are joints."""
+def _joint_of_nodes(gltf: Gltf, joints: dict[int, int]) -> list[int]:
+    """The joint that each node is, or that it hangs on; the root for nodes that hang on none."""
     parents, order = tree(gltf)
-    index = {name: joint for joint, name in enumerate(skeleton.names)}
-    names = node_names(gltf, order)
     out = [0] * len(order)
-    for node, name in zip(order, names, strict=True):
-        out[node] = index.get(name, out[parents[node]] if parents[node] >= 0 else 0)
-    return out, {node for node, name in zip(order, names, strict=True) if name in index}
+    for node in order:
+        out[node] = joints.get(node, out[parents[node]] if parents[node] >= 0 else 0)
+    return out
 
 
 def _joined(parts: list[Skin]) -> Skin:
@@ -86,7 +87,7 @@ def _joined(parts: list[Skin]) -> Skin:
     )
 
 
-def _parts(gltf: Gltf, node: Node, skeleton: Skeleton, joint_of: list[int], exact: set[int]) -> list[Skin]:
+def _parts(gltf: Gltf, node: Node, skeleton: Skeleton, joint_of: list[int], exact: dict[int, int]) -> list[Skin]:
     """One skin per group of primitives of a node's mesh, in metres relative to the root joint."""
     skin = gltf.pick(gltf.document.skins, node.skin, "skin")
     mesh = gltf.pick(gltf.document.meshes, node.mesh, "mesh")

@@ -22,9 +22,10 @@ from kinetograph.formats.gltf.animation import (
 )
 from kinetograph.formats.gltf.buffers import Gltf
 from kinetograph.formats.gltf.humanoid import Humanoid, humanoid_of
-from kinetograph.formats.gltf.structure import Animation, Node, SkinPart
+from kinetograph.formats.gltf.structure import Animation, Extras, Node, SkinPart
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
+from kinetograph.motion import Motion, cut
 from kinetograph.take import Take
 
 _MOST_NODES = 20_000
@@ -58,9 +59,11 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     animation is read unless ``options`` names another; without any, a single frame. Buffers may be files in the same
     folder, or below it.
     """
-    path = Path(path)
-    options = options or ReadOptions()
-    gltf = Gltf(path)
+    return read_with_nodes(Gltf(Path(path)), options or ReadOptions())[0]
+
+
+def read_with_nodes(gltf: Gltf, options: ReadOptions) -> tuple[Loaded, list[dict[str, int]]]:
+    """What is in a document, and the node of each joint by its name, of each motion."""
     notes: list[str] = []
     parents, order = tree(gltf)
     animation, called, known = chosen_animation(gltf, options.animation, notes)
@@ -74,22 +77,44 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     motions = scene.motions(nodes, joints, bind, fps, scene.Rest(*still, shared=len(known) > 1))
     if humanoid is not None:
         motions = humanoid.body_of(motions, [nodes.names[place[node]] for node in range(len(order))], notes)
+    index = dict(zip(nodes.names, order, strict=True))
+    owners = [[index[name] for name in motion.skeleton.names] for motion in motions]
+    above = [parents[joints[0]] if parents[joints[0]] >= 0 else joints[0] for joints in owners]
+    motions = [_named(gltf, motion, joints, notes) for motion, joints in zip(motions, owners, strict=True)]
+    named = [
+        dict(zip(motion.skeleton.names, joints, strict=True)) for motion, joints in zip(motions, owners, strict=True)
+    ]
+    if options.fps is None:
+        motions = [
+            _as_noted(motion, gltf.document.nodes[node].noted) for motion, node in zip(motions, above, strict=True)
+        ]
     keep = replace(options.keep, shared=len(known) > 1)
     converted = to_metres_y_up(motions, options.units or "metre", options.up or "y", keep)
     # named by the node above the root, which holds the character's name in files of this package
-    tracks = converted.tracks([_name_above(nodes, motion.skeleton.names[0]) for motion in motions], notes)
-    return Loaded(Take(path.stem, tracks, animation=called), (*notes, *converted.notes), known)
+    tracks = converted.tracks([_name(gltf, node) for node in above], notes)
+    loaded = Loaded(Take(gltf.path.stem, tracks, animation=called), (*notes, *converted.notes), known)
+    return loaded, [named[i] for i in converted.indices]
 
 
-def node_names(gltf: Gltf, order: list[int]) -> list[str]:
-    """Names of their own for nodes in some order."""
-    nodes = gltf.document.nodes
-    return unique([str(nodes[n].name if nodes[n].name is not None else f"node_{n}")[:200] for n in order], "joint", [])
+def _name(gltf: Gltf, node: int) -> str:
+    name = gltf.document.nodes[node].name
+    return (f"node_{node}" if name is None else name)[:200]
 
 
-def _name_above(nodes: scene.Nodes, root: str) -> str:
-    above = int(nodes.parents[nodes.names.index(root)])
-    return nodes.names[above] if above >= 0 else root
+def _named(gltf: Gltf, motion: Motion, nodes: list[int], notes: list[str]) -> Motion:
+    """A motion whose joints are called as their nodes are: names need only differ within one skeleton."""
+    names = unique([_name(gltf, node) for node in nodes], "joint", notes)
+    return replace(motion, skeleton=replace(motion.skeleton, names=tuple(names)))
+
+
+def _as_noted(motion: Motion, noted: Extras) -> Motion:
+    """A motion with the rate and the number of frames that this package notes, where several characters differ."""
+    fps = noted.fps if noted.fps is not None and 0 < noted.fps < motion.fps else motion.fps
+    step = round(motion.fps / fps)
+    if step > 1 and abs(motion.fps / step - fps) < 1e-6 * fps:
+        bones = None if motion.bones is None else motion.bones[::step]
+        motion = Motion(motion.skeleton, motion.translation[::step], motion.rotations[::step], fps, bones)
+    return cut(motion, 0, noted.frames) if noted.frames is not None and 0 < noted.frames < len(motion) else motion
 
 
 def tree(gltf: Gltf) -> tuple[list[int], list[int]]:
@@ -121,7 +146,7 @@ def _nodes(gltf: Gltf, parents: list[int], order: list[int], animation: Animatio
     for node, what, sampler in moves:
         parts[what][:, place[node]] = sampled(gltf, sampler, what, times)
     above = np.array([place[parents[node]] if parents[node] >= 0 else -1 for node in order])
-    names = tuple(node_names(gltf, order))
+    names = tuple(unique([_name(gltf, node) for node in order], "joint", []))
     return scene.Nodes(names, above, parts["translation"], parts["rotation"], parts["scale"])
 
 

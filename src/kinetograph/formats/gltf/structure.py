@@ -23,9 +23,10 @@ class Part(msgspec.Struct, frozen=True):
 
 
 class Extras(Part, frozen=True):
-    """What this package notes in a node."""
+    """What this package notes in the node of a character: the rate and the number of frames."""
 
     fps: Number | None = None
+    frames: Index | None = None
 
 
 class Node(Part, frozen=True):
@@ -42,12 +43,12 @@ class Node(Part, frozen=True):
     extras: msgspec.Raw = msgspec.Raw()
 
     @property
-    def fps(self) -> float | None:
-        """The rate that this package notes in its files."""
+    def noted(self) -> Extras:
+        """What this package notes in its files."""
         try:
-            return msgspec.json.decode(self.extras, type=Extras).fps if bytes(self.extras) else None
+            return msgspec.json.decode(self.extras, type=Extras) if bytes(self.extras) else Extras()
         except (msgspec.DecodeError, RecursionError):
-            return None  # another program's extras may be anything
+            return Extras()  # another program's extras may be anything
 
 
 class Target(Part, frozen=True):

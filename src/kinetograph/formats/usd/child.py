@@ -206,7 +206,8 @@ def _skeleton_arrays(stage: Any, skeleton: Any, query: Any, start: float, frames
         places[frame] = np.array(here.GetLocalToWorldTransform(skeleton.GetPrim()))
     bind = skeleton.GetBindTransformsAttr().Get()
     label = skeleton.GetJointNamesAttr().Get()
-    names = [str(name) for name in label] if label and len(label) == len(joints) else joints
+    own = label and len(label) == len(joints)
+    names = list(map(str, label)) if own else [joint.rpartition("/")[2] for joint in joints]
     bound = np.array(bind) if bind and len(bind) == len(joints) else np.array(query.ComputeJointSkelTransforms(start))
     return {
         "names": np.array(names),
