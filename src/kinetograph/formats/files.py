@@ -14,6 +14,7 @@ from kinetograph.character import Character
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.stances import with_stances
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
@@ -78,12 +79,13 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     """
     path = Path(path)
     module = _module(path, READERS, "read")
+    options = options or ReadOptions()
     with _opening(path):
-        loaded: Loaded = module.read(path, options or ReadOptions())
-    if options is not None and options.animation is not None and not loaded.animations:
+        loaded: Loaded = module.read(path, options)
+    if options.animation is not None and not loaded.animations:
         note = f"the file holds one motion without a name: read that, not {options.animation[:80]!r}"
         loaded = replace(loaded, notes=(*loaded.notes, note))
-    return loaded
+    return with_stances(loaded, options.rest)
 
 
 def load(

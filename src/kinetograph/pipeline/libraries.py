@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.formats import READERS, ReadOptions, read
+from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
 from kinetograph.library import Library, contents
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
@@ -109,8 +109,7 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
     notes : tuple of str
         What was guessed.
     """
-    loaded = read(path, options)
-    return _named(loaded.take, path.stem, roles), loaded.notes
+    return _named(read(path, options), path.stem, options, roles)
 
 
 def read_takes(
@@ -136,16 +135,25 @@ def read_takes(
     several = len(loaded.animations) > 1
     if not several or options.animation is not None:
         name = f"{path.stem}:{loaded.take.animation}" if several else path.stem
-        yield _named(loaded.take, name, roles), loaded.notes
+        yield _named(loaded, name, options, roles)
         return
     for animation in loaded.animations:
         loaded = read(path, replace(options, animation=animation))
-        yield _named(loaded.take, f"{path.stem}:{animation}", roles), loaded.notes
+        yield _named(loaded, f"{path.stem}:{animation}", options, roles)
 
 
-def _named(take: Take, name: str, roles: dict[str, str] | None) -> Take:
+def _named(
+    loaded: Loaded, name: str, options: ReadOptions, roles: dict[str, str] | None
+) -> tuple[Take, tuple[str, ...]]:
+    """A take of another name, with roles in place of those found, and what was guessed."""
+    take = replace(loaded.take, name=name)
+    if not roles:
+        return take, loaded.notes
     tracks = {
-        track: replace(what, skeleton=with_roles(what.skeleton, roles or {})) if isinstance(what, Motion) else what
+        track: replace(what, skeleton=replace(with_roles(what.skeleton, roles), stance=None))
+        if isinstance(what, Motion)
+        else what
         for track, what in take.tracks.items()
     }
-    return replace(take, name=name, tracks=tracks)
+    named = with_stances(replace(loaded, take=replace(take, tracks=tracks)), options.rest)
+    return named.take, tuple(dict.fromkeys(named.notes))
