@@ -37,6 +37,7 @@ _ROOMS = {
     "perform_with": "performing",
     "read_rows": "sensing",
     "read_take": "libraries",
+    "read_takes": "libraries",
     "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
     "segment_library": "segmenting",
@@ -73,6 +74,7 @@ __all__ = [
     "perform_with",
     "read_rows",
     "read_take",
+    "read_takes",
     "recordings_in",
     "refuse_cuts",
     "segment_library",
@@ -104,6 +106,7 @@ if TYPE_CHECKING:
         has_partners,
         open_library,
         read_take,
+        read_takes,
         recordings_in,
     )
     from kinetograph.pipeline.performing import (
