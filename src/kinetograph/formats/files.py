@@ -50,6 +50,8 @@ WRITERS: dict[str, str] = {
 }
 """Suffix -> module with ``write(what, path, options)``, which writes to exactly that path."""
 
+_PICKLED = (".pkl", ".pickle", ".p", ".joblib", ".pt", ".pth")
+
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     """Read a file, with notes on what was guessed.
@@ -235,6 +237,11 @@ def _module(path: Path, table: dict[str, str], verb: str) -> ModuleType:
     try:
         name = table[path.suffix.lower()]
     except KeyError:
+        if path.suffix.lower() in _PICKLED:
+            raise RequestError(
+                f"{path}: {path.suffix} files hold pickled objects, which can run programs, and are not read; save "
+                "their arrays by name with numpy.savez, where you trust the file, and read the .npz"
+            ) from None
         known = ", ".join(sorted(table))
         raise RequestError(f"{path}: cannot {verb} files of kind {path.suffix!r}; expected one of {known}") from None
     return importlib.import_module(f"kinetograph.formats.{name}")

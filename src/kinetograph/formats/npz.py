@@ -3,12 +3,11 @@
 Own files have for each track ``track/names``, ``parents``, ``offsets``, ``end_parents``, ``end_offsets``,
 ``translation``, ``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z. AMASS
 files have ``poses`` (rotation vectors, three numbers per joint), ``trans`` and a rate; Z is up, and the rest pose is a
-T pose that faces z.
+T pose that faces z. `kinetograph.formats.smpl_poses` has the other names and forms of such poses.
 """
 
 from __future__ import annotations
 
-import ast
 import struct
 import zipfile
 import zlib
@@ -16,27 +15,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.body import named_motions
-from kinetograph.formats.conventions import to_metres_y_up
+from kinetograph.formats.conventions import righted, to_metres_y_up
+from kinetograph.formats.numpy_arrays import Arrays, parse_array
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.smpl import motion_of_poses
+from kinetograph.formats.smpl_poses import SMPL_ARRAYS
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
 _FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "translation", "rotations", "fps", "bones")
-_POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets")
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 _ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
-_MAGIC = b"\x93NUMPY"
 _LARGEST = 1e12
-_LONGEST_HEADER = 10_000
-
-Arrays = dict[str, npt.NDArray[Any]]
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
@@ -65,13 +59,14 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         if any(name.endswith("/rotations") for name in arrays):
             take = Take(path.stem, _tracks(path, arrays, options))
             return Loaded(take)
-        motion, notes = motion_of_poses(path, arrays, options)
+        motion, up, notes = motion_of_poses(path, arrays, options)
     except (FormatError, RequestError):
         raise
     except (ValueError, TypeError, KeyError) as error:
         raise FormatError(path, f"its arrays do not make a motion: {str(error)[:120]}") from None
-    converted = to_metres_y_up([motion], options.units or "metre", options.up or "z")
-    return Loaded(Take(path.stem, {"motion": converted.motions[0]}), (*notes, *converted.notes))
+    converted = to_metres_y_up([motion], "metre", options.up or up)
+    motion, flipped = righted(converted.motions[0])
+    return Loaded(Take(path.stem, {"motion": motion}), (*notes, *converted.notes, *flipped))
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
@@ -132,7 +127,7 @@ def _arrays(path: Path) -> Arrays:
             limit = _ROOM + _SWELL * size
             if sum(member.file_size for member in members) > limit:
                 raise FormatError(path, f"its arrays unpack to over {limit} bytes; is the file malicious?")
-            return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
+            return {m.filename.removesuffix(".npy"): parse_array(path, m.filename, archive.read(m)) for m in members}
     except FormatError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
@@ -140,27 +135,4 @@ def _arrays(path: Path) -> Arrays:
 
 
 def _wanted(name: str) -> bool:
-    return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS
-
-
-def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
-    """An array from its bytes; numpy's own reader takes memory before it checks that the bytes are there."""
-    if data[:6] != _MAGIC or len(data) < 12:
-        raise FormatError(path, f"{name}: expected a NumPy array")
-    wide = data[6] > 1
-    start = 12 if wide else 10
-    length = struct.unpack_from("<I" if wide else "<H", data, 8)[0]
-    try:
-        header = ast.literal_eval(data[start : start + min(length, _LONGEST_HEADER)].decode("latin-1").strip())
-        dtype, shape, fortran = np.dtype(header["descr"]), header["shape"], header["fortran_order"]
-        count = 1
-        for side in shape:
-            if not isinstance(side, int) or side < 0:
-                raise TypeError(f"a side of {side!r}")
-            count *= side
-    except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
-        raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
-    body = data[start + length :]
-    if dtype.hasobject or dtype.kind not in "fiuUS" or count * dtype.itemsize != len(body) or count < 0:
-        raise FormatError(path, f"{name}: expected {str(shape)[:40]} numbers or names, found {len(body)} bytes")
-    return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C") if count else np.zeros(shape, dtype)
+    return name in SMPL_ARRAYS or name.rpartition("/")[2] in _FIELDS
