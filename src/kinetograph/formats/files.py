@@ -30,6 +30,7 @@ READERS: dict[str, str] = {
     ".glb": "gltf",
     ".gltf": "gltf",
     ".json": "deepmimic",
+    ".npy": "npy",
     ".npz": "npz",
     ".txt": "deepmimic",
     ".usd": "usd",

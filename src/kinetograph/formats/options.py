@@ -30,6 +30,9 @@ class ReadOptions:
         Which of the animations in a file; the first unless given.
     rest : int, optional
         A frame in which the body stands upright, for files whose rest pose does not.
+    markers : str or Path, optional
+        The set that the points in a file are of: one of the package's by name or, for markers, a ``.toml`` file with
+        one's own; found from the file unless given.
     """
 
     units: str | None = None
@@ -39,6 +42,7 @@ class ReadOptions:
     skeleton: str | Path | None = None
     animation: str | None = None
     rest: int | None = None
+    markers: str | Path | None = None
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class Solver:
         The joint that each marker is on.
     guess : tuple of ndarray, shapes (F, 3) and (F, J, 4)
         Roots and local rotations from which each frame may begin.
+    ranges : mapping of str to tuple of float, optional
+        More of what joints resist: by the last word of a joint's name, radians about x, y and z.
     """
 
     skeleton: Skeleton
@@ -51,6 +54,7 @@ class Solver:
     seen: BoolArray
     joints: IntArray
     guess: tuple[FloatArray, FloatArray]
+    ranges: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
     def poses(self, places: FloatArray, prior: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Solve the poses, beginning with the frame that shows most markers, forwards and then backwards.
@@ -86,7 +90,8 @@ class Solver:
     def rest(self) -> tuple[FloatArray, FloatArray]:
         """The rest pose as a prior, so weak that it only decides what no marker does; see ``poses``."""
         frames, joints = len(self.points), len(self.skeleton)
-        ranges = np.array([_RANGES.get(name.rpartition("_")[2], (9.0,) * 3) for name in self.skeleton.names])
+        known = {**_RANGES, **self.ranges}
+        ranges = np.array([known.get(name.rpartition("_")[2], (9.0,) * 3) for name in self.skeleton.names])
         weights = np.broadcast_to((_SKIN / ranges) ** 2, (frames, joints, 3)).copy()
         weights[:, 0] = 0.0
         return rot.identity(frames, joints), weights
@@ -122,7 +127,8 @@ class Solver:
         """The joints whose rotations the markers of their segments determine, ``(F, J)``."""
         known = np.ones((len(self.points), len(self.skeleton)), dtype=np.bool_)
         for joint, name in enumerate(self.skeleton.names):
-            own = self.joints == self.skeleton.index(_SEEN_WITH.get(name, name))
+            other = _SEEN_WITH.get(name, name)
+            own = self.joints == self.skeleton.index(other if other in self.skeleton.names else name)
             needed = min(_NEEDED.get(name, 2), int(own.sum()))
             known[:, joint] = self.seen[:, own].sum(axis=1) >= needed
         return known
@@ -157,7 +163,7 @@ def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[
     """
     chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
     guess = (solver.guess[0][chosen], solver.guess[1][chosen])
-    some = Solver(solver.skeleton, solver.points[chosen], solver.seen[chosen], solver.joints, guess)
+    some = replace(solver, points=solver.points[chosen], seen=solver.seen[chosen], guess=guess)
     first = (solver.skeleton.offsets, places)
     for _ in range(rounds):
         roots, rotations = some.poses(places, some.rest())
