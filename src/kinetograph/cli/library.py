@@ -50,7 +50,7 @@ class RecordingReading(LenientReading):
 
         take, guesses = read_take(path, self.read_options, parse_roles(self.role))
         notes(guesses, name)
-        return fitted(take, path)[0] if self.fit_markers else take
+        return fitted(take, path, self.markers)[0] if self.fit_markers else take
 
 
 def create(

@@ -22,7 +22,12 @@ Up = Annotated[str | None, typer.Option(help="A file's upward axis: x, y or z.")
 Lenient = Annotated[bool, typer.Option("--lenient", help="Read what can be read of a damaged file.")]
 Role = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
 FitMarkers = Annotated[
-    bool, typer.Option("--fit-markers", help="Fit a body to markers of the Plug-in-Gait set (as in C3D files).")
+    bool,
+    typer.Option("--fit-markers", help="Fit a body to markers of any known set, or of --markers (as in C3D files)."),
+]
+Markers = Annotated[
+    str | None,
+    typer.Option(help="Set of markers, or of joints of an .npy: a name, or your table.toml; found unless given."),
 ]
 
 
@@ -56,6 +61,7 @@ class LenientReading(TimedReading):
     """The same, for files that may be damaged."""
 
     lenient: Lenient = False
+    markers: Markers = None
 
 
 def read_file(path: Path, reading: Reading) -> Take:

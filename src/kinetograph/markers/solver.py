@@ -144,7 +144,16 @@ def _bridged(rotations: FloatArray, known: BoolArray, joint: int) -> FloatArray:
     return rot.slerp(rotations[low, joint], rotations[high, joint], share)
 
 
-def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[FloatArray, Solver]:
+def sampled(solver: Solver) -> Solver:
+    """The solver of some frames, spread over the take, from which the body is measured."""
+    chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
+    guess = (solver.guess[0][chosen], solver.guess[1][chosen])
+    return replace(solver, points=solver.points[chosen], seen=solver.seen[chosen], guess=guess)
+
+
+def measured(
+    solver: Solver, places: FloatArray, rounds: int = ROUNDS, spread: FloatArray | float = _PLACE
+) -> tuple[FloatArray, Solver]:
     """Fit bones and the markers' places to the movement of some frames.
 
     Parameters
@@ -154,6 +163,8 @@ def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[
     places : ndarray, shape (M, 3)
         A first estimate of the markers' places in the frames of their joints, metres.
     rounds : int
+    spread : ndarray, shape (M,), or float
+        Metres: standard deviations of the first estimates of places.
 
     Returns
     -------
@@ -161,25 +172,28 @@ def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[
     solver : Solver
         With the fitted bones.
     """
-    chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
-    guess = (solver.guess[0][chosen], solver.guess[1][chosen])
-    some = replace(solver, points=solver.points[chosen], seen=solver.seen[chosen], guess=guess)
+    some = sampled(solver)
     first = (solver.skeleton.offsets, places)
     for _ in range(rounds):
         roots, rotations = some.poses(places, some.rest())
         motion = Motion(some.skeleton, roots, rot.normalize(rotations), 1.0)
-        offsets, places = _refined(some, motion, places, first)
+        offsets, places = _refined(some, motion, places, first, spread)
         some = replace(some, skeleton=replace(some.skeleton, offsets=offsets))
     return places, replace(solver, skeleton=some.skeleton)
 
 
 def _refined(
-    solver: Solver, motion: Motion, places: FloatArray, first: tuple[FloatArray, FloatArray]
+    solver: Solver,
+    motion: Motion,
+    places: FloatArray,
+    first: tuple[FloatArray, FloatArray],
+    spread: FloatArray | float,
 ) -> tuple[FloatArray, FloatArray]:
     """Bones ``(J, 3)`` and places ``(M, 3)`` that fit the markers best in given poses, near a first estimate."""
-    rows, misses = _linear(solver, motion, places)
+    rows, misses = derivatives(solver, motion, places)
     joints, markers = len(solver.skeleton), len(places)
-    held = np.repeat([_CENTRE, _PLACE], [3 * joints, 3 * markers]) ** -2.0
+    deviations = np.concatenate([np.full(joints, _CENTRE), np.broadcast_to(spread, markers)])
+    held = np.repeat(deviations, 3) ** -2.0
     now = np.concatenate([solver.skeleton.offsets.reshape(-1), places.reshape(-1)])
     start = np.concatenate([first[0].reshape(-1), first[1].reshape(-1)])
     noise = _SKIN**2 * len(motion) / _INDEPENDENT
@@ -188,8 +202,23 @@ def _refined(
     return now[: 3 * joints].reshape(-1, 3), now[3 * joints :].reshape(-1, 3)
 
 
-def _linear(solver: Solver, motion: Motion, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The markers' derivatives by bones and places, ``(3 F M, 3 J + 3 M)``, and what they miss, ``(3 F M,)``."""
+def derivatives(solver: Solver, motion: Motion, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How markers move with bones and places, and what they miss, both without the movement of a whole frame.
+
+    Parameters
+    ----------
+    solver : Solver
+    motion : Motion
+        With the solver's skeleton and frames.
+    places : ndarray, shape (M, 3)
+
+    Returns
+    -------
+    rows : ndarray, shape (3 F M, 3 J + 3 M)
+        Derivatives by the offsets of joints and the places of markers.
+    misses : ndarray, shape (3 F M,)
+        Metres.
+    """
     positions, rotations = forward(motion)
     matrices = rot.to_matrix(rotations)
     joints, markers = len(solver.skeleton), len(places)
