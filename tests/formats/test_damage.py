@@ -19,7 +19,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, byte
 NAMES = ("small.amc", "skeleton.asf", "path.csv", "markers.c3d", "small.bvh", "small.glb", "small.fbx", "small.npz")
 
 
-@pytest.mark.parametrize("name", [*NAMES, "clip.json", "pose.npz", "sparse.gltf"])
+@pytest.mark.parametrize("name", [*NAMES, "clip.json", "pose.npz", "aist.npz", "positions.npy", "sparse.gltf"])
 def test_damaged_files_are_read_or_refused(good: tuple[Path, dict[str, bytes]], name: str) -> None:
     folder, files = good
     (folder / name).write_bytes(files[name])

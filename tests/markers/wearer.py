@@ -35,7 +35,7 @@ def wearer(seconds: float = 1.3, seed: int = 1, fps: float = 30.0) -> tuple[Moti
 def worn(
     motion: Motion, sizes: dict[str, float], markers: MarkerSet, misplaced: float = 0.0, skin: float = 0.0
 ) -> Signal:
-    """Where the markers of a set are, one for each place, off by a constant and a moving error: deviations in metres."""
+    """Where the markers of a set are, one for each place, off by a constant and a moving error, in metres."""
     rng = np.random.default_rng(1)
     places: dict[tuple[str, tuple[float, ...]], str] = {}
     for name, place in markers.places.items():
