@@ -24,15 +24,15 @@ _LAYERS = (
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
-    {"rotations", "sampling", "quaternion_kernels"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
+    {"rotations", "rows", "sampling", "quaternion_kernels"},
     {"errors", "arrays", "display", "progress"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
 _BODIES = {
-    *("motion", "skeleton", "character", "kinematics", "roles", "mirroring"),
+    *("motion", "skeleton", "character", "kinematics", "roles", "body_shape", "mirroring"),
     *("take", "signal", "synthesis", "keys"),
 }
 _HEAVY = ("numba", "matplotlib", "scipy")

@@ -199,6 +199,7 @@ def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
     body += parameter(1, b"UNITS", -1, b"\x02", b"mm") + parameter(1, b"LABELS", -1, b"\x04\x03", b"HEADHIP FOOT")
     rows = np.zeros((frames, points, 4), dtype="<f4")
     rows[..., :3] = np.arange(points)[::-1, None] * 700.0 + np.arange(frames)[:, None, None]
+    rows[0, -1, 0] = 0.5  # not at the very origin, where a marker is taken as missing
     return header + body.ljust(512, b"\x00") + rows.tobytes()
 
 

@@ -12,7 +12,7 @@ from kinetograph.cli.characters import AnotherBody, body, dressed, with_handhold
 from kinetograph.cli.markers import fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli.options import AsJson, Force, add, options
 from kinetograph.cli.output import notes, refuse_existing, result, table
-from kinetograph.cli.reading import FitMarkers, Lenient, LenientReading, Markers, Reading, read_file
+from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Markers, Reading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -48,20 +48,37 @@ def info(
             rows.append(_describe(path, name, track))
             if joints and not as_json:
                 _list_joints(track)
-        notes(loaded.notes, path)
+        notes((*loaded.notes, *_missing_roles(loaded.take)), path)
     table(rows, as_json)
+
+
+def _missing_roles(take: Take) -> list[str]:
+    """The roles that no joint of a body plays, once for all bodies that lack the same."""
+    from kinetograph.motion import Motion
+    from kinetograph.roles import is_body
+    from kinetograph.skeleton import ROLES
+
+    lacking: dict[str, list[str]] = {}
+    for name, track in take.tracks.items():
+        if isinstance(track, Motion) and is_body(track.skeleton):
+            missing = ", ".join(role for role in ROLES if role not in track.skeleton.roles)
+            lacking.setdefault(missing, []).append(name)
+    return [f"no joint of {', '.join(names)} was found for {missing}" for missing, names in lacking.items() if missing]
 
 
 def _describe(path: Path, name: str, track: Track) -> dict[str, Any]:
     from kinetograph.motion import Motion
+    from kinetograph.roles import is_body
     from kinetograph.skeleton import ROLES
 
     row: dict[str, Any] = {"file": path.name, "track": name, "frames": len(track), "fps": track.fps}
     row["seconds"] = track.duration
     if isinstance(track, Motion):
-        missing = [role for role in ROLES if role not in track.skeleton.roles]
-        row["what"] = f"{len(track.skeleton)} joints, {track.skeleton.height:.2f} m tall"
-        row["roles"] = f"{len(ROLES) - len(missing)} of {len(ROLES)}" + (f", without {missing}" if missing else "")
+        skeleton = track.skeleton
+        above = " in " + " > ".join(node.name for node in skeleton.ancestors) if skeleton.ancestors else ""
+        tall = f", {skeleton.height:.2f} m tall" if is_body(skeleton) else ""
+        row["what"] = f"{len(skeleton)} joints{above}{tall}"
+        row["roles"] = f"{len(skeleton.roles)} of {len(ROLES)}" if is_body(skeleton) else "no body"
     else:
         row["what"] = f"{len(track.names)} {'points' if track.spatial else 'channels'} in {track.units}"
         row["roles"] = "-"
@@ -115,6 +132,7 @@ class SourceReading(Reading):
     fps: Annotated[float | None, typer.Option("--file-fps", help="The source's rate, in place of its own.")] = None
     skeleton: Annotated[Path | None, typer.Option(help="File with the bones of an .amc or of AMASS poses.")] = None
     lenient: Lenient = False
+    everything: Everything = False
     markers: Markers = None
 
 
@@ -135,8 +153,8 @@ def convert(
     from kinetograph.formats import WriteOptions, save
 
     refuse_existing([target], writing.force)
-    take = read_file(source, reading)
     worn = body(another.character, another.onto)
+    take = read_file(source, reading, root_motion=not worn.other)
     bodily = changes.fit_markers or wants_motion(target) or worn.other or writing.values == "angles"
     take, fits = fitted(take, source, reading.markers) if bodily else (take, {})
     if not writing.as_json:
