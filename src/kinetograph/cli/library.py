@@ -53,7 +53,7 @@ class RecordingReading(LenientReading):
         for take, guesses in read_takes(path, self.read_options, parse_roles(self.role)):
             notes((guess for guess in guesses if guess not in said), name)
             said.update(guesses)
-            yield fitted(take, path)[0] if self.fit_markers else take
+            yield fitted(take, path, self.markers)[0] if self.fit_markers else take
 
 
 def create(
