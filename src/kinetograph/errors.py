@@ -55,8 +55,8 @@ class FormatError(KinetographError, ValueError):
         The file.
     message : str
         What was expected, what was found and what to try.
-    line : int, optional
-        The line in the file, counted from 1.
+    line, column : int, optional
+        The line in the file and the byte in the line, counted from 1.
 
     Examples
     --------
@@ -64,8 +64,10 @@ class FormatError(KinetographError, ValueError):
     'walk.bvh:7: expected 96 values, found 95; is a line cut short?'
     """
 
-    def __init__(self, path: str | Path, message: str, *, line: int | None = None) -> None:
+    def __init__(
+        self, path: str | Path, message: str, *, line: int | None = None, column: int | None = None
+    ) -> None:
         self.path = Path(path)
-        self.line = line
-        where = f"{path}:{line}" if line is not None else str(path)
+        self.line, self.column = line, column
+        where = ":".join(str(part) for part in (path, line, column) if part is not None)
         super().__init__(f"{where}: {message}")

@@ -89,6 +89,7 @@ def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
     notes(opened.notes, path.name)
     with progress_bar(f"reading {path.name}") as progress:
         add_stream(library, path.stem, opened, progress=progress)
+    notes(opened.late_notes, path.name)
 
 
 def add_take(
