@@ -35,13 +35,17 @@ class Spelling:
         From text with such numbers to text with plain ones; the lines stay as many.
     name : str
         What a note calls it.
-    fits_lines : bool
-        Whether it is the same for all lines, so that a line need not be looked at alone.
+    words : re.Pattern, optional
+        What all words are where it holds; without it, no line that it gives the right number of numbers can be wrong.
     """
 
     plain: Callable[[bytes], bytes]
     name: str
-    fits_lines: bool = True
+    words: re.Pattern[bytes] | None = None
+
+    def fits(self, text: bytes) -> bool:
+        """Whether lines have this spelling, and a line need not be looked at alone."""
+        return self.words is None or not self.words.sub(b"", text).strip()
 
 
 def only_reading(line: bytes, width: int) -> tuple[Spelling, FloatArray] | None:
@@ -79,17 +83,14 @@ def _spellings(line: bytes) -> Iterator[Spelling]:
     if b"," in line:
         commas = [(_decimal_commas, "decimal commas"), (_commas_between, "commas between numbers"), (_both_commas, "")]
     for comma, name in commas:
-        spelling = Spelling(lambda text, comma=comma: _apart(comma(text)), name or _name(line))  # type: ignore[misc]
+        spelling = Spelling(_plain(comma), name or _name(line))
         yield spelling
         plain = spelling.plain(line)
         if _TWO_POINTS.search(plain):
             for decimals in range(1, _MOST_DECIMALS + 1):
-                if all(_fixed(decimals).fullmatch(word) for word in plain.split()):
-                    yield Spelling(
-                        lambda text, comma=comma, decimals=decimals: _split(_apart(comma(text)), decimals),  # type: ignore[misc]
-                        "columns that run together",
-                        fits_lines=False,
-                    )
+                columns = Spelling(_columns(comma, decimals), "columns that run together", _fixed(decimals, line))
+                if columns.fits(line):
+                    yield columns
 
 
 def _name(line: bytes) -> str:
@@ -109,6 +110,10 @@ def _apart(text: bytes) -> bytes:
     return _GLUED.sub(b" ", _FORTRAN.sub(b"e", text.replace(b";", b" ")))
 
 
+def _plain(comma: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    return lambda text: _apart(comma(text))
+
+
 def _decimal_commas(text: bytes) -> bytes:
     return text.replace(b",", b".")
 
@@ -121,10 +126,12 @@ def _both_commas(text: bytes) -> bytes:
     return _COMMA_BETWEEN.sub(b" ", text).replace(b",", b".")
 
 
-def _fixed(decimals: int) -> re.Pattern[bytes]:
-    """One or more numbers with so many decimals each."""
-    return re.compile(rb"(?:[+-]?[0-9]+\.[0-9]{%d})+" % decimals)
+def _fixed(decimals: int, line: bytes) -> re.Pattern[bytes]:
+    """A number with so many decimals, and not more before a blank."""
+    return re.compile(rb"[+-]?[0-9]+[%s][0-9]{%d}" % (b",." if b"," in line else b".", decimals))
 
 
-def _split(text: bytes, decimals: int) -> bytes:
-    return re.sub(rb"(\.[0-9]{%d})(?=[0-9])" % decimals, rb"\1 ", text)
+def _columns(comma: Callable[[bytes], bytes], decimals: int) -> Callable[[bytes], bytes]:
+    """Blanks after so many decimals."""
+    end = re.compile(rb"(\.[0-9]{%d})(?=[0-9])" % decimals)
+    return lambda text: end.sub(rb"\1 ", _apart(comma(text)))

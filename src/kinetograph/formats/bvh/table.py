@@ -15,6 +15,7 @@ from kinetograph.formats.bvh.hierarchy import show
 from kinetograph.formats.bvh.spellings import LARGEST, Spelling, only_reading
 
 _SEVERAL, _OVER = "several rows on a line", "rows over several lines"
+_PATIENCE = 1000  # lines that are not rows, after which none is looked for
 _ANOTHER = (b"hierarchy", b"motion", b"root")
 _WORD = re.compile(rb"\S+")
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -170,6 +171,7 @@ class Table:
         else:
             self._faults.append(fault)
             self.waiting += 1
+            self.ended = self.waiting > max(self.whole, _PATIENCE)
 
     def _error(self, fault: _Fault, advice: str) -> FormatError:
         return FormatError(self.wanted.path, fault.message + advice, line=fault.line, column=fault.column)
@@ -245,18 +247,25 @@ class _Block:
         many = 1
         while number < len(self.lines):
             stop = min(number + many, len(self.lines))
-            text = spelling.plain(self.lines.between(number, stop))
-            values = np.empty((stop - number, self.width))
-            read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, 0, values, LARGEST)
-            if read:
-                self.add(values[:read])
-                end = stop if status == _kernels.DONE else number + where
-                self.note(spelling.name, number, _changed(self.lines.between(number, end), text))
-                number = end
-            if status != _kernels.DONE or not spelling.fits_lines or read == 0:
+            before = self.lines.between(number, stop)
+            if many > 1 and not spelling.fits(before):
                 break
-            many *= 2
+            text = spelling.plain(before)
+            read, where = self.converted(text, stop - number)
+            if read:
+                self.note(spelling.name, number, _changed(before, text, where))
+            number, many = number + where, 2 * many
+            if number < stop:
+                break
         return number
+
+    def converted(self, text: bytes, rows: int) -> tuple[int, int]:
+        """Read rows of text that was put right; how many, and the line after them, of its own."""
+        values = np.empty((rows, self.width))
+        read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, 0, values, LARGEST)
+        if read:
+            self.add(values[:read])
+        return read, rows if status == _kernels.DONE else where
 
     def wrapped(self, number: int, count: int) -> int | None:
         """Read a row that goes on in the next lines; the line to go on with."""
@@ -273,8 +282,25 @@ class _Block:
             if reading is not None:
                 self.add(reading[1][None])
                 self.note(_OVER, number, 1)
-                return stop
+                return self.like(stop, stop - number)
         return self.miss(number)
+
+    def like(self, number: int, lines: int) -> int:
+        """Read rows over as many lines each, twice as many each time; the line to go on with."""
+        many = 2
+        while number + lines <= len(self.lines):
+            rows = min(many, (len(self.lines) - number) // lines)
+            begin = self.lines.begin(number)
+            joined = np.frombuffer(self.lines.between(number, number + rows * lines), np.uint8).copy()
+            inner = self.lines.ends[number : number + rows * lines].reshape(rows, lines)[:, :-1].ravel() - 1 - begin
+            joined[inner] = ord(" ")
+            read, _ = self.converted(joined.tobytes(), rows)
+            if read:
+                self.note(_OVER, number, read)
+            number, many = number + read * lines, 2 * many
+            if read < rows:
+                break
+        return number
 
     def miss(self, number: int) -> int:
         """Say what is wrong with a line; the line after it."""
@@ -312,9 +338,10 @@ class _Lines:
         return self.text[self.begin(start) : self.begin(stop)]
 
 
-def _changed(before: bytes, after: bytes) -> int:
-    """How many lines differ."""
-    return sum(old != new for old, new in zip(before.split(b"\n"), after.split(b"\n"), strict=False))
+def _changed(before: bytes, after: bytes, lines: int) -> int:
+    """How many of the first lines differ."""
+    pairs = zip(before.split(b"\n"), after.split(b"\n"), range(lines), strict=False)
+    return sum(old != new for old, new, _ in pairs)
 
 
 def _wrong(line: bytes, width: int) -> tuple[str, int, bytes]:
