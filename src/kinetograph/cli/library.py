@@ -9,8 +9,8 @@ import typer
 
 from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
-from kinetograph.cli.options import AsJson, LibraryArgument, add, options
-from kinetograph.cli.output import notes, progress_bar, result, table
+from kinetograph.cli.options import AsJson, Force, LibraryArgument, add, options
+from kinetograph.cli.output import notes, progress_bar, refuse_existing, result, table
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
@@ -157,6 +157,7 @@ def annotate(
     export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None,
     source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None,
     kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None,
+    force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Export annotations as a table to edit, or import an edited one.
@@ -170,6 +171,8 @@ def annotate(
 
     if (export is None) == (source is None):
         raise RequestError("give one of --export FILE and --from FILE")
+    if export:
+        refuse_existing([export], force)
     library = open_library(folder)
     count = export_annotations(library, export, kind=kind) if export else import_annotations(library, Path(str(source)))
     result({"annotations": count, "file": str(export or source)}, as_json)

@@ -13,13 +13,13 @@ import typer
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
 from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
+from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     notes,
     progress_bar,
     refuse_existing,
     refuse_unknown_formats,
     result,
-    summarize,
     table,
     write_synthesis,
     write_text,
@@ -150,6 +150,7 @@ def perform(
 
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
+    from kinetograph.formats import together
     from kinetograph.methods.performance import only_track, require_moves
     from kinetograph.pipeline import open_library
 
@@ -165,14 +166,15 @@ def perform(
         performed = following.performed(wanted)
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
-    summary = summarize(made[0])
+    summary = outcome(made[0], model, performed)
     if search.gap and "gap" not in summary:
         summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
-    for number, synthesis in enumerate(made, start=1):
-        write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
-    if answers.transcript:
-        write_text(moves, answers.transcript, answers.force)
+    with together():
+        for number, synthesis in enumerate(made, start=1):
+            write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
+        if answers.transcript:
+            write_text(moves, answers.transcript, answers.force)
     _show(made, summary, answers)
 
 
@@ -209,7 +211,8 @@ def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) 
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
-    result({"wrote": wrote, **summary, **costs, **listed}, answers.as_json)
+    ending = summary if answers.as_json else in_words(summary)
+    result({**ending, **costs, **listed, "wrote": wrote}, answers.as_json)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:

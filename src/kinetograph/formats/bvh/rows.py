@@ -13,6 +13,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats.bvh.hierarchy import Hierarchy, show
+from kinetograph.formats.bvh.stamp import read_stamp
 from kinetograph.formats.bvh.table import Table, Wanted
 from kinetograph.formats.options import ReadOptions
 from kinetograph.formats.timing import check_fps, usual_rates
@@ -194,7 +195,7 @@ def _frame_count(path: Path, header: _Line) -> int:
 def _rate(path: Path, header: _Line, notes: list[str]) -> float:
     """Frames per second of a frame time: the nearest usual rate that would be written like it."""
     text = b" ".join([header.value, header.rest]).strip()
-    word = header.value
+    word, _ = read_stamp(header.value)
     match = _TIME.fullmatch(text)
     unit = _UNITS.get(match[2].lower()[:2], b"s") if match and match[2] else b"s"
     if match and (match[1] != text or b"," in text):

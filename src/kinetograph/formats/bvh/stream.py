@@ -13,8 +13,9 @@ from kinetograph.errors import FormatError
 from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
 from kinetograph.formats.bvh.reader import motion_of_rows
 from kinetograph.formats.bvh.rows import check_count, parse_header
+from kinetograph.formats.bvh.stamp import meaning
 from kinetograph.formats.bvh.table import Table, Wanted
-from kinetograph.formats.conventions import from_up, scale_motion, to_metres_y_up, unit_factor
+from kinetograph.formats.conventions import Converted, to_metres_y_up
 from kinetograph.formats.options import ReadOptions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -51,7 +52,7 @@ class MotionStream:
     notes: tuple[str, ...]
     _hierarchy: Hierarchy
     _begin: tuple[int, int]
-    _meaning: tuple[str, str]
+    _first: Converted
     _wanted: Wanted
     late_notes: list[str] = field(default_factory=list)
 
@@ -73,7 +74,7 @@ class MotionStream:
             count += len(values)
             if count > self.frames:
                 break
-            motion = _converted(self._hierarchy, values, self.fps, *self._meaning)
+            motion = self._first.like(motion_of_rows(self._hierarchy.nodes, values, self.fps, []))
             change = np.abs(motion.skeleton.offsets - self.skeleton.offsets)[1:].max(initial=0.0)
             if motion.bones is not None or change > _SAME:
                 raise FormatError(self.path, "its bones change their length: it cannot be streamed; load it whole")
@@ -127,11 +128,11 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     if frames != header.frames:
         notes.append(check_count(path, header.frames, frames, lenient=options.lenient))
     motion = motion_of_rows(hierarchy.nodes, first, header.fps, [])
-    converted = to_metres_y_up([motion], options.units, options.up)
-    meaning = (options.units or _word(converted.notes, "units"), options.up or _word(converted.notes, "up axis"))
-    notes += converted.notes
+    units, up = meaning(head, hierarchy.position)
+    converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
     skeleton = converted.motions[0].skeleton
-    return MotionStream(path, skeleton, header.fps, frames, tuple(notes), hierarchy, begin, meaning, wanted)
+    notes += converted.notes
+    return MotionStream(path, skeleton, header.fps, frames, tuple(notes), hierarchy, begin, converted, wanted)
 
 
 def _count(wanted: Wanted, position: int, line: int) -> int:
@@ -144,17 +145,6 @@ def _count(wanted: Wanted, position: int, line: int) -> int:
     if wanted.frames == lines + (last != b"\n"):
         return wanted.frames
     return sum(len(values) for values in _blocks(Table(wanted), position, line))
-
-
-def _word(notes: tuple[str, ...], what: str) -> str:
-    """What was guessed, from its note."""
-    note = next(note for note in notes if note.startswith(what))
-    return "metre" if "taken as metres" in note else note.partition("guessed ")[2].partition(",")[0]
-
-
-def _converted(hierarchy: Hierarchy, values: FloatArray, fps: float, units: str, up: str) -> Motion:
-    motion = motion_of_rows(hierarchy.nodes, values, fps, [])
-    return from_up(scale_motion(motion, unit_factor(units)), up)
 
 
 def _head(path: Path) -> tuple[bytes, int]:
