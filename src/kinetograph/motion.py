@@ -17,6 +17,8 @@ from kinetograph.errors import DataError, RequestError
 from kinetograph.sampling import REACH, sample_times, spline
 from kinetograph.skeleton import Skeleton
 
+_CHECKED = 4096  # frames that are looked at together, so that a long motion is checked in little memory
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -69,14 +71,20 @@ class Motion:
                 raise DataError("a motion's bones must be finite; look for NaN or inf in its source")
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise DataError(f"fps must be a positive number, found {self.fps}")
-        if not (np.isfinite(self.translation).all() and np.isfinite(self.rotations).all()):
+        for first in range(0, frames, _CHECKED):
+            self._check_values(first)
+
+    def _check_values(self, first: int) -> None:
+        """Raise DataError where some frames, from one on, are not finite or have other than unit quaternions."""
+        rotations = self.rotations[first : first + _CHECKED]
+        if not (np.isfinite(self.translation[first : first + _CHECKED]).all() and np.isfinite(rotations).all()):
             raise DataError("a motion's values must be finite; look for NaN or inf in its source")
-        norms = np.sqrt(np.einsum("fji,fji->fj", self.rotations, self.rotations))
-        if np.abs(norms - 1.0).max() > 1e-3:
+        norms = np.sqrt(np.einsum("fji,fji->fj", rotations, rotations))
+        if np.abs(norms - 1.0).max(initial=0.0) > 1e-3:
             frame, joint = np.unravel_index(int(np.abs(norms - 1.0).argmax()), norms.shape)
             raise DataError(
                 f"rotations must be unit quaternions, found length {norms[frame, joint]:.4g} "
-                f"at frame {frame}, joint {self.skeleton.names[joint]!r}; normalize them first"
+                f"at frame {first + frame}, joint {self.skeleton.names[joint]!r}; normalize them first"
             )
 
     def __len__(self) -> int:
@@ -258,6 +266,42 @@ def concatenate(motions: list[Motion]) -> Motion:
     )
 
 
+def root_facing(skeleton: Skeleton, rotations: FloatArray) -> FloatArray:
+    """Rotations of a root from where it is when the body stands: in the rest pose, or in the stance if there is one.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    rotations : ndarray, shape (..., 4)
+        Of the root in the world.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+    """
+    return rotations if skeleton.stance is None else rot.multiply(rotations, rot.conjugate(skeleton.stance[0]))
+
+
+def headings(motion: Motion) -> FloatArray:
+    """Heading of the root at every frame, shape ``(F,)`` radians, see `kinetograph.rotations.heading`.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        0 where the root faces as it does when the body stands.
+    """
+    return rot.heading(root_facing(motion.skeleton, motion.rotations[:, 0]))
+
+
+def heading_at(motion: Motion, frame: int) -> float:
+    """Heading of the root in one frame, radians, see `headings`."""
+    return float(rot.heading(root_facing(motion.skeleton, motion.rotations[frame, 0])))
+
+
 def unwrapped_headings(motion: Motion) -> FloatArray:
     """Heading of the root at every frame, without jumps of 2 pi from frame to frame.
 
@@ -270,7 +314,7 @@ def unwrapped_headings(motion: Motion) -> FloatArray:
     ndarray, shape (F,)
         Radians; the first lies between -pi and pi, as `kinetograph.rotations.heading` gives it.
     """
-    return np.unwrap(rot.heading(motion.rotations[:, 0]))
+    return np.unwrap(headings(motion))
 
 
 def close_loop(motion: Motion) -> Motion:

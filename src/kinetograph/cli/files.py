@@ -48,20 +48,37 @@ def info(
             rows.append(_describe(path, name, track))
             if joints and not as_json:
                 _list_joints(track)
-        notes(loaded.notes, path)
+        notes((*loaded.notes, *_missing_roles(loaded.take)), path)
     table(rows, as_json)
+
+
+def _missing_roles(take: Take) -> list[str]:
+    """The roles that no joint of a body plays, once for all bodies that lack the same."""
+    from kinetograph.motion import Motion
+    from kinetograph.roles import is_body
+    from kinetograph.skeleton import ROLES
+
+    lacking: dict[str, list[str]] = {}
+    for name, track in take.tracks.items():
+        if isinstance(track, Motion) and is_body(track.skeleton):
+            missing = ", ".join(role for role in ROLES if role not in track.skeleton.roles)
+            lacking.setdefault(missing, []).append(name)
+    return [f"no joint of {', '.join(names)} was found for {missing}" for missing, names in lacking.items() if missing]
 
 
 def _describe(path: Path, name: str, track: Track) -> dict[str, Any]:
     from kinetograph.motion import Motion
+    from kinetograph.roles import is_body
     from kinetograph.skeleton import ROLES
 
     row: dict[str, Any] = {"file": path.name, "track": name, "frames": len(track), "fps": track.fps}
     row["seconds"] = track.duration
     if isinstance(track, Motion):
-        missing = [role for role in ROLES if role not in track.skeleton.roles]
-        row["what"] = f"{len(track.skeleton)} joints, {track.skeleton.height:.2f} m tall"
-        row["roles"] = f"{len(ROLES) - len(missing)} of {len(ROLES)}" + (f", without {missing}" if missing else "")
+        skeleton = track.skeleton
+        above = " in " + " > ".join(node.name for node in skeleton.ancestors) if skeleton.ancestors else ""
+        tall = f", {skeleton.height:.2f} m tall" if is_body(skeleton) else ""
+        row["what"] = f"{len(skeleton)} joints{above}{tall}"
+        row["roles"] = f"{len(skeleton.roles)} of {len(ROLES)}" if is_body(skeleton) else "no body"
     else:
         row["what"] = f"{len(track.names)} {'points' if track.spatial else 'channels'} in {track.units}"
         row["roles"] = "-"

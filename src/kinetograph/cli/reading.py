@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 Units = Annotated[str | None, typer.Option(help="A file's unit of length: metre, centimetre, inch, ...")]
 Up = Annotated[str | None, typer.Option(help="A file's upward axis: x, y or z.")]
+Rest = Annotated[
+    int | None, typer.Option(help="A frame in which the body stands upright, where a file's rest pose does not.")
+]
 Lenient = Annotated[bool, typer.Option("--lenient", help="Read what can be read of a damaged file.")]
 Role = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
 Everything = Annotated[
@@ -36,6 +39,7 @@ class Reading:
 
     units: Units = None
     up: Up = None
+    rest: Rest = None
 
     @property
     def read_options(self) -> ReadOptions:

@@ -17,7 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.formats.ancestors import last_ancestor
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
+from kinetograph.roles import is_body, with_found_roles
 from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 
 _MOST_BONES = 500  # no body has more; looking for roles in thousands takes minutes
@@ -116,13 +116,6 @@ def choose_bodies(motions: Sequence[Motion], keep: Keep = BODIES) -> Bodies:
     return Bodies(tuple(whole[i] for i in chosen), tuple(chosen), tuple(roots[i] for i in chosen), said)
 
 
-def is_body(skeleton: Skeleton) -> bool:
-    """Whether a skeleton with roles has two of a person's limbs or more."""
-    parts = [("hip", "knee", "foot"), ("shoulder", "elbow", "hand")]
-    sides = ("left", "right")
-    return sum(all(f"{side}_{part}" in skeleton.roles for part in limb) for side in sides for limb in parts) >= 2
-
-
 def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     """What of a tree is the body, None for all of it.
 
@@ -153,7 +146,8 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     top, rest = hips, np.zeros(3)
     for joint in line[1:]:
         rest = rest + skeleton.offsets[line[line.index(joint) - 1]]
-        gap = max(float(np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1).max()), np.linalg.norm(rest))
+        apart = np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1)
+        gap = max(float(apart.max()), float(np.linalg.norm(rest)))
         if gap > _NEAR * leg or (moves[hips] and not moves[joint]):
             break
         top = joint
@@ -298,7 +292,7 @@ def _sampled(motion: Motion) -> Motion:
 def _with_roles(motion: Motion) -> Motion:
     if len(motion.skeleton) > _MOST_BONES:
         return motion
-    return replace(motion, skeleton=with_found_roles(motion.skeleton))
+    return replace(motion, skeleton=with_found_roles(motion.skeleton, motion))
 
 
 def _root_notes(motion: Motion, own: OwnRoot | None) -> list[str]:

@@ -14,10 +14,11 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, is_body, with_own_root
+from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, with_own_root
 from kinetograph.formats.names import unique
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
+from kinetograph.roles import is_body
 from kinetograph.skeleton import Ancestor, Skeleton
 
 UNITS: dict[str, float] = {
@@ -301,9 +302,8 @@ def _sampled(motion: Motion) -> Motion:
 
 def _whole(skeleton: Skeleton) -> bool:
     """Whether roles show how tall a skeleton is."""
-    return {"hips", "left_foot", "right_foot"} <= skeleton.roles.keys() and bool(
-        {"neck", "head"} & skeleton.roles.keys()
-    )
+    found = skeleton.roles.keys()
+    return {"hips", "left_foot", "right_foot"} <= found and bool({"neck", "head"} & found)
 
 
 def _stature(motion: Motion) -> float:

@@ -13,6 +13,7 @@ from kinetograph.character import Character
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.stances import with_stances
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.take import Take
@@ -75,9 +76,10 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     """
     path = Path(path)
     module = _module(path, READERS, "read")
+    options = options or ReadOptions()
     with _opening(path):
-        loaded: Loaded = module.read(path, options or ReadOptions())
-    return loaded
+        loaded: Loaded = module.read(path, options)
+    return with_stances(loaded, options.rest)
 
 
 def load(

@@ -141,11 +141,8 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
             raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
         names = tuple(str(name) for name in parts["names"].ravel())
         parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
-        skeleton = Skeleton(
-            *(names, parents, offsets, end_parents, end_offsets),
-            stance=parts.get("stance"),
-            ancestors=_ancestors(parts),
-        )
+        tree = (names, parents, offsets, end_parents, end_offsets)
+        skeleton = Skeleton(*tree, stance=parts.get("stance"), ancestors=_ancestors(parts))
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
         tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y", options.keep).motions[0]

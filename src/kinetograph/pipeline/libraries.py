@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.formats import READERS, ReadOptions, read
+from kinetograph.formats import READERS, ReadOptions, read, with_stances
 from kinetograph.library import Library, contents
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
@@ -110,8 +110,14 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
         What was guessed.
     """
     loaded = read(path, options)
+    take = Take(path.stem, loaded.take.tracks, loaded.take.annotations)
+    if not roles:
+        return take, loaded.notes
     tracks = {
-        name: replace(track, skeleton=with_roles(track.skeleton, roles or {})) if isinstance(track, Motion) else track
-        for name, track in loaded.take.tracks.items()
+        name: replace(track, skeleton=replace(with_roles(track.skeleton, roles), stance=None))
+        if isinstance(track, Motion)
+        else track
+        for name, track in take.tracks.items()
     }
-    return Take(path.stem, tracks, loaded.take.annotations), loaded.notes
+    named = with_stances(replace(loaded, take=replace(take, tracks=tracks)), options.rest)
+    return named.take, tuple(dict.fromkeys(named.notes))

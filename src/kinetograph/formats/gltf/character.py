@@ -79,11 +79,15 @@ def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
     bind = np.asarray(matrices[:, :3, 3], dtype=np.float64)
     nodes = gltf.objects("nodes")
     names = [str(nodes[joint].get("name", f"node_{joint}"))[:200] for joint in skin["joints"]]
-    if not set(names) <= set(skeleton.names) or len(set(names)) < len(names):
+    place = {name: joint for joint, name in enumerate(skeleton.names)}
+    if not set(names) & set(place) or len(set(names)) < len(names):
         raise FormatError(gltf.path, "the joints of a skin need names of their own")
-    joints = np.array([skeleton.names.index(name) for name in names])
-    scale = _scale(skeleton, joints, bind)
-    root = bind[int(np.argmin(joints))]
+    # what a root above the hips or a helper beside them moves, the body's own root moves
+    joints = np.array([place.get(name, 0) for name in names])
+    own = np.array([name in place for name in names])
+    scale = _scale(skeleton, joints[own], bind[own])
+    first = int(np.argmin(np.where(own, joints, len(skeleton))))
+    root = bind[first]
     groups: dict[str, list[Json]] = {}  # primitives of several materials often share their points
     for primitive in gltf.list_of(mesh, "primitives"):
         if primitive.get("mode", 4) == 4:

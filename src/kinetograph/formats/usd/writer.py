@@ -13,7 +13,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.character import Skin
 from kinetograph.errors import RequestError
 from kinetograph.formats.ancestors import with_ancestors_skinned
-from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import WriteOptions
@@ -63,12 +63,8 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     scene = usd.UsdGeom.Xform.Define(stage, "/" + _identifiers(usd, [name])[0])
     stage.SetDefaultPrim(scene.GetPrim())
     for label, motion in zip(_identifiers(usd, list(motions)), motions.values(), strict=True):
-        _add(
-            usd,
-            stage,
-            f"{scene.GetPath()}/{label}",
-            *with_ancestors_skinned(motion, skin_of(motion, options.character)),
-        )
+        whole = with_ancestors_skinned(*dressed(motion, options.character))
+        _add(usd, stage, f"{scene.GetPath()}/{label}", *whole)
     _export(stage, Path(path))
 
 

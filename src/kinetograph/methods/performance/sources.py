@@ -15,7 +15,7 @@ from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations
 from kinetograph.mirroring import mirror
-from kinetograph.motion import Motion, resample, sample
+from kinetograph.motion import Motion, headings, resample, sample
 from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.sampling import interpolate
 from kinetograph.segmentation import detect_beats, detect_handholds, footplant_cuts
@@ -148,5 +148,5 @@ def target_points(settings: PerformanceSettings, motion: Motion) -> FloatArray:
     if not settings.alignment.continues:
         return points
     # poses are compared where bodies stand, wherever that is
-    back = rot.about("y", -rot.heading(motion.rotations[:, 0]))
+    back = rot.about("y", -headings(motion))
     return rot.rotate(back[:, None], points - on_ground(motion.translation[:, None]))
