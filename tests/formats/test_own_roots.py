@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trees import controller, on_the_ground, under, walker
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -21,6 +20,7 @@ from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion, cut
 from kinetograph.skeleton import Ancestor, Skeleton
 from kinetograph.take import Take
+from trees import controller, on_the_ground, under, walker
 
 FORMATS = (".bvh", ".glb", ".fbx", ".usda", ".npz")
 HELPERS = ("ik_foot_root", "ik_hand_gun")

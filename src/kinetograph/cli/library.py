@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,13 +45,15 @@ class RecordingReading(LenientReading):
     role: Role = None
     fit_markers: FitMarkers = False
 
-    def take(self, path: Path, name: object) -> Take:
-        """What is in a file; what was guessed is said of ``name``."""
-        from kinetograph.pipeline import read_take
+    def takes(self, path: Path, name: object) -> Iterator[Take]:
+        """Every animation in a file, or the one that is named, as a take; what was guessed is said of ``name``."""
+        from kinetograph.pipeline import read_takes
 
-        take, guesses = read_take(path, self.read_options, parse_roles(self.role))
-        notes(guesses, name)
-        return fitted(take, path)[0] if self.fit_markers else take
+        said: set[str] = set()
+        for take, guesses in read_takes(path, self.read_options, parse_roles(self.role)):
+            notes((guess for guess in guesses if guess not in said), name)
+            said.update(guesses)
+            yield fitted(take, path)[0] if self.fit_markers else take
 
 
 def create(
@@ -60,7 +63,7 @@ def create(
     reading: RecordingReading,
     as_json: AsJson = False,
 ) -> None:
-    """Make a library and add files, one take per file, named after it.
+    """Make a library and add files, one take per file, named after it, or per animation of a file, FILE:ANIMATION.
 
     Example: kinetograph library create out/mine.library out/walk.bvh out/rise.bvh
     """
@@ -75,7 +78,8 @@ def create(
             if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not roles:
                 _add_long(library, path, reading.read_options)
                 continue
-            library.add(reading.take(path, path.name))
+            for take in reading.takes(path, path.name):
+                library.add(take)
             progress(done, len(paths))
     _summary(folder, as_json)
 
@@ -99,27 +103,45 @@ def add_take(
     replace: Annotated[bool, typer.Option("--replace", help="Replace a take of this name.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Add a take of one or several synchronised tracks.
+    """Add a take of one or several synchronised tracks; of a file with several animations, a take of each, TAKE:NAME.
 
     Example: kinetograph library add out/clips.library --take walk motion=out/walk.bvh path=out/path.csv
 
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
     """
-    from kinetograph.methods.performance import only_track
     from kinetograph.pipeline import open_library
-    from kinetograph.take import Annotation, Take
 
     library = open_library(folder)
-    added, annotations = {}, []
+    found: dict[str, list[Take]] = {}
     for item in tracks:
         name, separator, file = item.partition("=")
         if not separator:
             raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}")
-        read = reading.take(Path(file), file)
-        added[name] = only_track(read)
-        annotations += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
-    library.add(Take(take, added, tuple(annotations)), replace=replace)
-    result({"take": take, "tracks": list(added), "seconds": max(t.duration for t in added.values())}, as_json)
+        found[name] = list(reading.takes(Path(file), file))
+    for made in _joined(take, found):
+        library.add(made, replace=replace)
+        result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
+
+
+def _joined(name: str, found: dict[str, list[Take]]) -> list[Take]:
+    """A take of the named tracks, or one for every animation where all files have the same ones."""
+    from dataclasses import replace
+
+    from kinetograph.methods.performance import only_track
+    from kinetograph.take import Take
+
+    called = {track: [take.animation for take in takes] for track, takes in found.items()}
+    first = next(iter(called.values()))
+    for track, animations in called.items():
+        if len(animations) != len(first) or (len(first) > 1 and animations != first):
+            raise RequestError(f"{track} has the animations {', '.join(animations)}: choose one with --animation")
+    made = []
+    for number, animation in enumerate(first):
+        parts = {track: takes[number] for track, takes in found.items()}
+        annotations = [replace(note, track=track) for track, take in parts.items() for note in take.annotations]
+        tracks = {track: only_track(take) for track, take in parts.items()}
+        made.append(Take(f"{name}:{animation}" if len(first) > 1 else name, tracks, tuple(annotations)))
+    return made
 
 
 def remove(folder: LibraryArgument, take: TakeName) -> None:

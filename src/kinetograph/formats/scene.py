@@ -19,10 +19,12 @@ from kinetograph.formats.timing import bracket_times
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
-_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
+_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 250_000, 4
 _BLOCK = 1024  # frames
 _BLOCK_VALUES = 1_000_000  # nodes times frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, to the precision of single precision
+_WHOLE = 0.5  # of the bones' lengths: the least that a rest pose has
+_SAME = 1e-5  # of the body's size: bones that differ by less from those at rest are those, to the last bit
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,24 @@ class Nodes:
     rotations: FloatArray
     scales: FloatArray
     inherits: IntArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A file's rest pose, whose bones are the skeleton's, so that all animations of a file have one skeleton.
+
+    Parameters
+    ----------
+    positions, rotations : ndarray, shapes (N, 3) and (N, 4)
+        Of all nodes, in the world.
+    shared : bool
+        Whether several animations share it: bones that have another length throughout one are then that motion's own,
+        and else the skeleton's.
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+    shared: bool = False
 
 
 def most_values(size: int) -> int:
@@ -92,7 +112,13 @@ def world(nodes: Nodes) -> tuple[FloatArray, FloatArray]:
     return positions, rotations
 
 
-def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatArray], fps: float) -> list[Motion]:
+def motions(
+    nodes: Nodes,
+    joints: Sequence[int],
+    bind: tuple[FloatArray, FloatArray],
+    fps: float,
+    still: Rest | None = None,
+) -> list[Motion]:
     """A motion for every tree among the joints.
 
     Parameters
@@ -103,6 +129,8 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
     bind : tuple of ndarray, shapes (N, 3) and (N, 4)
         World positions and rotations of all nodes in the bind pose.
     fps : float
+    still : Rest, optional
+        Whose bones are the skeleton's; without it they are the mean over the frames.
 
     Returns
     -------
@@ -123,6 +151,9 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
         positions, rotations = world(_cut(nodes, block))
         for character in characters:
             character.fill(block, positions, rotations, bind[1])
+    if still is not None:
+        for character in characters:
+            character.rest(still, bind[1])
     return [character.motion(nodes.names, bind[0], fps) for character in characters]
 
 
@@ -149,6 +180,8 @@ class _Tree:
         self.translation = np.empty((frames, 3))
         self.local = np.empty((frames, len(joints), 4))
         self.bones = np.empty((frames, len(joints), 3))
+        self.still: FloatArray | None = None
+        self.shared = False
 
     def fill(self, block: slice, positions: FloatArray, rotations: FloatArray, bind: FloatArray) -> None:
         """Take a block of frames in the world, relative to the bind pose."""
@@ -160,14 +193,26 @@ class _Tree:
         self.translation[block], self.local[block] = at[:, 0], rot.normalize(local)
         self.bones[block] = rot.rotate(rot.conjugate(rotation[:, up]), at - at[:, up])
 
+    def rest(self, still: Rest, bind: FloatArray) -> None:
+        """Take the bones of a rest pose in the world."""
+        up = np.maximum(self.parents, 0)
+        at = still.positions[self.joints]
+        rotation = rot.multiply(still.rotations[self.joints], rot.conjugate(bind[self.joints]))
+        self.still, self.shared = rot.rotate(rot.conjugate(rotation[up]), at - at[up]), still.shared
+
     def motion(self, names: tuple[str, ...], bind: FloatArray, fps: float) -> Motion:
         """The motion; its bones are rigid unless they change."""
         middle = self.bones.mean(axis=0)
-        offsets = middle.copy()
-        offsets[0] = bind[self.joints[0]]
         size = max(float(np.abs(middle).max()), 1e-9)
         changes = (float(np.abs(self.bones[:, j] - middle[j]).max()) for j in range(1, len(self.joints)))
         loose = max(changes, default=0.0) > _RIGID * size
+        offsets = middle.copy()
+        if self.still is not None:
+            apart = float(np.abs(self.still - middle)[1:].max(initial=0.0))
+            whole = np.abs(self.still[1:]).sum() > _WHOLE * np.abs(middle[1:]).sum()  # some files have no rest pose
+            if loose or apart < _SAME * size or (self.shared and whole):
+                offsets, loose = self.still.copy(), loose or apart >= _SAME * size
+        offsets[0] = bind[self.joints[0]]
         for joint in range(len(self.joints)):
             self.local[:, joint] = rot.unroll(self.local[:, joint])
         skeleton = Skeleton(tuple(names[joint] for joint in self.joints), self.parents, offsets)

@@ -34,6 +34,7 @@ _ROOMS = {
     "perform_with": "performing",
     "read_rows": "sensing",
     "read_take": "libraries",
+    "read_takes": "libraries",
     "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
     "segment_library": "segmenting",
@@ -67,6 +68,7 @@ __all__ = [
     "perform_with",
     "read_rows",
     "read_take",
+    "read_takes",
     "recordings_in",
     "refuse_cuts",
     "segment_library",
@@ -92,7 +94,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
-    from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
+    from kinetograph.pipeline.libraries import has_partners, open_library, read_take, read_takes, recordings_in
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,

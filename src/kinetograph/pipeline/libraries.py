@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.formats import READERS, ReadOptions, read, with_stances
+from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
 from kinetograph.library import Library, contents
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
@@ -109,15 +109,51 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
     notes : tuple of str
         What was guessed.
     """
+    return _named(read(path, options), path.stem, options, roles)
+
+
+def read_takes(
+    path: Path, options: ReadOptions, roles: dict[str, str] | None = None
+) -> Iterator[tuple[Take, tuple[str, ...]]]:
+    """Read every animation in a file as a take, or the one that is named.
+
+    Parameters
+    ----------
+    path : Path
+    options : ReadOptions
+    roles : dict of str to str, optional
+        Joint names by role, put in place of those that are found.
+
+    Yields
+    ------
+    take : Take
+        Named after the file, and where that has several animations after both: ``"file:animation"``.
+    notes : tuple of str
+        What was guessed.
+    """
     loaded = read(path, options)
-    take = Take(path.stem, loaded.take.tracks, loaded.take.annotations)
+    several = len(loaded.animations) > 1
+    if not several or options.animation is not None:
+        name = f"{path.stem}:{loaded.take.animation}" if several else path.stem
+        yield _named(loaded, name, options, roles)
+        return
+    for animation in loaded.animations:
+        loaded = read(path, replace(options, animation=animation))
+        yield _named(loaded, f"{path.stem}:{animation}", options, roles)
+
+
+def _named(
+    loaded: Loaded, name: str, options: ReadOptions, roles: dict[str, str] | None
+) -> tuple[Take, tuple[str, ...]]:
+    """A take of another name, with roles in place of those found, and what was guessed."""
+    take = replace(loaded.take, name=name)
     if not roles:
         return take, loaded.notes
     tracks = {
-        name: replace(track, skeleton=replace(with_roles(track.skeleton, roles), stance=None))
-        if isinstance(track, Motion)
-        else track
-        for name, track in take.tracks.items()
+        track: replace(what, skeleton=replace(with_roles(what.skeleton, roles), stance=None))
+        if isinstance(what, Motion)
+        else what
+        for track, what in take.tracks.items()
     }
     named = with_stances(replace(loaded, take=replace(take, tracks=tracks)), options.rest)
     return named.take, tuple(dict.fromkeys(named.notes))
