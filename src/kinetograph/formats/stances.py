@@ -46,6 +46,7 @@ def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:
 def _stance(motion: Motion, rest: int | None) -> FoundStance | None:
     if rest is not None:
         return stance_at(motion, rest)
-    if motion.skeleton.stance is not None or stands(motion.skeleton):
+    sizeless = not motion.skeleton.offsets[1:].any()
+    if sizeless or motion.skeleton.stance is not None or stands(motion.skeleton):
         return None
     return find_stance(motion)

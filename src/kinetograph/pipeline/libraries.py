@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import Library, contents
+from kinetograph.library import UNFINISHED, Library, contents, skeletons
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
@@ -31,6 +32,68 @@ def open_library(path: str | Path) -> Library:
                 f"make one with: kinetograph library create LIB {folder}"
             )
     return Library.open(folder)
+
+
+@contextmanager
+def creating(path: str | Path) -> Iterator[Library]:
+    """Make a library to be filled in the block, or go on with one that was not filled to the end.
+
+    Parameters
+    ----------
+    path : str or Path
+        A folder that is new or empty, or of a library that an interrupted block left; it is empty or marked.
+
+    Yields
+    ------
+    Library
+
+    Raises
+    ------
+    LibraryError
+        The folder has a library that is complete, or something else.
+    """
+    marker = Path(path) / UNFINISHED
+    library = Library.open(path) if _unfinished(Path(path)) else Library.create(path)
+    try:
+        marker.touch()
+    except OSError as error:
+        raise LibraryError(f"{path}: cannot make a library here: {error.strerror}") from error
+    yield library
+    marker.unlink(missing_ok=True)
+
+
+def _unfinished(folder: Path) -> bool:
+    try:
+        return (folder / UNFINISHED).exists() or not Library.open(folder).names()
+    except LibraryError:
+        return False
+
+
+def differing_skeletons(library: Library) -> tuple[str, ...]:
+    """Say which takes have different joints, since a method uses recordings of the same joints only.
+
+    Parameters
+    ----------
+    library : Library
+
+    Returns
+    -------
+    tuple of str
+        One line for each track's name whose motions differ.
+    """
+    return tuple(
+        f"{library.path}: the takes' skeletons ({track}) have different joints: "
+        + "; ".join(f"{joints} joints in {_listed(takes)}" for joints, takes in groups)
+        + "; methods use recordings of the same joints only: retarget the others (kinetograph convert --retarget), "
+        "or make a library of each"
+        for track, groups in skeletons(library).items()
+        if len(groups) > 1
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return ", ".join(names[:3]) + more
 
 
 def has_partners(library: Library, target: str | None) -> bool:
