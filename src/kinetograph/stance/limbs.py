@@ -118,7 +118,7 @@ def foot_frame(seen: Evidence, build: Build, joint: int, side: str) -> FloatArra
     points = rot.rotate(frame, bone)
     frame = rot.multiply(rot.about("y", -np.arctan2(points[0], points[2])), frame)
     falls = float(np.degrees(np.arctan2(-points[1], np.hypot(points[0], points[2]))))
-    if abs(falls - _FOOT_FALLS) < STRAIGHT:
+    if abs(falls - _FOOT_FALLS) < STRAIGHT or not seen.rests(side):
         frame = rot.multiply(rot.about("x", np.radians(_FOOT_FALLS - falls)), frame)
     return untwisted(frame, rot.rotate(frame, bone)) if build.aligned else frame
 
