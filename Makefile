@@ -2,8 +2,8 @@
 #   make studio  a page in the browser: draw a path on the ground and somebody walks it
 #   make demo    a walk along a drawn path, from recordings that are fetched once
 #   make test    the whole suite
-# For those who work on it: make docs, make lint, make format, make bench, make pictures, make page, make dist,
-# make check-dist, make check-clients, make clean.
+# For those who work on it: make docs, make lint, make format, make bench, make mutants, make pictures, make page,
+# make dist, make check-dist, make check-clients, make clean.
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -18,7 +18,7 @@ STUDIO := src/kinetograph/studio
 CHECK  := build/check-dist
 DEMO   ?= out
 
-.PHONY: studio demo test lint page format bench docs pictures dist check-dist check-clients clean help
+.PHONY: studio demo test lint page format bench mutants docs pictures dist check-dist check-clients clean help
 
 help:
 	@sed -n '1,6p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
@@ -70,6 +70,10 @@ format: $(STAMP)
 
 bench: $(STAMP)
 	@$(BIN)/python -m benchmarks
+
+# small faults are put into the package, one at a time: the share that the tests notice
+mutants: $(STAMP)
+	@$(BIN)/python -m tests.mutants
 
 $(DOCS): $(STAMP)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'

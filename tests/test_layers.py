@@ -24,8 +24,8 @@ _LAYERS = (
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "stance", "character", "learn"},
-    {"rotations", "sampling", "quaternion_kernels"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
+    {"rotations", "rows", "sampling", "quaternion_kernels"},
     {"errors", "arrays", "display", "progress"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""

@@ -3,9 +3,9 @@
 Names differ by more than spelling: ``LeftShoulder`` is the collar bone where a ``LeftArm`` hangs on it, and the upper
 arm where a ``left_elbow`` does. So a name only gives the roles that a joint may have. An arm is followed upward from
 its hand and a leg upward from its foot, and the nearest joint that may be the next bone is taken. A body whose names
-give nothing is read from its rest pose or, where that does not stand, from how it moves: legs are the pair of equal
-long chains nearest the root, arms the pair above them, and left is up x forward. A role that neither names nor shape
-show is left out.
+give nothing is read from its stance or rest pose or, where that does not stand, from how it moves: legs are the pair of
+equal long chains nearest the root, arms the pair above them, and left is up x forward. A role that neither names nor
+shape show is left out.
 """
 
 from __future__ import annotations
@@ -17,12 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import forward
+from kinetograph.body_shape import limbs_by_shape, longest_chain, neck_by_shape
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
-from kinetograph.stance.rebasing import rest_motion
 from kinetograph.stance.standing_pose import stands
 
 _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[0-9]+")
@@ -30,6 +27,7 @@ _SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "ri
 _NOISE = frozenset(
     ("bip", "biped", "bone", "c", "ctrl", "def", "jnt", "joint", "jt", "mixamorig", "org", "rig", "skel")
 )
+_POSES, _FEWEST = 9, 10  # poses of a motion that are looked at, for skeletons of so many joints
 _COMMON = 0.8  # a first word that so many joints share is the character's name, as in CC_Base_ or Bip01
 
 _WRIST, _HAND = {"wrist"}, {"hand", "palm"}
@@ -125,7 +123,7 @@ def with_found_roles(skeleton: Skeleton, motion: Motion | None = None) -> Skelet
     ----------
     skeleton : Skeleton
     motion : Motion, optional
-        How it moves, see `find_roles`.
+        How it moves: a few of its poses are looked at where the rest pose does not stand.
 
     Returns
     -------
@@ -137,18 +135,29 @@ def with_found_roles(skeleton: Skeleton, motion: Motion | None = None) -> Skelet
     >>> sorted(with_found_roles(stick).roles)
     ['left_foot', 'left_hip', 'left_knee']
     """
-    return replace(skeleton, roles=find_roles(skeleton, motion))
+    roles = find_roles(skeleton)
+    if motion is None or len(skeleton) < _FEWEST or ("left_hip" in roles and stands(replace(skeleton, roles=roles))):
+        return replace(skeleton, roles=roles)
+    frames = np.unique(np.linspace(0, len(motion) - 1, _POSES).astype(np.int64))
+    seen = [find_roles(replace(skeleton, stance=motion.rotations[frame])) for frame in frames.tolist()]
+    fullest = max(len(found) for found in seen)
+    votes = Counter(_joints(found) for found in seen if len(found) == fullest)
+    most = votes.most_common(1)[0][0]
+    best = next(found for found in seen if _joints(found) == most)
+    return replace(skeleton, roles=best if len(best) >= len(roles) else roles)
 
 
-def find_roles(skeleton: Skeleton, motion: Motion | None = None) -> dict[str, Landmark]:
+def _joints(roles: dict[str, Landmark]) -> tuple[tuple[str, int], ...]:
+    return tuple(sorted((role, landmark.joint) for role, landmark in roles.items()))
+
+
+def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
     """The joint, or the point on a joint, that plays each role.
 
     Parameters
     ----------
     skeleton : Skeleton
         Its own roles are ignored.
-    motion : Motion, optional
-        How it moves. A few frames are looked at where names say nothing and the rest pose does not stand.
 
     Returns
     -------
@@ -159,11 +168,13 @@ def find_roles(skeleton: Skeleton, motion: Motion | None = None) -> dict[str, La
     joints: dict[str, int] = {}
     for side in ("left", "right"):
         joints |= _named_leg(skeleton, names, side) | _named_arm(skeleton, names, side)
+    shaped: dict[str, int] = {}
     if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
-        joints = _limbs_shown(skeleton, motion) | joints
+        shaped = limbs_by_shape(skeleton)
+        joints = shaped | joints
     joints |= _midline(skeleton, names, joints)
     roles = {role: Landmark(joint) for role, joint in joints.items()}
-    return roles | _tips(skeleton, names, joints)
+    return roles | _tips(skeleton, names, joints, by_shape=bool(shaped))
 
 
 # ---- names ----
@@ -208,7 +219,7 @@ def _above(skeleton: Skeleton, names: Sequence[JointName], joint: int, side: str
         name = names[ancestor]
         if bone is None:
             bone = ancestor if name.side == side and name.word in words else None
-        elif (name.side, name.word) == (side, names[bone].word):
+        elif (name.side, name.word) == (side, names[bone].word) and name.number != names[bone].number:
             bone = ancestor
     return bone
 
@@ -275,6 +286,8 @@ def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, l
     if not heads and not necks:
         free = [j for j in skeleton.children[chest] if j not in arms | legs and not names[j].side]
         necks = free if len(free) == 1 else []
+        if shaped := neck_by_shape(skeleton, chest, limbs):
+            return dict(zip(("neck", "head"), shaped, strict=False))
     out = {"neck": necks[0]} if necks else {}
     if heads:
         out["head"] = heads[0]
@@ -283,7 +296,9 @@ def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, l
     return out
 
 
-def _tips(skeleton: Skeleton, names: Sequence[JointName], joints: dict[str, int]) -> dict[str, Landmark]:
+def _tips(
+    skeleton: Skeleton, names: Sequence[JointName], joints: dict[str, int], by_shape: bool
+) -> dict[str, Landmark]:
     """The toes, and the head of a body without a head joint: a joint, or failing that an end site."""
     out: dict[str, Landmark] = {}
     for side in ("left", "right"):
@@ -292,6 +307,8 @@ def _tips(skeleton: Skeleton, names: Sequence[JointName], joints: dict[str, int]
         below = list(_below(skeleton, foot))
         named = [j for j in below if names[j].side == side and names[j].word in _TOE]
         toe = named or [j for j in skeleton.children[foot] if np.any(skeleton.offsets[j])]
+        if by_shape and not named and len(toe) > 1:
+            toe = [longest_chain(skeleton, toe)]
         if named or len(toe) == 1:
             out[f"{side}_toe"] = Landmark(toe[0])
         elif (end := _end(skeleton, foot)) is not None:
@@ -304,120 +321,3 @@ def _tips(skeleton: Skeleton, names: Sequence[JointName], joints: dict[str, int]
 def _end(skeleton: Skeleton, joint: int) -> Landmark | None:
     ends = skeleton.end_offsets[skeleton.end_parents == joint]
     return Landmark(joint, ends[0]) if len(ends) and np.any(ends[0]) else None
-
-
-# ---- the shape of the tree ----
-
-_MOST_POSES = 15  # of a motion that are looked at
-_ALIKE = 0.05  # relative difference of the lengths of two sides
-_UNEVEN = 2.5  # thigh over shank, upper arm over forearm, and their inverses, stay below this
-
-
-@dataclass(frozen=True)
-class _Limb:
-    """The three joints of a leg or an arm, and those of its main chain above and below them."""
-
-    before: tuple[int, ...]
-    upper: int
-    middle: int
-    lower: int
-    tip: FloatArray  # where the chain goes on from the lower joint
-    length: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Pose:
-    """Where the joints are, ``(J, 3)``, and how they are rotated, ``(J, 4)``."""
-
-    positions: FloatArray
-    rotations: FloatArray
-
-
-def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> dict[str, int]:
-    """Arms and legs by the shape at rest or, where that does not stand, by most of some frames of a motion."""
-    found = _limbs_by_shape(skeleton, _poses(rest_motion(skeleton))[0])
-    roles = {role: Landmark(joint) for role, joint in found.items()}
-    if motion is None or ({"left_hip", "left_shoulder"} <= found.keys() and stands(replace(skeleton, roles=roles))):
-        return found
-    votes = Counter(tuple(sorted(_limbs_by_shape(skeleton, pose).items())) for pose in _poses(motion))
-    del votes[()]
-    return dict(votes.most_common(1)[0][0]) if votes else found
-
-
-def _poses(motion: Motion) -> list[_Pose]:
-    """A few poses of a motion."""
-    frames = np.unique(np.linspace(0, len(motion) - 1, _MOST_POSES).astype(np.int64))
-    bones = None if motion.bones is None else motion.bones[frames]
-    few = replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
-    return [_Pose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]
-
-
-def _limbs_by_shape(skeleton: Skeleton, pose: _Pose) -> dict[str, int]:
-    """Arms and legs of a body in a pose that stands, whatever its joints are called."""
-    rest = pose.positions
-    pairs = _limb_pairs(skeleton, pose)
-    tops = [top for top, _, _ in pairs]
-    inside = {j for _, a, b in pairs for limb in (a, b) for j in (limb.upper, *_below(skeleton, limb.upper))}
-    pairs = [pair for pair in pairs if pair[0] not in inside]
-    if len(pairs) != 2 or len(set(tops)) < 2:
-        return {}
-    (hips, *legs), (chest, *arms) = sorted(pairs, key=lambda pair: pair[0])
-    if hips not in _ancestors(skeleton, chest):
-        return {}
-    up = rest[chest] - np.mean([rest[leg.lower] for leg in legs], axis=0)
-    forward = np.mean([leg.tip - rest[leg.lower] for leg in legs], axis=0)
-    left = np.cross(up, forward)
-    if np.linalg.norm(left) < 0.3 * np.linalg.norm(up) * np.linalg.norm(forward) or not np.any(left):
-        return {}  # no feet, or feet along the legs: the body may face forward or backward
-    out = _sided(skeleton, rest, legs, left, ("hip", "knee", "foot"))
-    return out | _sided(skeleton, rest, arms, left, ("shoulder", "elbow", "hand"))
-
-
-def _sided(
-    skeleton: Skeleton, rest: FloatArray, limbs: Sequence[_Limb], left: FloatArray, parts: Sequence[str]
-) -> dict[str, int]:
-    across = rest[limbs[0].upper] - rest[limbs[1].upper]
-    cosine = float(across @ left) / (float(np.linalg.norm(across) * np.linalg.norm(left)) or 1.0)
-    if abs(cosine) < 0.7:
-        return {}
-    out: dict[str, int] = {}
-    for side, limb in zip(("left", "right"), limbs if cosine > 0 else limbs[::-1], strict=True):
-        out |= {f"{side}_{part}": j for part, j in zip(parts, (limb.upper, limb.middle, limb.lower), strict=True)}
-        if "elbow" in parts and limb.before:
-            out[f"{side}_collar"] = limb.before[-1]
-    return out
-
-
-def _limb_pairs(skeleton: Skeleton, pose: _Pose) -> list[tuple[int, _Limb, _Limb]]:
-    """Pairs of like limbs that branch off at one joint, with that joint."""
-    out: list[tuple[int, _Limb, _Limb]] = []
-    for top in range(len(skeleton)):
-        limbs = [limb for child in skeleton.children[top] if (limb := _limb(skeleton, pose, child)) is not None]
-        for i, a in enumerate(limbs):
-            for b in limbs[i + 1 :]:
-                if abs(a.length - b.length) <= _ALIKE * max(a.length, b.length) and len(a.before) == len(b.before):
-                    out.append((top, a, b))
-    return out
-
-
-def _limb(skeleton: Skeleton, pose: _Pose, start: int) -> _Limb | None:
-    """The limb whose main chain, the longest one, begins at a joint: its two longest bones that follow each other."""
-    reach = np.zeros(len(skeleton))
-    for joint in range(len(skeleton) - 1, 0, -1):
-        parent = skeleton.parents[joint]
-        reach[parent] = max(reach[parent], reach[joint] + np.linalg.norm(skeleton.offsets[joint]))
-    chain = [start]
-    while below := skeleton.children[chain[-1]]:
-        chain.append(max(below, key=lambda j: reach[j] + np.linalg.norm(skeleton.offsets[j])))
-    if len(chain) < 3:
-        return None
-    bones = np.linalg.norm(skeleton.offsets[chain[1:]], axis=1)
-    k = int(np.argmax(bones[1:] + bones[:-1]))
-    thick, thin = max(bones[k], bones[k + 1]), min(bones[k], bones[k + 1])
-    if thick >= _UNEVEN * thin:
-        return None
-    lower = chain[k + 2]
-    end = _end(skeleton, lower)
-    beyond = np.zeros(3) if end is None else rot.rotate(pose.rotations[lower], end.offset)
-    tip = pose.positions[chain[k + 3]] if len(chain) > k + 3 else pose.positions[lower] + beyond
-    return _Limb(tuple(chain[:k]), chain[k], chain[k + 1], lower, tip, float(bones[k] + bones[k + 1]))

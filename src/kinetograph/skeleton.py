@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import DataError, RequestError
 
@@ -19,6 +20,9 @@ ROLES: tuple[str, ...] = (
     *(f"{side}_{part}" for side in ("left", "right") for part in SIDED),
 )
 """Every role: ``hand`` is the wrist joint, ``foot`` the ankle joint, ``hip`` the upper end of the thigh."""
+
+_SOLE = 1.05  # of the leg from hip to ankle: the leg with the sole
+_ABOVE = {"head": 0.1, "neck": 0.167}  # of a person's height: what is above the head's joint, or the base of the neck
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,18 +150,37 @@ class Skeleton:
 
     @property
     def height(self) -> float:
-        """Rough standing height in metres: bones from the root down to the foot and up to the top of the head.
+        """Rough standing height in metres: the bones of a leg and those from the hips to the head, and a share of it.
 
-        Without joints in those roles, the two longest chains from the root, which may be an arm and a leg.
+        The share is for the sole and for the head above its joint, or above the base of the neck, whatever end sites
+        say, as not every format has those. Without joints in those roles, the two longest chains of bones from the
+        root, which may be an arm and a leg.
         """
+        feet = [f"{side}_foot" for side in ("left", "right") if {f"{side}_hip", f"{side}_foot"} <= self.roles.keys()]
+        tops = [role for role in ("head", "neck") if role in self.roles and not self.roles[role].offset.any()]
+        if feet and tops and "hips" in self.roles:
+            hips, top = self.roles["hips"].joint, tops[0]
+            legs = max(self._between(self.roles[f"{foot[:-4]}hip"].joint, self.roles[foot].joint) for foot in feet)
+            trunk = self._between(hips, self.roles[top].joint)
+            return (_SOLE * legs + self._drop(hips) + trunk) / (1.0 - _ABOVE[top])
         reach = self._reach()
-        feet = [self.roles[role].joint for role in ("left_foot", "right_foot") if role in self.roles]
-        if feet and "head" in self.roles:
-            head = self.roles["head"].joint
-            legs = max(self._from_root(foot) for foot in feet)
-            return legs + 0.05 * legs + self._from_root(head) + float(reach[head])
         limbs = sorted((reach[c] + np.linalg.norm(self.offsets[c]) for c in self.children[0]), reverse=True)
         return float(sum(limbs[:2])) if len(limbs) > 1 else float(reach[0])
+
+    def _drop(self, hips: int) -> float:
+        """Metres from the hips down to the middle between the upper ends of the thighs, in the pose of the stance."""
+        thighs = [self.roles[role].joint for role in ("left_hip", "right_hip") if role in self.roles]
+        lines = [self._line(joint, hips) for joint in thighs]
+        if len(lines) < 2:
+            return 0.0
+        stance = np.tile([1.0, 0.0, 0.0, 0.0], (len(self), 1)) if self.stance is None else self.stance
+        ends = []
+        for line in lines:
+            at = np.zeros(3)
+            for joint in line:  # from the thigh up, in each joint's parent
+                at = self.offsets[joint] + rot.rotate(stance[joint], at)
+            ends.append(at)
+        return float(np.linalg.norm(ends[0] + ends[1])) / 2.0
 
     def _reach(self) -> FloatArray:
         """Length of the longest chain of bones that hangs on each joint, end sites included, shape ``(J,)``."""
@@ -169,12 +192,17 @@ class Skeleton:
             reach[parent] = max(reach[parent], reach[joint] + float(np.linalg.norm(self.offsets[joint])))
         return reach
 
-    def _from_root(self, joint: int) -> float:
-        length = 0.0
-        while joint > 0:
-            length += float(np.linalg.norm(self.offsets[joint]))
+    def _line(self, joint: int, above: int) -> list[int]:
+        """A joint and its ancestors below ``above``, or below the root."""
+        line = []
+        while joint > 0 and joint != above:
+            line.append(joint)
             joint = int(self.parents[joint])
-        return length
+        return line
+
+    def _between(self, above: int, joint: int) -> float:
+        """Metres along the bones from one joint down to another."""
+        return float(np.linalg.norm(self.offsets[self._line(joint, above)], axis=1).sum())
 
     def landmark(self, role: str) -> Landmark:
         """The joint, or point on a joint, that plays a role.

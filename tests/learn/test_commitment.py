@@ -30,7 +30,7 @@ def _covering(state: SearchState, time: int, owner: int, due: int) -> tuple[int,
     """The piece that covers ``due``, candidates from the last one backwards."""
     start = time - int(_DURATIONS[owner])
     while start > due:
-        time, owner = start, int(state.back[time - 1][owner])
+        time, owner = start, int(state.back.at(time, np.array([owner]))[0])
         start = time - int(_DURATIONS[owner])
     return owner, start
 

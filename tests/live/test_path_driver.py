@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +84,39 @@ def test_a_control_of_another_kind_is_said_once(model: PerformanceModel) -> None
         driver.take("d", [Point(i / 30, np.array([np.inf, 0.0, 0.0]))], i / 30)
         driver.advance(i / 30)
     assert len([note for note in driver.notes() if "finite" in note]) == 1
+
+
+def test_frames_of_another_body_and_places_out_of_range_are_left_out_and_said(model: PerformanceModel) -> None:
+    walker = walk(3.0, speed=1.1)
+    other = replace(walker, skeleton=replace(walker.skeleton, offsets=2.0 * walker.skeleton.offsets))
+    far = replace(walker, translation=walker.translation + 1e200)
+    items: list[tuple[float, Point | Frame]] = []
+    for i in range(len(walker)):
+        items.append((i / walker.fps, Frame(i / walker.fps, cut(walker, i, i + 1))))
+        for odd in (other, far) if i % 5 == 2 else ():
+            items.append((i / walker.fps + 0.01, Frame(i / walker.fps + 0.01, cut(odd, i, i + 1))))
+    driver = PathDriver(model, lag=0.4)
+    made = _driven(driver, items, 3.2)
+    notes = driver.notes()
+    assert sum("skeleton that the control began with" in note for note in notes) == 1
+    assert sum("within 100 km" in note for note in notes) == 1
+    common = min(len(made), len(walker))
+    away = np.linalg.norm((made.translation[:common] - walker.translation[:common])[:, [0, 2]], axis=1)
+    assert np.median(away) < 0.15
+
+
+def test_a_long_gap_is_not_followed_frame_by_frame(model: PerformanceModel) -> None:
+    driver, made = PathDriver(model, lag=0.4), []
+    for i in range(60):
+        driver.take("d", [Point(i / 30, np.array([0.0, 0.0, i / 30]))], i / 30)
+        driver.advance(i / 30)
+    before = driver._taken
+    made = driver.advance(600.0)
+    assert driver._taken - before < 6 * driver.fps
+    assert 0 < len(made) < 6 * driver.output_rate
+    assert any("nothing was heard" in note for note in driver.notes())
+    for i in range(60):
+        driver.take("d", [Point(600.1 + i / 30, np.array([0.0, 0.0, 2.0 + i / 30]))], 600.1 + i / 30)
+        made += driver.advance(600.1 + i / 30)
+    assert np.isfinite(np.concatenate([frame.translation for frame in made])).all()
+    assert made[-1].translation[0, 2] > 2.5

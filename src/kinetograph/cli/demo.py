@@ -11,7 +11,8 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.options import AsJson, add
-from kinetograph.cli.output import note, notes, progress_bar, result, summarize
+from kinetograph.cli.outcome import in_words, outcome
+from kinetograph.cli.output import note, notes, progress_bar, result
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -53,7 +54,9 @@ def demo(
     if as_json:
         result({"walk": walk, "rise": rise, "examples": examples, "page": page}, as_json)
         return
-    result(walk, as_json, title="a walk along a path:")
+    results = walk.pop("results")
+    result({**in_words(walk), "results": results}, as_json, title="a walk along a path:")
+    rise |= {"seconds": f"{rise['seconds']:.1f}", "untouched_share": f"{100 * rise['untouched_share']:.0f} %"}
     result(rise, as_json, title="from lying to running:")
     result(examples, as_json, title="for the examples of other commands' help:")
     if page:
@@ -64,17 +67,19 @@ def _walk(output: Path, speed: float) -> tuple[Synthesis, dict[str, Any]]:
     """A walk along a winding path, and its figures."""
     from kinetograph.formats import load, save
     from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.pipeline import perform, winding_path
+    from kinetograph.pipeline import perform_with, winding_path
 
     library = sample_library(output / "walks.library")
     control = winding_path(speed)
     save(control, output / "path.csv")
+    model = PerformanceControl(mirror=True).fit(library)
+    path = load(output / "path.csv").signal()
     with compilation_announced(), progress_bar("searching") as progress:
-        synthesis = perform(load(output / "path.csv"), library, PerformanceControl(mirror=True), progress=progress)
+        synthesis = perform_with(model, path, progress=progress)
     notes(synthesis.warnings)
     _write_walk(output, synthesis, control)
     names = ("path.csv", "walk.bvh", "walk.glb", "walk.png", "walk_strobe.png", "walk.json", "project.json")
-    return synthesis, {**summarize(synthesis), "results": _in(output, *names)}
+    return synthesis, {**outcome(synthesis, model, path), "results": _in(output, *names)}
 
 
 def _write_walk(output: Path, synthesis: Synthesis, control: Signal) -> None:

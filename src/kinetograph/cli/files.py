@@ -12,7 +12,7 @@ from kinetograph.cli.characters import AnotherBody, body, dressed, with_handhold
 from kinetograph.cli.markers import fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli.options import AsJson, Force, add, options
 from kinetograph.cli.output import notes, refuse_existing, result, table
-from kinetograph.cli.reading import FitMarkers, Lenient, LenientReading, Reading, read_file
+from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Reading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -115,6 +115,7 @@ class SourceReading(Reading):
     fps: Annotated[float | None, typer.Option("--file-fps", help="The source's rate, in place of its own.")] = None
     skeleton: Annotated[Path | None, typer.Option(help="File with the bones of an .amc or of AMASS poses.")] = None
     lenient: Lenient = False
+    everything: Everything = False
 
 
 def convert(
@@ -134,8 +135,8 @@ def convert(
     from kinetograph.formats import WriteOptions, save
 
     refuse_existing([target], writing.force)
-    take = read_file(source, reading)
     worn = body(another.character, another.onto)
+    take = read_file(source, reading, root_motion=not worn.other)
     bodily = changes.fit_markers or wants_motion(target) or worn.other or writing.values == "angles"
     take, fits = fitted(take, source) if bodily else (take, {})
     if not writing.as_json:

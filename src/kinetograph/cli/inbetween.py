@@ -89,7 +89,9 @@ def inbetween(
         write_synthesis(synthesis, answers, None, "in between", number)
     others = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     wrote = [str(path) for path in answers.every_file(len(made))]
-    result({"wrote": wrote, **_summary(made[0]), **others}, answers.as_json)
+    summary = _summary(made[0])
+    ending = summary if answers.as_json else _in_words(summary)
+    result({**ending, **others, "wrote": wrote}, answers.as_json)
 
 
 def _keys(keys: Path | None, ends: Ends, library: Library, options: ReadOptions) -> tuple[Key, ...]:
@@ -107,6 +109,16 @@ def _keys(keys: Path | None, ends: Ends, library: Library, options: ReadOptions)
     first = find_pose(ends.first, "--from", Path(), library, options)
     last = find_pose(ends.last, "--to", Path(), library, options)
     return key_at(*first, label="--from"), key_at(*last, time=time, label="--to")
+
+
+def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """What a person wants to know: the recordings, and how much of the result is as recorded."""
+    return {
+        "made of": summary["pieces"],
+        "as recorded": f"{100 * summary['untouched_share']:.0f} % of the frames are untouched",
+        "length": f"{summary['seconds']:.1f} s, {summary['frames']} frames",
+        "cost": f"{summary['cost']:.3g}; it compares results of one set of keys only",
+    }
 
 
 def _summary(synthesis: Synthesis) -> dict[str, Any]:

@@ -173,7 +173,7 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         "pieces": len(synthesis.pieces),
         "takes_used": len(takes),
         "cost": synthesis.cost,
-        "optimal": bool(synthesis.statistics.get("optimal", 0)),
+        **({"optimal": bool(synthesis.statistics["optimal"])} if "optimal" in synthesis.statistics else {}),
         **{name: value for name, value in synthesis.statistics.items() if name.startswith(SHOWN)},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }

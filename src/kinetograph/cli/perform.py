@@ -13,13 +13,13 @@ import typer
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
 from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
+from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     notes,
     progress_bar,
     refuse_existing,
     refuse_unknown_formats,
     result,
-    summarize,
     table,
     write_synthesis,
     write_text,
@@ -165,7 +165,7 @@ def perform(
         performed = following.performed(wanted)
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
-    summary = summarize(made[0])
+    summary = outcome(made[0], model, performed)
     if search.gap and "gap" not in summary:
         summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
@@ -209,7 +209,8 @@ def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) 
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
-    result({"wrote": wrote, **summary, **costs, **listed}, answers.as_json)
+    ending = summary if answers.as_json else in_words(summary)
+    result({**ending, **costs, **listed, "wrote": wrote}, answers.as_json)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:

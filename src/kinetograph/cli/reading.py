@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,6 +25,9 @@ Rest = Annotated[
 ]
 Lenient = Annotated[bool, typer.Option("--lenient", help="Read what can be read of a damaged file.")]
 Role = Annotated[list[str] | None, typer.Option("--role", help="Override a role: role=joint. Repeatable.")]
+Everything = Annotated[
+    bool, typer.Option("--everything", help="Keep what is no body: controllers, helper bones, props, roots.")
+]
 FitMarkers = Annotated[
     bool, typer.Option("--fit-markers", help="Fit a body to markers of the Plug-in-Gait set (as in C3D files).")
 ]
@@ -60,13 +64,14 @@ class LenientReading(TimedReading):
     """The same, for files that may be damaged."""
 
     lenient: Lenient = False
+    everything: Everything = False
 
 
-def read_file(path: Path, reading: Reading) -> Take:
-    """What is in a file; what was guessed is said."""
+def read_file(path: Path, reading: Reading, root_motion: bool = False) -> Take:
+    """What is in a file, with a root above the hips that moves if asked for; what was guessed is said."""
     from kinetograph.formats import read
 
-    loaded = read(path, reading.read_options)
+    loaded = read(path, replace(reading.read_options, root_motion=root_motion))
     notes(loaded.notes, path)
     return loaded.take
 

@@ -9,6 +9,7 @@ import typer
 
 from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, sensor_control
 from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Track, Written, add, options
+from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
     notes,
     progress_bar,
@@ -75,7 +76,9 @@ def sense(
         synthesis = model.synthesize(rows, progress)
     notes(synthesis.warnings)
     write_synthesis(synthesis, written, None, readings.name)
-    result({"wrote": [str(path) for path in written.files], **_summary(synthesis)}, written.as_json)
+    summary = _summary(synthesis)
+    ending = summary if written.as_json else sensed_in_words(summary)
+    result({**ending, "wrote": [str(path) for path in written.files]}, written.as_json)
 
 
 def _summary(synthesis: SensorSynthesis) -> dict[str, Any]:

@@ -12,11 +12,13 @@ from kinetograph.cli.markers import fitted
 from kinetograph.cli.options import Force, add, options
 from kinetograph.cli.output import notes, progress_bar, refuse_existing, result
 from kinetograph.cli.reading import LenientReading, Role, parse_roles
+from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.take import Take
 
 FILMS = (".gif", ".mp4")
+PAGES = (".html", ".htm")
 
 
 def register(app: typer.Typer) -> None:
@@ -72,16 +74,26 @@ def view(
     from kinetograph.pipeline import read_take
 
     refuse_existing([picture.output], picture.force)
+    _refuse_unknown(picture.output)
     take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
     notes(guesses, file)
     take, _ = fitted(take, file)
-    if picture.output.suffix.lower() in (".html", ".htm"):
+    if picture.output.suffix.lower() in PAGES:
         _write_page(take, picture, sheet, file.name)
     elif picture.character is not None or picture.output.suffix.lower() in FILMS:
         _draw_character(take, picture)
     else:
         _draw_figures(take, picture, sheet, file.name)
     result({"wrote": str(picture.output)}, as_json=False)
+
+
+def _refuse_unknown(output: Path) -> None:
+    """Raise RequestError, before any work is done, for a suffix that is none of those."""
+    if output.suffix.lower() not in (".png", *FILMS, *PAGES):
+        raise RequestError(
+            f"{output}: expected .png for a picture, .gif or .mp4 for a film or .html for a page, "
+            f"found {output.suffix or 'no suffix'!r}"
+        )
 
 
 def _draw_figures(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:

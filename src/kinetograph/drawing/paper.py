@@ -23,7 +23,7 @@ _DPI = 110
 def check_suffix(path: str | Path) -> None:
     """Raises RequestError unless the path ends in ``.png``."""
     if Path(path).suffix.lower() != ".png":
-        raise RequestError(f"{path}: pictures are written as .png, found {Path(path).suffix or 'no suffix'!r}")
+        raise RequestError(f"{path}: expected .png, found {Path(path).suffix or 'no suffix'!r}")
 
 
 def white_sheet(height: float) -> Figure:

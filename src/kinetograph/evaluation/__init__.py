@@ -43,6 +43,7 @@ _ROOMS = {
     "candidates_around": "nested",
     "constant_pose": "baselines",
     "contact_speed": "metrics",
+    "control_distances": "metrics",
     "control_error": "metrics",
     "deepest_overlap": "metrics",
     "distinct_share": "metrics",
@@ -134,6 +135,7 @@ __all__ = [
     "candidates_around",
     "constant_pose",
     "contact_speed",
+    "control_distances",
     "control_error",
     "deepest_overlap",
     "distinct_share",
@@ -229,6 +231,7 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.metrics import (
         accelerations,
         contact_speed,
+        control_distances,
         control_error,
         deepest_overlap,
         distinct_share,

@@ -41,8 +41,8 @@ def joint_error(result: Motion, truth: Motion) -> float:
     return float(np.linalg.norm(difference, axis=-1).mean())
 
 
-def control_error(result: Motion, control: FloatArray, fps: float) -> float:
-    """Mean ground distance between the midpoint of the hips and that of control points.
+def control_distances(result: Motion, control: FloatArray, fps: float) -> FloatArray:
+    """Ground distance between the midpoint of the hips and that of control points, at every frame.
 
     Parameters
     ----------
@@ -54,14 +54,19 @@ def control_error(result: Motion, control: FloatArray, fps: float) -> float:
 
     Returns
     -------
-    float
-        Metres.
+    ndarray, shape (F,)
+        Metres, at the frames of the result.
     """
     hips = role_positions(result, ("left_hip", "right_hip")).mean(axis=1)
     wanted = control.mean(axis=1)
     at = np.arange(len(hips)) / result.fps * fps
     x, z = (np.interp(at, np.arange(len(wanted)), wanted[:, i]) for i in (0, 2))
-    return float(np.hypot(hips[:, 0] - x, hips[:, 2] - z).mean())
+    return np.asarray(np.hypot(hips[:, 0] - x, hips[:, 2] - z))
+
+
+def control_error(result: Motion, control: FloatArray, fps: float) -> float:
+    """The mean of `control_distances`, in metres."""
+    return float(control_distances(result, control, fps).mean())
 
 
 def contact_speed(motion: Motion, contacts: tuple[Annotation, ...]) -> float:

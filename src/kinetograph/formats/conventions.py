@@ -14,10 +14,11 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, is_body, with_own_root
+from kinetograph.formats.names import unique
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
-from kinetograph.skeleton import Ancestor
+from kinetograph.skeleton import Ancestor, Skeleton
 
 UNITS: dict[str, float] = {
     "metre": 1.0,
@@ -38,7 +39,6 @@ _TYPICAL = 1.65
 _RARITY = {"metre": 0.0, "centimetre": 0.0, "millimetre": 0.0, "inch": 0.3, "foot": 0.6, "cmu": 0.3}
 _STEADY = 0.02  # of the body's size: how much the lowest point varies on a floor
 _FLOOR_WEIGHT = 0.6  # chosen so that clips of getting up and of walking along an axis are both recognised
-_MOST_BONES = 500  # no body has more; looking for roles in thousands takes minutes
 _SAMPLES = 64  # frames looked at for a guess
 _TO_Y_UP: dict[str, FloatArray] = {
     "x": rot.about("z", np.pi / 2),
@@ -56,11 +56,30 @@ class Converted:
     motions : tuple of Motion
         In metres, Y up.
     notes : tuple of str
-        What was guessed.
+        What was left out and guessed.
+    indices : tuple of int
+        Which of the file's motions these are.
+    roots : tuple of OwnRoot or None
+        What was taken of each, in the file's units and axes; None for all of it.
+    meaning : tuple of str
+        The units and the upward axis.
     """
 
     motions: tuple[Motion, ...]
     notes: tuple[str, ...]
+    indices: tuple[int, ...]
+    roots: tuple[OwnRoot | None, ...]
+    meaning: tuple[str, str]
+
+    def like(self, motion: Motion) -> Motion:
+        """More frames of the first motion, as the file has them, converted in the same way."""
+        motion = motion if self.roots[0] is None else with_own_root(motion, self.roots[0])
+        return from_up(scale_motion(motion, unit_factor(self.meaning[0])), self.meaning[1])
+
+    def tracks(self, names: Sequence[str], notes: list[str]) -> dict[str, Motion]:
+        """The motions by track: ``motion`` for one, else the names of those chosen of a file's motions, made unique."""
+        chosen = ["motion"] if len(self.motions) == 1 else unique([names[i] for i in self.indices], "track", notes)
+        return dict(zip(chosen, self.motions, strict=True))
 
 
 def unit_factor(units: str) -> float:
@@ -97,8 +116,8 @@ def check_up(up: str) -> str:
     return up
 
 
-def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None) -> Converted:
-    """Convert the motions of one file to metres, Y up, and find the roles of their skeletons.
+def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None, keep: Keep = BODIES) -> Converted:
+    """Choose the bodies of one file, convert their motions to metres, Y up, and find the roles of their skeletons.
 
     Parameters
     ----------
@@ -108,6 +127,8 @@ def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None)
         A name in `UNITS`; ``None`` guesses from all motions together.
     up : {"x", "y", "z"} or None
         The upward axis; ``None`` guesses.
+    keep : Keep
+        What is kept beside the bodies.
 
     Returns
     -------
@@ -118,15 +139,19 @@ def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None)
     RequestError
         The units or the axis are unknown.
     """
-    notes = []
+    bodies = choose_bodies(motions, keep)
+    notes, guessed = list(bodies.notes), []
     if units is None:
-        units, note = guess_units(motions)
-        notes.append(note)
-    motions = [_with_roles(scale_motion(motion, unit_factor(units))) for motion in motions]
+        units, note = guess_units(bodies.motions)
+        guessed.append(note)
+    converted = [scale_motion(motion, unit_factor(units)) for motion in bodies.motions]
     if up is None:
-        up, note = guess_up(motions)
-        notes.append(note)
-    return Converted(tuple(from_up(motion, check_up(up)) for motion in motions), tuple(notes))
+        up, note = guess_up(converted)
+        guessed.append(note)
+    if guessed:
+        notes.append("; ".join(guessed))
+    upright = tuple(from_up(motion, check_up(up)) for motion in converted)
+    return Converted(upright, tuple(notes), bodies.indices, bodies.roots, (units, up))
 
 
 def guess_units(motions: Sequence[Motion]) -> tuple[str, str]:
@@ -146,11 +171,13 @@ def guess_units(motions: Sequence[Motion]) -> tuple[str, str]:
 
     Notes
     -----
-    The height of a character is the largest distance between two of its joints in the frames sampled, without the
-    largest outliers. Arms spread wide reach as far as a body is tall, so that units that differ by a factor of 2 or
-    more are not confused.
+    A body's height is that of its skeleton. Without roles that show it, it is the largest distance between two joints
+    in the frames sampled, without the largest outliers: arms spread wide reach as far as a body is tall, so that units
+    that differ by a factor of 2 or more are not confused.
     """
-    height = max(_stature(motion) for motion in motions)
+    bodies = [motion for motion in motions if is_body(motion.skeleton)]
+    height = max((motion.skeleton.height for motion in bodies if _whole(motion.skeleton)), default=0.0)
+    height = height or max(_stature(motion) for motion in bodies or motions)
     if height <= 0.0 or not np.isfinite(height):
         return "metre", "units not given, and the skeleton has no size: taken as metres"
     units = min(UNITS, key=lambda name: abs(np.log(height * UNITS[name] / _TYPICAL)) + _RARITY[name])
@@ -272,10 +299,9 @@ def _sampled(motion: Motion) -> Motion:
     return replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
 
 
-def _with_roles(motion: Motion) -> Motion:
-    if len(motion.skeleton) > _MOST_BONES:
-        return motion
-    return replace(motion, skeleton=with_found_roles(motion.skeleton, motion))
+def _whole(skeleton: Skeleton) -> bool:
+    """Whether roles show how tall a skeleton is."""
+    return {"hips", "left_foot", "right_foot"} <= skeleton.roles.keys() and bool({"neck", "head"} & skeleton.roles.keys())
 
 
 def _stature(motion: Motion) -> float:

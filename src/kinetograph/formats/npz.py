@@ -1,7 +1,8 @@
 """NumPy archives: this package's own motions, and poses of AMASS and of SMPL bodies.
 
 Own files have for each track ``track/names``, ``parents``, ``offsets``, ``end_parents``, ``end_offsets``,
-``translation``, ``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z. AMASS
+``translation``, ``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z; and
+``stance`` and ``ancestor_names``, ``ancestor_translations``, ``ancestor_rotations`` of skeletons that have these. AMASS
 files have ``poses`` (rotation vectors, three numbers per joint), ``trans`` and a rate; Z is up, and the rest pose is a
 T pose that faces z.
 """
@@ -25,10 +26,11 @@ from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.smpl import motion_of_poses
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
-from kinetograph.skeleton import Skeleton
+from kinetograph.skeleton import Ancestor, Skeleton
 from kinetograph.take import Take
 
 _FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "translation", "rotations", "fps", "bones")
+_MORE = ("stance", "ancestor_names", "ancestor_translations", "ancestor_rotations")
 _POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets")
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 _ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
@@ -99,25 +101,52 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         arrays |= {f"{track}/{field}": np.asarray(value) for field, value in zip(_FIELDS, values, strict=False)}
         if motion.bones is not None:
             arrays[f"{track}/bones"] = motion.bones
+        arrays |= {f"{track}/{field}": value for field, value in _more(skeleton).items()}
     with Path(path).open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
+
+
+def _more(skeleton: Skeleton) -> Arrays:
+    """A skeleton's stance and ancestors."""
+    arrays: Arrays = {} if skeleton.stance is None else {"stance": skeleton.stance}
+    if skeleton.ancestors:
+        names, places, rotations = zip(*((n.name, n.translation, n.rotation) for n in skeleton.ancestors), strict=True)
+        arrays |= {field: np.array(rows) for field, rows in zip(_MORE[1:], (names, places, rotations), strict=True)}
+    return arrays
+
+
+def _ancestors(parts: Arrays) -> tuple[Ancestor, ...]:
+    if not set(_MORE[1:]) <= parts.keys():
+        return ()
+    names, places, rotations = (parts[field] for field in _MORE[1:])
+    count = len(names)
+    if places.shape != (count, 3) or rotations.shape != (count, 4):
+        raise ValueError(f"{count} names of ancestors, but translations {places.shape}, rotations {rotations.shape}")
+    if np.any(np.abs(np.linalg.norm(rotations, axis=1) - 1.0) > 1e-3):
+        raise ValueError("expected unit quaternions as rotations of ancestors")
+    return tuple(
+        Ancestor(str(name), np.asarray(at, np.float64), np.asarray(facing, np.float64))
+        for name, at, facing in zip(names, places, rotations, strict=True)
+    )
 
 
 def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motion]:
     tracks = {}
     for track in [name.removesuffix("/rotations") for name in arrays if name.endswith("/rotations")]:
-        parts = {field: arrays[f"{track}/{field}"] for field in _FIELDS if f"{track}/{field}" in arrays}
+        parts = {field: arrays[f"{track}/{field}"] for field in _FIELDS + _MORE if f"{track}/{field}" in arrays}
         missing = [field for field in _FIELDS[:-1] if field not in parts]
         if missing:
             raise FormatError(path, f"track {track!r} has no {', '.join(missing)}")
-        if any(not np.all(np.abs(parts[f].astype(np.float64)) < _LARGEST) for f in parts if f != "names"):
+        if any(not np.all(np.abs(parts[f].astype(np.float64)) < _LARGEST) for f in parts if "names" not in f):
             raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
         names = tuple(str(name) for name in parts["names"].ravel())
         parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
-        skeleton = Skeleton(names, parents, offsets, end_parents, end_offsets)
+        skeleton = Skeleton(
+            *(names, parents, offsets, end_parents, end_offsets), stance=parts.get("stance"), ancestors=_ancestors(parts)
+        )
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
-        tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y").motions[0]
+        tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y", options.keep).motions[0]
     return tracks
 
 
@@ -140,7 +169,7 @@ def _arrays(path: Path) -> Arrays:
 
 
 def _wanted(name: str) -> bool:
-    return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS
+    return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS + _MORE
 
 
 def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:

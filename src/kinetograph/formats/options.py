@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kinetograph.character import Character
+from kinetograph.formats.bodies import Keep
 from kinetograph.take import Take
 
 
@@ -30,6 +31,10 @@ class ReadOptions:
         Which of the animations in a file; the first unless given.
     rest : int, optional
         A frame in which the body stands upright, for files whose rest pose does not.
+    everything : bool
+        Every tree of joints as the file has it; else only bodies, each from its own root, at the hips, on.
+    root_motion : bool
+        Keep a joint above the hips that moves, as in games, as the root of its body.
     """
 
     units: str | None = None
@@ -39,6 +44,13 @@ class ReadOptions:
     skeleton: str | Path | None = None
     animation: str | None = None
     rest: int | None = None
+    everything: bool = False
+    root_motion: bool = False
+
+    @property
+    def keep(self) -> Keep:
+        """What is kept beside the bodies."""
+        return Keep(self.everything, self.root_motion)
 
 
 @dataclass(frozen=True)

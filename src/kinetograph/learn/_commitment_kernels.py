@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numba as nb
 
-from kinetograph.arrays import IntArray
+from kinetograph.arrays import BoolArray, IntArray
 from kinetograph.learn._kernels import Links
 
 
@@ -25,3 +25,20 @@ def cover(back: Links, durations: IntArray, due: int, states: IntArray, starts: 
             else:
                 states[r, s] = states[origin - due - 1, back[r, s]]
                 starts[r, s] = starts[origin - due - 1, back[r, s]]
+
+
+@nb.njit(cache=True, nogil=True)
+def mark_ancestors(back: Links, durations: IntArray, kept: BoolArray) -> None:
+    """Mark, in place, what sequences go through that end with what is marked.
+
+    back ``(R, S)``: back-pointers of steps one after another, -1 for nothing, below it for those of lower bounds. kept
+    ``(R, S)``: what is marked.
+    """
+    for r in range(back.shape[0] - 1, -1, -1):
+        for s in range(back.shape[1]):
+            link = back[r, s]
+            if not kept[r, s] or link == -1:
+                continue
+            before = link if link >= 0 else -2 - link
+            if r - durations[s] >= 0:
+                kept[r - durations[s], before] = True

@@ -90,7 +90,7 @@ class Cover:
     @classmethod
     def of(cls, search: SegmentalSearch, state: SearchState, due: int) -> Cover:
         """That of every sequence in reach."""
-        back = predecessors(np.array(state.back[due : state.time]).reshape(-1, len(search.durations)))
+        back = predecessors(state.back.after(due).reshape(-1, len(search.durations)))
         table = cls(due, np.empty(back.shape, dtype=np.int64), np.empty(back.shape, dtype=np.int64))
         cover(back, search.durations, due, table.states, table.starts)
         return table

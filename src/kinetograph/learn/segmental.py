@@ -27,9 +27,10 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
 from kinetograph.learn._kernels import Links
+from kinetograph.learn.back_pointers import BackPointers
 from kinetograph.learn.reuse import Memory, Reuse
 from kinetograph.learn.ring import GroupedRing, Ring, inexact, predecessors
 
@@ -119,8 +120,8 @@ class SearchState:
         The step reached.
     ring : Ring, optional
         The steps still in reach; None before the first.
-    back : list of ndarray of int32, shape (S,)
-        The back-pointers of every step.
+    back : BackPointers
+        Those of every step that a sequence can still go through.
     pairs : int
         How many pairs of states were evaluated.
     memory : Memory, optional
@@ -129,7 +130,7 @@ class SearchState:
 
     time: int = 0
     ring: Ring | None = None
-    back: list[Links] = field(default_factory=list)
+    back: BackPointers = field(default_factory=BackPointers)
     pairs: int = 0
     memory: Memory | None = None
 
@@ -239,6 +240,8 @@ def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> Sea
         state.memory.remember(time, search.durations, back)
     record(search, state.ring, time, scores, arrivals.tails)
     state.back.append(back)
+    if state.back.full(int(search.durations[-1])):
+        state.back.sweep(search.durations, _ends(search, state.ring, time))
     return SearchState(time, state.ring, state.back, state.pairs + pairs, state.memory)
 
 
@@ -247,7 +250,13 @@ def copied(state: SearchState) -> SearchState:
     memory = state.memory
     if memory is not None:
         memory = replace(memory, lately=memory.lately.copy(), paid=memory.paid.copy(), more=memory.more.copy())
-    return SearchState(state.time, _copied(state.ring), list(state.back), state.pairs, memory)
+    return SearchState(state.time, _copied(state.ring), state.back.branch(), state.pairs, memory)
+
+
+def _ends(search: SegmentalSearch, ring: Ring, time: int) -> BoolArray:
+    """The states ``(R, S)`` with which sequences end at the latest steps, as far back as a segment reaches."""
+    slots = np.arange(time - int(search.durations[-1]) + 1, time + 1) % len(ring.live)
+    return np.isfinite(ring.scores[slots])
 
 
 def _copied(ring: Ring | None) -> Ring | None:
@@ -286,7 +295,7 @@ def finish(
         raise DataError("a search needs at least one step of control, found none")
     scores = state.ring.scores[state.time % len(state.ring.live)]
     winner = int(np.argmin(scores))
-    best = Ending(winner, int(search.durations[winner]), int(state.back[-1][winner]), float(scores[winner]))
+    best = Ending(winner, int(search.durations[winner]), int(state.back.last[winner]), float(scores[winner]))
     pairs = state.pairs
     for used, arrivals in (partial or {}).items():
         values, links, visited = left_early(search, state, arrivals, used, best.score)
@@ -432,7 +441,7 @@ def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int, s
         states.append(int(predecessors(np.array(links[-1]))))
         starts.append(stop - int(search.durations[states[-1]]))
         stops.append(stop)
-        links.append(int(state.back[stop - 1][states[-1]]))
+        links.append(int(state.back.at(stop, np.array(states[-1:]))[0]))
     exact = not inexact(np.array(links)).any()
     proved = exact and search.beam is None and search.reuse is None
     steps = np.array(starts[::-1]), np.array(stops[::-1])
@@ -460,7 +469,7 @@ def _extended(
         raise DataError("a search needs at least one step of control, found none")
     scores = np.empty(len(spans))
     links = np.empty(len(spans), dtype=np.int32)
-    last = state.back[-1] if state.back else np.full(len(spans), -1, dtype=np.int32)
+    last = state.back.last if state.back.count else np.full(len(spans), -1, dtype=np.int32)
     arriving = (arrivals.costs, arrivals.heads, search.continuity)
     pairs = state.ring.extend(time, spans, arriving, last, (scores, links), enough)
     if state.memory:

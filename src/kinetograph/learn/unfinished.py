@@ -42,8 +42,8 @@ def under_way(search: SegmentalSearch, state: SearchState, used: int, arrivals: 
     return scores, predecessors(links)
 
 
-def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, int]]:
-    """The pieces that all hypotheses share which later steps may continue.
+def shared(search: SegmentalSearch, state: SearchState, since: int = 0) -> list[tuple[int, int, int]]:
+    """The pieces after a step that all hypotheses share which later steps may continue.
 
     They are looked for over `REACH` of the longest segments; hypotheses that differ for longer share nothing yet.
 
@@ -51,6 +51,8 @@ def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, 
     ----------
     search : SegmentalSearch
     state : SearchState
+    since : int
+        The step, at which a piece of theirs ends.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, 
     while len(nodes) > 1 or any(mask.sum() > 1 for mask in nodes.values()):
         t = max(nodes)
         last = np.flatnonzero(nodes.pop(t))
-        origins, back = t - search.durations[last], state.back[t - 1][last]
+        origins, back = t - search.durations[last], predecessors(state.back.at(t, last))
         if (origins <= max(state.time - REACH * longest, 0)).any():
             return []
         for origin in np.unique(origins):
@@ -74,8 +76,8 @@ def shared(search: SegmentalSearch, state: SearchState) -> list[tuple[int, int, 
         return []
     ((stop, mask),) = nodes.items()
     winner = int(np.flatnonzero(mask)[0])
-    end = Ending(winner, int(search.durations[winner]), int(state.back[stop - 1][winner]))
-    path = trace(search, state, end, stop)
+    end = Ending(winner, int(search.durations[winner]), int(state.back.at(stop, np.array([winner]))[0]))
+    path = trace(search, state, end, stop, since)
     return [(int(s), int(a), int(b)) for s, a, b in zip(path.states, path.starts, path.stops, strict=True)]
 
 

@@ -9,69 +9,35 @@ the commit. Connections live for one call: nothing is shared across threads or f
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from kinetograph.errors import DataError, LibraryError
+from kinetograph.library import schema, storage
+from kinetograph.library.digests import Damaged
+from kinetograph.library.schema import MIGRATIONS
 
 FILE_NAME = "catalogue.sqlite"
 APPLICATION_ID = 0x4B4E544F
 """``"KNTO"``, which distinguishes a library's catalogue from any other SQLite file."""
-VERSION = 1
+VERSION = 2
 """Of the format."""
 READ_ONLY = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
 """What errors say of a folder that cannot be written to."""
 PATIENCE = 60.0
 """Seconds that a writer waits for another one to finish."""
-
-_TABLES = (
-    # `stop` only grows: bytes that a reader may still have mapped are never written again
-    "CREATE TABLE storage (file TEXT NOT NULL, stop INTEGER NOT NULL)",
-    "CREATE TABLE skeletons (id INTEGER PRIMARY KEY AUTOINCREMENT, digest TEXT NOT NULL UNIQUE, body TEXT NOT NULL)",
-    "CREATE TABLE takes (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE)",
-    """CREATE TABLE tracks (
-        id INTEGER PRIMARY KEY AUTOINCREMENT, take INTEGER NOT NULL REFERENCES takes ON DELETE CASCADE,
-        name TEXT NOT NULL, kind TEXT NOT NULL CHECK (kind IN ('motion', 'points', 'channels')),
-        fps REAL NOT NULL, frames INTEGER NOT NULL, skeleton INTEGER REFERENCES skeletons,
-        columns TEXT, units TEXT, UNIQUE (take, name))""",
-    """CREATE TABLE arrays (
-        track INTEGER NOT NULL REFERENCES tracks ON DELETE CASCADE, name TEXT NOT NULL,
-        dtype TEXT NOT NULL, width INTEGER NOT NULL, start INTEGER NOT NULL, checksum INTEGER NOT NULL,
-        PRIMARY KEY (track, name)) WITHOUT ROWID""",
-    """CREATE TABLE annotations (
-        id INTEGER PRIMARY KEY AUTOINCREMENT, track INTEGER NOT NULL REFERENCES tracks ON DELETE CASCADE,
-        kind TEXT NOT NULL, label TEXT NOT NULL, start REAL NOT NULL, stop REAL NOT NULL)""",
-    "CREATE INDEX annotations_by_track ON annotations (track, kind)",
-    "CREATE INDEX tracks_by_skeleton ON tracks (skeleton)",
-)
-
-MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {}
-"""The step from each version to the next one; each runs inside a write transaction."""
-
-
-@dataclass(frozen=True)
-class Storage:
-    """Where the frames are.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    stop : int
-        The byte at which the next take starts.
-    """
-
-    file: str
-    stop: int
+REMEDY = "restore it from a copy, or save the takes that are whole: kinetograph library backup --salvage"
+"""What errors say of a damaged catalogue."""
+_WRITING = ("foreign_keys = ON", "synchronous = EXTRA", "cache_spill = OFF")
+_DAMAGED = ("not a database", "malformed", "no such", "decode", "JSON", "UTF-8", "encrypted", "schema", "ambiguous")
+"""Words of SQLite's about a file that it cannot make sense of."""
 
 
 def _connect(folder: Path, mode: str = "rw") -> sqlite3.Connection:
     uri = f"{(folder / FILE_NAME).absolute().as_uri()}?mode={mode}"
     db = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None)
-    for setting in ("foreign_keys = ON", "synchronous = EXTRA", "cache_spill = OFF"):
-        db.execute(f"PRAGMA {setting}")
+    db.execute("PRAGMA trusted_schema = OFF")
     return db
 
 
@@ -83,11 +49,16 @@ def _explain(folder: Path, error: sqlite3.Error) -> LibraryError:
         why = READ_ONLY
     elif "full" in text:
         why = "no room left to write; free some space and try again; the library is unchanged"
-    elif "not a database" in text or "malformed" in text:
-        why = f"{FILE_NAME} is damaged ({text}); restore it from a copy"
+    elif any(word in text for word in _DAMAGED):
+        return damaged(folder, text)
     else:
         why = f"{FILE_NAME} could not be read or written: {text}; is the disk full or failing? the library is unchanged"
     return LibraryError(f"{folder}: {why}")
+
+
+def damaged(folder: Path, what: object) -> LibraryError:
+    """The error for a catalogue whose content has changed since it was written."""
+    return LibraryError(f"{folder}: {FILE_NAME} is damaged ({what}); {REMEDY}")
 
 
 @contextmanager
@@ -95,11 +66,16 @@ def _transaction(folder: Path, begin: str, mode: str = "rw") -> Iterator[sqlite3
     db: sqlite3.Connection | None = None
     try:
         db = _connect(folder, mode)
+        for setting in () if begin == "BEGIN" else _WRITING:
+            db.execute(f"PRAGMA {setting}")
         db.execute(begin)
         yield db
-        db.execute("COMMIT")
+        if db.in_transaction:
+            db.execute("COMMIT")
     except sqlite3.Error as error:
         raise _explain(folder, error) from error
+    except Damaged as error:
+        raise damaged(folder, error) from error
     except UnicodeEncodeError as error:
         raise DataError(f"{folder}: names and labels must be valid Unicode, found {error.object!r}") from error
     finally:
@@ -128,14 +104,13 @@ def require_room(folder: Path) -> None:
         raise LibraryError(f"{folder}: already holds a library; open it, or choose another folder")
 
 
-def initialize(folder: Path, frames_file: str) -> None:
+def initialize(folder: Path, first: storage.Storage) -> None:
     """Make the tables of an empty library. Raises LibraryError where there is one already."""
     with _transaction(folder, "BEGIN IMMEDIATE", mode="rwc") as db:
         if db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
             raise LibraryError(f"{folder}: already holds a library; open it, or choose another folder")
-        for statement in _TABLES:
-            db.execute(statement)
-        db.execute("INSERT INTO storage VALUES (?, 0)", (frames_file,))
+        schema.create(db)
+        storage.write(db, first)
         db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         db.execute(f"PRAGMA user_version = {VERSION}")
 
@@ -169,13 +144,3 @@ def _migrate(folder: Path) -> None:
                 raise LibraryError(f"{folder}: library format {version} can no longer be read; create it anew")
             MIGRATIONS[version](db)
             db.execute(f"PRAGMA user_version = {version + 1}")
-
-
-def storage(db: sqlite3.Connection) -> Storage:
-    """Where the frames are."""
-    return Storage(*db.execute("SELECT file, stop FROM storage").fetchone())
-
-
-def set_storage(db: sqlite3.Connection, value: Storage) -> None:
-    """Write where the frames are."""
-    db.execute("UPDATE storage SET file = ?, stop = ?", (value.file, value.stop))

@@ -1,4 +1,4 @@
-"""The frame arrays of a library: one append-only file without a header, read through memory maps.
+"""The frame arrays of a library: one file, a header and what is appended to it.
 
 An array is ``frames`` rows of ``width`` numbers of one little-endian type, row by row, from a byte that is a multiple
 of 8. Rotations and bones are float32: a unit quaternion's rounding moves a hand by less than a micrometre. Root
@@ -12,6 +12,7 @@ import os
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from kinetograph.errors import LibraryError
 Array = npt.NDArray[Any]
 ALIGNMENT = 8
 """Arrays begin at multiples of this many bytes."""
+_BLOCK = 1 << 20
+"""Bytes that are checked at once."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,11 @@ class Span:
     @property
     def stop(self) -> int:
         """The byte after the last one, with the padding."""
-        return self.start + _filled(self.size)
+        return self.start + filled(self.size)
 
 
-def _filled(size: int) -> int:
+def filled(size: int) -> int:
+    """The next multiple of `ALIGNMENT` bytes."""
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
@@ -72,7 +76,7 @@ def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[
     ----------
     path : Path
     start : int
-        The byte to write at; what lies after it belongs to no take and is cut off.
+        The byte to write at, where the file ends, or after it.
     arrays : sequence of tuple of str and ndarray, shape (F, ...)
         With their names.
 
@@ -83,21 +87,16 @@ def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[
     Raises
     ------
     OSError
-        The arrays could not be written; the file has been cut back.
+        The arrays could not be written; a part of them may have been.
     """
     spans = []
-    try:
-        with path.open("r+b", buffering=0) as file:
-            file.truncate(start)
-            file.seek(start)
-            for name, array in arrays:
-                spans.append(_span(name, array, file.tell()))
-                _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
-                _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
-            os.fsync(file.fileno())
-    except BaseException:
-        truncate(path, start)
-        raise
+    with path.open("r+b", buffering=0) as file:
+        file.seek(start)
+        for name, array in arrays:
+            spans.append(_span(name, array, file.tell()))
+            _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+            _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
+        os.fsync(file.fileno())
     return spans
 
 
@@ -128,23 +127,48 @@ def truncate(path: Path, size: int) -> None:
 
 
 def read(path: Path, span: Span) -> Array:
-    """A copy of one array, shape ``(frames, width)``. Raises LibraryError where it is cut short or altered."""
-    mapped = view(path, span)
-    if mapped is None:
-        raise LibraryError(f"{path}: array {span.name!r} is cut short: expected bytes up to {span.start + span.size}")
-    if checksum(mapped) != span.checksum:
+    """One array, shape ``(frames, width)``. Raises LibraryError where it is cut short or altered."""
+    with path.open("rb", buffering=0) as file:
+        if not _within(file, span):
+            raise LibraryError(
+                f"{path}: array {span.name!r} is cut short: expected bytes up to {span.start + span.size}"
+            )
+        array = np.empty((span.frames, span.width), dtype=span.dtype)
+        file.seek(span.start)
+        _read_all(file, array)
+    if checksum(array) != span.checksum:
         raise LibraryError(f"{path}: array {span.name!r} at byte {span.start} has changed since it was written")
-    return np.array(mapped)
+    return array
 
 
-def view(path: Path, span: Span) -> Array | None:
-    """One array as a read-only memory map, shape ``(frames, width)``; None where the file is too short."""
-    shape = (span.frames, span.width)
-    if path.stat().st_size < span.start + span.size:
+def _within(file: FileIO, span: Span) -> bool:
+    return 0 <= span.start <= os.fstat(file.fileno()).st_size - span.size
+
+
+def _read_all(file: FileIO, array: Array) -> None:
+    view = array.reshape(-1).view(np.uint8).data
+    while len(view):
+        count = file.readinto(view)
+        if not count:
+            break  # the file has been cut since; the checksum will say so
+        view = view[count:]
+
+
+def matches(path: Path, span: Span) -> bool | None:
+    """Whether an array is as it was written, in memory for one block; None where the file is too short, or gone."""
+    try:
+        with path.open("rb", buffering=0) as file:
+            return _sum_of(file, span) == span.checksum if _within(file, span) else None
+    except FileNotFoundError:
         return None
-    if span.size == 0:
-        return np.zeros(shape, dtype=span.dtype)  # a map of nothing is an error
-    return np.memmap(path, dtype=span.dtype, mode="r", offset=span.start, shape=shape)
+
+
+def _sum_of(file: FileIO, span: Span) -> int:
+    file.seek(span.start)
+    total, left = 0, span.size
+    while left and (data := file.read(min(left, _BLOCK))):
+        total, left = zlib.crc32(data, total), left - len(data)
+    return total
 
 
 def sync_folder(folder: Path) -> None:

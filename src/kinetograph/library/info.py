@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from kinetograph.library import catalogue
+from kinetograph.library import catalogue, storage
+from kinetograph.library.digests import Damaged
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ def count(folder: Path) -> Info:
         tracks, frames = db.execute("SELECT count(*), ifnull(sum(frames), 0) FROM tracks").fetchone()
         (skeletons,) = db.execute("SELECT count(*) FROM skeletons").fetchone()
         kinds = dict(db.execute("SELECT kind, count(*) FROM annotations GROUP BY kind ORDER BY kind").fetchall())
-        size = sum((folder / name).stat().st_size for name in (catalogue.FILE_NAME, catalogue.storage(db).file))
+        files = [folder / name for name in (catalogue.FILE_NAME, storage.read(db).file)]
+        size = sum(file.stat().st_size for file in files if file.exists())
     return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
 
 
@@ -85,7 +87,15 @@ def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:
             "json_array_length(skeletons.body, '$.names')) FROM tracks JOIN takes ON takes.id = tracks.take "
             "LEFT JOIN skeletons ON skeletons.id = tracks.skeleton ORDER BY takes.id, tracks.id"
         )
-        return tuple(TrackInfo(*row) for row in rows)
+        return tuple(_track_info(*row) for row in rows)
+
+
+def _track_info(take: object, name: object, kind: object, fps: object, frames: object, columns: object) -> TrackInfo:
+    """The row as it should be. Raises Damaged where it has other types, or no skeleton."""
+    match take, name, kind, fps, frames, columns:
+        case str(), str(), str(), float(), int(), int() if fps > 0 < frames:
+            return TrackInfo(take, name, kind, fps, frames, columns)
+    raise Damaged(f"the rows of take {take!r} have changed since they were written")
 
 
 def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -97,5 +107,7 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
             "annotations.track JOIN takes ON takes.id = tracks.take ORDER BY takes.id, annotations.kind, label"
         )
         for take, kind, label in rows:
+            if not (isinstance(take, str) and isinstance(kind, str) and isinstance(label, str)):
+                raise Damaged(f"the annotations of take {take!r} have changed since they were written")
             found.setdefault(take, []).append((kind, label))
     return {take: tuple(pairs) for take, pairs in found.items()}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sqlite3
 from collections.abc import Callable, Iterable
@@ -12,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from kinetograph import rotations as rot
+from kinetograph.library.digests import Damaged
 from kinetograph.library.frame_files import Array, Span
+from kinetograph.library.schema import digest_of_skeleton
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Ancestor, Landmark, Skeleton
@@ -33,8 +34,8 @@ class TrackRow:
     kind : {"motion", "points", "channels"}
     fps : float
     frames : int
-    skeleton : int or None
-        The row of a motion's skeleton.
+    skeleton : str or None
+        The digest of a motion's skeleton.
     columns : tuple of str
         Of a signal.
     units : str
@@ -48,7 +49,7 @@ class TrackRow:
     kind: str
     fps: float
     frames: int
-    skeleton: int | None
+    skeleton: str | None
     columns: tuple[str, ...]
     units: str
     spans: dict[str, Span]
@@ -131,20 +132,26 @@ def _insert(db: sqlite3.Connection, take: int, name: str, values: tuple[Any, ...
     return row
 
 
-def read_tracks(db: sqlite3.Connection, take: int) -> list[TrackRow]:
-    """The tracks of a take in the order in which they were given."""
-    rows = db.execute(
-        "SELECT id, name, kind, fps, frames, skeleton, columns, units FROM tracks WHERE take = ? ORDER BY id", (take,)
-    ).fetchall()
-    return [_track_row(db, row) for row in rows]
+def tracks_of(rows: Iterable[Any]) -> list[TrackRow]:
+    """The tracks of a take from its rows (`kinetograph.library.digests.track_rows`), whose digest has been checked."""
+    return [_track_row(*row) for row in rows]
 
 
-def _track_row(db: sqlite3.Connection, row: Any) -> TrackRow:
-    track, name, kind, fps, frames, skeleton, columns, units = row
-    arrays = db.execute("SELECT name, dtype, width, start, checksum FROM arrays WHERE track = ?", (track,))
-    spans = {a[0]: Span(a[0], a[1], a[2], frames, a[3], a[4]) for a in arrays}
+def _track_row(
+    row: int,
+    name: str,
+    kind: str,
+    fps: float,
+    frames: int,
+    _: object,
+    columns: str | None,
+    units: str | None,
+    *more: Any,
+) -> TrackRow:
+    skeleton, arrays = more
+    spans = {a[0]: Span(a[0], a[1], a[2], frames, a[4], a[3]) for a in arrays}
     names = () if columns is None else tuple(json.loads(columns))
-    return TrackRow(track, name, kind, fps, frames, skeleton, names, units or "", spans)
+    return TrackRow(row, name, kind, fps, frames, skeleton, names, units or "", spans)
 
 
 def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track:
@@ -191,14 +198,22 @@ def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
             **more,
         }
     )
-    digest = hashlib.sha256(body.encode()).hexdigest()
-    db.execute("INSERT OR IGNORE INTO skeletons (digest, body) VALUES (?, ?)", (digest, body))
+    digest = digest_of_skeleton(body)
+    # the text too, where what is there has been damaged
+    db.execute(
+        "INSERT INTO skeletons (digest, body) VALUES (?, ?) ON CONFLICT (digest) DO UPDATE SET body = excluded.body "
+        "WHERE body <> excluded.body",
+        (digest, body),
+    )
     return int(db.execute("SELECT id FROM skeletons WHERE digest = ?", (digest,)).fetchone()[0])
 
 
-def read_skeleton(db: sqlite3.Connection, row: int) -> Skeleton:
-    """The skeleton of a row."""
-    body = json.loads(db.execute("SELECT body FROM skeletons WHERE id = ?", (row,)).fetchone()[0])
+def read_skeleton(db: sqlite3.Connection, digest: str) -> Skeleton:
+    """The skeleton of a digest. Raises Damaged where it has changed since it was written."""
+    (text,) = db.execute("SELECT body FROM skeletons WHERE digest = ?", (digest,)).fetchone() or ("",)
+    if digest_of_skeleton(text) != digest:
+        raise Damaged("a skeleton has changed since it was written")
+    body = json.loads(text)
     return Skeleton(
         tuple(body["names"]),
         np.array(body["parents"], dtype=np.int64),
@@ -217,13 +232,3 @@ def insert_annotations(db: sqlite3.Connection, tracks: dict[str, int], annotatio
         "INSERT INTO annotations (track, kind, label, start, stop) VALUES (?, ?, ?, ?, ?)",
         [(tracks[note.track], note.kind, note.label, float(note.start), float(note.stop)) for note in annotations],
     )
-
-
-def read_annotations(db: sqlite3.Connection, take: int) -> tuple[Annotation, ...]:
-    """The annotations of a take in the order in which they were given."""
-    rows = db.execute(
-        "SELECT tracks.name, annotations.kind, label, start, stop FROM annotations "
-        "JOIN tracks ON tracks.id = annotations.track WHERE tracks.take = ? ORDER BY annotations.id",
-        (take,),
-    )
-    return tuple(Annotation(*row) for row in rows)

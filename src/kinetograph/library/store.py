@@ -1,8 +1,9 @@
 """Libraries: many takes in one folder.
 
-``catalogue.sqlite`` holds takes, tracks, skeletons and annotations; ``frames-N.bin`` holds the arrays. A take's
-arrays are written and flushed first; then the catalogue names them in one transaction. Whatever stops a writer, the
-library is as before, except for bytes that no take uses, which `Library.check` finds. Readers do not lock.
+``catalogue.sqlite`` holds takes, tracks, skeletons and annotations, with digests of all; ``frames-N.bin`` holds the
+arrays. A take's arrays are written and flushed first; then the catalogue names them in one transaction. Whatever stops
+a writer, the library is as before, except for bytes that no take uses, which `Library.check` finds. Readers do not
+lock.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import catalogue, frame_files, records, takes
-from kinetograph.library.check import Report, examine
+from kinetograph.library import catalogue, frame_files, headers, schema, storage, takes
+from kinetograph.library.changing import changing
+from kinetograph.library.check import Report
 from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_tracks
+from kinetograph.library.repair import examine
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
@@ -46,7 +49,7 @@ class Library:
     """
 
     path: Path
-    _skeletons: dict[int, Skeleton] = field(default_factory=dict, repr=False, compare=False)
+    _skeletons: dict[str, Skeleton] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def create(cls, path: str | Path) -> Library:
@@ -73,11 +76,12 @@ class Library:
             others = {p.name for p in folder.iterdir()} - {_FIRST_FRAMES, catalogue.FILE_NAME}
             if others - {f"{catalogue.FILE_NAME}-journal"}:
                 raise LibraryError(f"{folder}: a library needs a folder of its own, found {min(others)} in it")
-            (folder / _FIRST_FRAMES).touch()
+            first = schema.first_storage(_FIRST_FRAMES)
+            (folder / _FIRST_FRAMES).write_bytes(headers.pack(headers.Header(first.identity, first.sequence)))
             frame_files.sync_folder(folder)
         except OSError as error:
             raise LibraryError(f"{folder}: cannot make a library here: {error.strerror}") from error
-        catalogue.initialize(folder, _FIRST_FRAMES)
+        catalogue.initialize(folder, first)
         return cls(folder)
 
     @classmethod
@@ -102,9 +106,9 @@ class Library:
         return cls(Path(path))
 
     def names(self) -> tuple[str, ...]:
-        """The names of the takes in the order in which they were added."""
+        """The names of the takes in the order in which they were added. Raises LibraryError where some are gone."""
         with catalogue.reading(self.path) as db:
-            return tuple(row[0] for row in db.execute("SELECT name FROM takes ORDER BY id"))
+            return takes.names(db)
 
     def take(self, name: str) -> Take:
         """Read a take.
@@ -124,7 +128,7 @@ class Library:
         RequestError
             The name is unknown.
         LibraryError
-            The frames are damaged.
+            The take is damaged.
         """
         return takes.read(self.path, name, self._skeletons)
 
@@ -144,23 +148,16 @@ class Library:
         LibraryError
             The disk is full or the folder read-only.
         """
-        with catalogue.writing(self.path) as db:
-            old = db.execute("SELECT id FROM takes WHERE name = ?", (take.name,)).fetchone()
+        with changing(self.path, appending=True) as change:
+            old = change.db.execute("SELECT id FROM takes WHERE name = ?", (take.name,)).fetchone()
             if old and not replace:
                 raise RequestError(f"{self.path}: has a take {take.name!r} already; choose another name, or replace it")
-            storage = catalogue.storage(db)
-            frames_path = self.path / storage.file
-            spans = takes.write_arrays(frames_path, storage.stop, take)
-            try:
-                if old:
-                    takes.delete(db, old[0])
-                takes.insert(db, take, spans, old[0] if old else None)
-                stop = max((span.stop for of_track in spans.values() for span in of_track), default=storage.stop)
-                catalogue.set_storage(db, catalogue.Storage(storage.file, stop))
-            except BaseException:
-                if db.in_transaction:  # else the lock is gone, and the bytes may be another writer's
-                    frame_files.truncate(frames_path, storage.stop)
-                raise
+            spans = takes.write_arrays(change.path, change.start, take)
+            if old:
+                takes.delete(change.db, old[0])
+            takes.insert(change.db, take, spans, old[0] if old else None)
+            stop = max((span.stop for of_track in spans.values() for span in of_track), default=change.start)
+            storage.extend(change.db, stop)
 
     def remove(self, name: str) -> None:
         """Remove a take.
@@ -176,8 +173,8 @@ class Library:
         RequestError
             The name is unknown.
         """
-        with catalogue.writing(self.path) as db:
-            takes.delete(db, takes.find(self.path, db, name))
+        with changing(self.path) as change:
+            takes.delete(change.db, takes.find(self.path, change.db, name))
 
     def annotate(
         self, take_name: str, annotations: Iterable[Annotation], *, kind: str | None = None, track: str | None = None
@@ -198,19 +195,17 @@ class Library:
             A name is unknown, or an annotation has another kind or track.
         """
         notes = tuple(annotations)
-        with catalogue.writing(self.path) as db:
-            take = takes.find(self.path, db, take_name)
-            tracks = dict(db.execute("SELECT name, id FROM tracks WHERE take = ?", (take,)).fetchall())
-            takes.check_annotations(take_name, tracks, notes, kind, track)
-            takes.replace_annotations(db, tracks, notes, kind, track)
+        with changing(self.path) as change:
+            take = takes.find(self.path, change.db, take_name)
+            takes.replace_annotations(change.db, take, notes, kind, track)
 
     def check(self, repair: bool = False) -> Report:
-        """Look for bytes that no take uses, and for takes whose bytes are damaged.
+        """Look for bytes that no take uses, and for damage to the catalogue and to takes.
 
         Parameters
         ----------
         repair : bool
-            Remove the bytes that no take uses.
+            Remove the bytes of removed takes, and move aside what no take uses otherwise.
 
         Returns
         -------
@@ -259,4 +254,5 @@ def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
         The name is unknown.
     """
     with catalogue.reading(library.path) as db:
-        return records.read_annotations(db, takes.find(library.path, db, take_name))
+        _, rows = takes.require_sealed(db, takes.find(library.path, db, take_name), take_name)
+        return tuple(Annotation(*row) for row in rows)

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import catalogue, frame_files, records
+from kinetograph.library import digests, frame_files, records, storage
+from kinetograph.library.changing import changing
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -68,24 +69,19 @@ def add_stream(
     FormatError
         The stream cannot be read.
     """
-    with catalogue.writing(library.path) as db:
-        if db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone():
+    with changing(library.path, appending=True) as change:
+        if change.db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone():
             raise RequestError(f"{library.path}: has a take {name!r} already; choose another name")
-        storage = catalogue.storage(db)
-        path = library.path / storage.file
         try:
-            spans = _append(path, storage.stop, stream, progress)
-            take = db.execute("INSERT INTO takes VALUES (?, ?)", (None, name)).lastrowid
-            assert take is not None
-            records.insert_motion(db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
-            catalogue.set_storage(db, catalogue.Storage(storage.file, spans[-1].stop))
+            spans = _append(change.path, change.start, stream, progress)
         except OSError as error:
-            frame_files.truncate(path, storage.stop)
-            raise LibraryError(f"{path}: cannot write take {name!r}: {error.strerror}; it is unchanged") from error
-        except BaseException:
-            if db.in_transaction:
-                frame_files.truncate(path, storage.stop)
-            raise
+            why = f"cannot write take {name!r}: {error.strerror}; it is unchanged"
+            raise LibraryError(f"{change.path}: {why}") from error
+        take = change.db.execute("INSERT INTO takes (name) VALUES (?)", (name,)).lastrowid
+        assert take is not None
+        records.insert_motion(change.db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
+        storage.relist(change.db, digests.seal(change.db, take))
+        storage.extend(change.db, spans[-1].stop)
 
 
 class _Column:
@@ -113,7 +109,6 @@ def _append(path: Path, start: int, stream: Stream, progress: Progress | None) -
     rotations = _Column("rotations", "<f4", 4 * len(stream.skeleton), stream.frames, shifts.span.stop)
     done = 0
     with path.open("r+b", buffering=0) as file:
-        file.truncate(start)
         file.truncate(rotations.span.stop)
         for block in stream.blocks():
             shifts.write(file.fileno(), block.translation)

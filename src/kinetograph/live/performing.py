@@ -12,7 +12,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import KinetographError
 from kinetograph.live.items import Frame, Item, Point
 from kinetograph.live.rows import ArrivalClock
-from kinetograph.methods.performance import Live, PerformanceModel
+from kinetograph.methods.performance import FARTHEST, Live, PerformanceModel, check_alike
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.synthesis import LivePose
@@ -20,6 +20,8 @@ from kinetograph.synthesis import LivePose
 _SILENT = 0.3  # seconds without anything after which the control is taken to stand still
 _WINDOW = 0.6  # seconds over which the direction of a point is taken
 _NEAR, _FASTEST = 0.3, 12.0  # metres, and metres per second: what is further from the item before is a leap
+_PAUSE = 5.0  # seconds without anything that are followed at most; what goes beyond is left out
+_MOST = 100  # different notes that are said
 _LASTING = 10  # items, after which a leap is believed
 _SLOW = 0.25  # metres per second below which a point keeps its direction
 
@@ -78,13 +80,13 @@ class PathDriver:
     def _believed(self, item: Point | Frame, time: float) -> bool:
         """Whether an item may come next: finite, later, of the same kind, and not a leap that others do not confirm."""
         place = _place(item)
-        if not np.isfinite(place).all():
-            self._note("what is not finite is left out")
+        if not np.abs(place).max() <= FARTHEST:  # NaN is not less than anything
+            self._note(f"what is not finite, or not within {FARTHEST / 1000:.0f} km, is left out")
             return False
         if not self._arrived:
             return True
         before, last = self._arrived[-1]
-        if time <= before or type(item) is not type(last):
+        if time <= before or not self._alike(item, last):
             return False
         leaps = float(np.linalg.norm(place - _place(last))) > _NEAR + _FASTEST * (time - before)
         self._leaps = self._leaps + 1 if leaps else 0
@@ -92,8 +94,21 @@ class PathDriver:
             self._note("leaps are left out, unless they last")
         return not leaps or self._leaps > _LASTING
 
+    def _alike(self, item: Point | Frame, last: Point | Frame) -> bool:
+        """Whether an item is of the same kind as the last one, and of the same body."""
+        if isinstance(item, Frame) and isinstance(last, Frame):
+            try:
+                check_alike(last.motion, item.motion)
+            except KinetographError as error:
+                self._note(str(error))
+                return False
+        elif type(item) is not type(last):
+            self._note("expected points or frames of a body, found both; the others are left out")
+            return False
+        return True
+
     def _note(self, text: str) -> None:
-        if text not in self._said:
+        if text not in self._said and len(self._said) < _MOST:
             self._said.add(text)
             self._notes.append(text)
 
@@ -102,12 +117,20 @@ class PathDriver:
         if self._began is None:
             return []
         latest = max(self._arrived[-1][0], now - _SILENT)
+        self._began += self._left_out(latest - self._began - self._taken / self.fps)
         poses: list[LivePose] = []
         while self._began + self._taken / self.fps <= latest:
             poses += self._step(self._began + self._taken / self.fps)
             self._taken += 1
         del self._arrived[: max(len(self._arrived) - round(4 * self.fps * _WINDOW) - 120, 0)]
         return _motions(poses, self.model.fitted.sources[0].motion)
+
+    def _left_out(self, gap: float) -> float:
+        """Seconds of a gap that are not followed: over them the control stands still, and time with it."""
+        if gap <= _PAUSE:
+            return 0.0
+        self._note(f"nothing was heard for {gap:.1f} s; {_PAUSE:.0f} s of such gaps are followed at most")
+        return gap - _PAUSE
 
     def rest(self) -> list[Motion]:
         """The frames that are left."""

@@ -19,6 +19,7 @@ from kinetograph.live.rows import Gathering, Row
 from kinetograph.motion import Motion
 
 _SECOND = 1.0
+_MOST = 1000  # names that are kept
 
 
 @dataclass
@@ -138,7 +139,8 @@ class ListenDriver:
                 self.gathering.add(device, item, now)
             else:
                 what = f"{device} ({'points' if isinstance(item, Point) else 'poses'})"
-                self.others[what] = self.others.get(what, 0) + 1
+                if len(self.others) < _MOST or what in self.others:
+                    self.others[what] = self.others.get(what, 0) + 1
 
     def advance(self, now: float) -> list[Motion]:
         """Note the times of the rows that came."""

@@ -135,6 +135,8 @@ class Gathering:
     names: tuple[str, ...] | None = None
     rename: Mapping[str, str] = field(default_factory=dict)
     strangers: dict[str, int] = field(default_factory=dict, init=False)
+    refused: int = field(default=0, init=False)
+    """Rows left out since their values were not finite."""
     heard: dict[str, Heard] = field(default_factory=dict, init=False)
     _clocks: dict[str, ArrivalClock] = field(default_factory=dict, init=False)
     _rows: list[tuple[str, float, Row]] = field(default_factory=list, init=False)
@@ -160,7 +162,8 @@ class Gathering:
             if len(self.strangers) < _MOST or name in self.strangers:
                 self.strangers[name] = self.strangers.get(name, 0) + 1
             return False
-        if not finite(row):
+        if not finite(row) or (len(self._clocks) >= _MOST and device not in self._clocks):
+            self.refused += 1
             return False
         heard = self.heard.setdefault(name, Heard())
         clock = self._clocks.setdefault(device, ArrivalClock())

@@ -15,6 +15,7 @@ from kinetograph.motion import Motion
 from kinetograph.sensing import GRAVITY, Readings
 from kinetograph.synthesis import LivePose
 
+_MOST = 100  # different errors that are said
 _SILENT = 1.0  # seconds without rows after which a sensor is said to be silent
 
 
@@ -67,7 +68,7 @@ class SensorDriver:
         self._strangers: set[str] = set()
         self._notes: list[str] = []
         self._said: set[str] = set()
-        self._began = False
+        self._began = self._refused = False
 
     def take(self, device: str, items: Sequence[Item], now: float) -> None:
         """Take rows; points and frames are left out."""
@@ -85,7 +86,7 @@ class SensorDriver:
         try:
             poses = self._live.step(readings, now) if readings is not None else self._live.wait(now)
         except KinetographError as error:
-            if str(error) not in self._said:
+            if str(error) not in self._said and len(self._said) < _MOST:
                 self._said.add(str(error))
                 self._notes.append(str(error))
             return []
@@ -121,6 +122,9 @@ class SensorDriver:
         return Motion(self._skeleton, pose.translation[None], pose.rotations[None], self._fps)
 
     def _watch(self, now: float) -> None:
+        if self.gathering.refused and not self._refused:
+            self._refused = True
+            self._notes.append("rows of values that are not finite are left out")
         for name, heard in self.gathering.heard.items():
             if now - heard.last > _SILENT and name not in self._silent:
                 self._silent.add(name)

@@ -20,6 +20,8 @@ KINDS = ("force", "angular", "tilt")
 
 FASTEST = 35.0
 """rad/s, 2,000 degrees per second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
+_STRONGEST, _SPINNING = 4000.0, 300.0  # m/s^2 and rad/s: more than any worn sensor measures
+_HUGE = 1e9  # in any unit
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
 _ARRAYS = ("times", "sensors", "force", "angular", "orientation")
 
@@ -153,6 +155,19 @@ def channels(readings: Readings, kinds: Sequence[str]) -> FloatArray:
     return np.concatenate([parts[kind] for kind in kinds], axis=1)
 
 
+def _magnitudes(rows: FloatArray) -> FloatArray:
+    """Lengths of rows ``(R,)``, finite for any."""
+    return np.asarray(np.linalg.norm(np.clip(rows, -_HUGE, _HUGE), axis=1))
+
+
+def measurable(readings: Readings) -> BoolArray:
+    """Which rows ``(R,)`` have values that a worn sensor can measure: none is far out of range."""
+    fits = np.abs(readings.force).max(axis=1, initial=0.0) <= _STRONGEST
+    if readings.angular is not None:
+        fits &= np.abs(readings.angular).max(axis=1, initial=0.0) <= _SPINNING
+    return np.asarray(fits)
+
+
 def select_rows(readings: Readings, rows: BoolArray | IntArray | slice) -> Readings:
     """Some of the rows; the sensors stay.
 
@@ -247,13 +262,13 @@ def check_units(readings: Readings) -> None:
     if len(readings) == 0:
         return
     if readings.angular is not None:
-        fast = float(np.quantile(np.linalg.norm(readings.angular, axis=1), 0.95))
+        fast = float(np.quantile(_magnitudes(readings.angular), 0.95))
         if fast > FASTEST:
             raise RequestError(
                 f"expected angular velocity in rad/s, found more than {fast:.3g} in every twentieth row; is it in "
                 "degrees per second? divide by 57.3"
             )
-    median = float(np.median(np.linalg.norm(readings.force, axis=1)))
+    median = float(np.median(_magnitudes(readings.force)))
     if _PLAUSIBLE[0] * GRAVITY <= median <= _PLAUSIBLE[1] * GRAVITY:
         return
     guess = "; is it in g? multiply by 9.81" if 0.4 <= median <= 2.5 else ""

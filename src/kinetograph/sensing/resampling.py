@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.sensing._kernels import sample_all
-from kinetograph.sensing.readings import Readings, channels
+from kinetograph.sensing.readings import Readings, channels, measurable, select_rows
 from kinetograph.signal import Signal
 
 AXES = {"force": ("ax", "ay", "az"), "angular": ("gx", "gy", "gz"), "tilt": ("ux", "uy", "uz")}
@@ -106,23 +106,33 @@ class _Buffer:
         self.spikes = 0
 
     def add(self, readings: Readings) -> None:
+        """Take rows, or none where one is earlier than those before; rows far out of range count as spikes."""
+        fits = measurable(readings)
+        if not fits.all():
+            self.spikes += int((~fits).sum())
+            readings = select_rows(readings, fits)
         values = channels(readings, self.kinds)
-        for sensor in range(len(readings.names)):
-            mine = np.flatnonzero(readings.sensors == sensor)
+        rows = [np.flatnonzero(readings.sensors == sensor) for sensor in range(len(readings.names))]
+        for sensor, mine in enumerate(rows):
+            self._check_order(readings, sensor, mine)
+        for sensor, mine in enumerate(rows):
             if len(mine) == 0:
                 continue
             old = int(self.counts[sensor])
             new = old + len(mine)
-            if old and readings.times[mine[0]] <= self.times[sensor, old - 1]:
-                raise DataError(
-                    f"sensor {readings.names[sensor]!r}: time runs backwards at {readings.times[mine[0]]:g} s "
-                    f"(after {self.times[sensor, old - 1]:g} s); give rows in order"
-                )
             if new > self.times.shape[1]:
                 self._grow(2 * new)
             self.times[sensor, old:new] = readings.times[mine]
             self.values[sensor, old:new] = values[mine]
             self.counts[sensor] = new
+
+    def _check_order(self, readings: Readings, sensor: int, mine: IntArray) -> None:
+        old = int(self.counts[sensor])
+        if old and len(mine) and readings.times[mine[0]] <= self.times[sensor, old - 1]:
+            raise DataError(
+                f"sensor {readings.names[sensor]!r}: time runs backwards at {readings.times[mine[0]]:g} s "
+                f"(after {self.times[sensor, old - 1]:g} s); give rows in order"
+            )
 
     def _grow(self, rows: int) -> None:
         extra = rows - self.times.shape[1]
@@ -176,7 +186,7 @@ class LiveUniform:
 
     @property
     def spikes(self) -> int:
-        """Spikes met so far; one that several values look at counts as often."""
+        """Spikes and rows out of range so far; a spike that several values look at counts as often."""
         return self._buffer.spikes
 
     def add(self, readings: Readings) -> None:

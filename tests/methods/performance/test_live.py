@@ -10,6 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph import rotations as rot
+from kinetograph import rows
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.methods.performance import (
@@ -198,12 +199,14 @@ def test_what_is_forgotten_changes_no_frame_and_memory_stays_flat(tmp_path: Path
     assert all((a.rotations == b.rotations).all() for a, b in zip(kept, forgotten, strict=True))
     assert all((a.translation == b.translation).all() for a, b in zip(kept, forgotten, strict=True))
     live = model.start(control.fps, 0.4, keep=False)
-    sizes = []
+    sizes, steps = [], []
     for frame in range(len(control)):
         live.step(cut(control, frame, frame + 1))
         search = live._search
-        sizes.append(sum(x.nbytes for x in search.samples) + sum(x.nbytes for x in search._state.back))
+        sizes.append(search.samples.since(0).nbytes + search._state.back.nbytes)
+        steps.append(len(search.committed))
     assert max(sizes[300:]) < 1.5 * max(sizes[150:300])
+    assert max(steps) == 1
     with pytest.raises(RequestError, match="not kept"):
         live.finish()
     with pytest.raises(RequestError, match="without a lag"):
@@ -237,3 +240,79 @@ def test_a_hand_follows_what_it_holds_with_bounded_speed_and_lets_go(tmp_path: P
     assert changes.max() <= follow.settings.fastest + 1e-9
     assert np.linalg.norm(shown[29] - goal) < 0.01
     assert np.linalg.norm(shown[-1] - role_positions(body, ("left_hand",))[0, 0]) < 0.01
+
+
+def _bad(points: np.ndarray) -> list[np.ndarray]:
+    """Frames of control points that cannot be followed."""
+    spoilt = []
+    for value in (np.nan, np.inf, 1e200, -1e9):
+        wrong = points.copy()
+        wrong[0, 0] = value
+        spoilt.append(wrong)
+    return [*spoilt, points[:, :2], np.concatenate([points, points]), points[None]]
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_bad_points_are_refused_in_one_line_and_leave_no_trace(tmp_path: Path, keep: bool) -> None:
+    model = _model(tmp_path)
+    points = points_of(model.method, _control(4.0))
+    clean, attacked = model.start(_FPS, 0.4, keep), model.start(_FPS, 0.4, keep)
+    for i, point in enumerate(points):
+        for bad in _bad(point) if i % 20 in (0, 7) else ():
+            with pytest.raises(RequestError, match=r"^expected .*control points") as caught:
+                attacked.step(bad)
+            assert "\n" not in str(caught.value)
+        for a, b in zip(clean.step(point), attacked.step(point), strict=True):
+            assert np.array_equal(a.rotations, b.rotations)
+            assert np.array_equal(a.translation, b.translation)
+            assert np.isfinite(a.translation).all()
+
+
+def test_frames_of_another_body_are_refused_and_the_first_goes_on(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control(3.0)
+    names = control.skeleton.names
+    taller = replace(control, skeleton=replace(control.skeleton, offsets=1.1 * control.skeleton.offsets))
+    renamed = replace(control, skeleton=replace(control.skeleton, names=(*names[:-1], "tail")))
+    clean, attacked = model.start(_FPS, 0.4), model.start(_FPS, 0.4)
+    for i in range(len(control)):
+        if i in (5, 50):
+            for other in (taller, renamed):
+                with pytest.raises(RequestError, match="skeleton that the control began with"):
+                    attacked.step(cut(other, i, i + 1))
+            with pytest.raises(RequestError, match="one frame, found one of 2"):
+                attacked.step(cut(control, i, i + 2))
+        for a, b in zip(clean.step(cut(control, i, i + 1)), attacked.step(cut(control, i, i + 1)), strict=True):
+            assert np.array_equal(a.rotations, b.rotations)
+    np.testing.assert_array_equal(clean.finish().motion.rotations, attacked.finish().motion.rotations)
+
+
+@pytest.mark.parametrize("lag", [0.4, None])
+def test_what_is_kept_in_memory_is_bounded_though_the_whole_is_wanted(
+    tmp_path: Path, lag: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rows, "IN_MEMORY", 20_000)
+    model = _model(tmp_path)
+    points = points_of(model.method, _control(80.0))
+    live = model.start(_FPS, lag)
+    pointers, sizes = {}, {}
+    for i, point in enumerate(points):
+        live.step(point)
+        kept = live._arrived.kept
+        assert kept is not None
+        pointers[i] = live._search._state.back.nbytes
+        sizes[i] = kept.nbytes + live._search.samples.since(0).nbytes + live._arrived.latest.since(0).nbytes
+    early, late = range(600, 1200), range(1800, 2400)
+    assert max(sizes[i] for i in late) == max(sizes[i] for i in early) <= 40_000
+    grown = max(pointers[i] for i in late) - max(pointers[i] for i in early)
+    assert grown / 400 < 60  # bytes a step of the search, where all states would take 4 each
+    whole = live.finish()
+    assert np.isfinite(whole.motion.translation).all()
+    assert len(whole.motion) == len(points)
+
+
+def test_a_swept_search_over_a_long_control_is_the_offline_result(tmp_path: Path) -> None:
+    model, control = _model(tmp_path), _control(60.0)
+    offline = model.synthesize(control)
+    live, _ = _live(model, control, None)
+    assert _what(live.pieces) == _what(offline.pieces)
+    assert live.cost == pytest.approx(offline.cost, rel=1e-6)

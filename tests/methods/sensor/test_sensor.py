@@ -455,3 +455,74 @@ def test_standing_feet_hold_the_root_though_velocities_say_otherwise():
     still = without_heading(motion.rotations)[10]
     places = np.array([integrator.step(still, row)[0] for row in features])
     np.testing.assert_allclose(places[:, [0, 2]], 0.0, atol=1e-12)
+
+
+def _spoilt(readings: Readings, at: float, value: float) -> Readings:
+    """Readings with one row of another value."""
+    force = readings.force.copy()
+    force[int(np.searchsorted(readings.times, at))] = value
+    return replace(readings, force=force)
+
+
+@pytest.mark.parametrize("value", [1e200, -1e200, 1e5])
+@pytest.mark.parametrize("synthesis", CONFIGURATIONS)
+def test_a_row_that_no_sensor_measures_is_masked(models, readings, synthesis, value):
+    model = models[synthesis]
+    clean, spoilt = model.synthesize(readings), model.synthesize(_spoilt(readings, 2.0, value))
+    assert np.isfinite(spoilt.motion.rotations).all()
+    assert spoilt.statistics["spikes"] == clean.statistics["spikes"] + 1
+    assert rot.angle_between(spoilt.motion.rotations, clean.motion.rotations).max() < 0.2
+    assert np.allclose(spoilt.motion.rotations[:90], clean.motion.rotations[:90], atol=0.05)
+
+
+def test_rows_that_run_backwards_are_refused_and_leave_no_trace(model, readings):
+    half = readings.times[len(readings) // 2]
+    first, second = (select_rows(readings, readings.times < half), select_rows(readings, readings.times >= half))
+    live = model.start()
+    live.step(first)
+    early = (readings.times > half - 0.1) & (readings.sensors == 3)
+    with pytest.raises(DataError, match="time runs backwards"):
+        live.step(select_rows(readings, early | (readings.times >= half)))
+    live.step(second)
+    assert np.array_equal(live.finish().motion.rotations, model.synthesize(readings).motion.rotations)
+
+
+def test_a_long_gap_is_passed_over_and_what_comes_after_is_the_same(model, readings, monkeypatch):
+    late = replace(readings, times=readings.times + readings.duration + 60.0)
+    results = []
+    for asleep in (10.0, np.inf):
+        monkeypatch.setattr("kinetograph.methods.sensor.live._ASLEEP", asleep)
+        live = model.start()
+        live.step(readings)
+        live.step(late)
+        results.append(live.finish())
+    passed, whole = results
+    np.testing.assert_allclose(passed.motion.rotations, whole.motion.rotations, atol=1e-9)
+    np.testing.assert_allclose(passed.motion.translation, whole.motion.translation, atol=1e-9)
+    np.testing.assert_allclose(passed.uncertainty, whole.uncertainty, atol=1e-9)
+    assert passed.statistics == whole.statistics
+
+
+def test_in_a_long_gap_no_pose_is_worked_out(model, readings, monkeypatch):
+    live = model.start(keep=False)
+    live.step(readings)
+    live.wait(readings.duration + 20.0)
+    monkeypatch.setattr(live._root, "step", None)  # would raise
+    poses = live.wait(readings.duration + 619.0)
+    assert len(poses) == pytest.approx(599.0 * model.method.rate, abs=2)
+    assert poses[-1].time > poses[0].time
+    with pytest.raises(RequestError, match="leap"):
+        live.wait(1e9)
+
+
+def test_poses_of_the_whole_wait_on_disk(model, readings, monkeypatch):
+    whole = model.synthesize(readings)
+    monkeypatch.setattr("kinetograph.rows.IN_MEMORY", 20_000)
+    live = model.start()
+    live.step(readings)
+    assert live._kept.nbytes <= 20_000
+    result = live.finish()
+    assert np.array_equal(result.motion.rotations, whole.motion.rotations)
+    assert np.array_equal(result.uncertainty, whole.uncertainty)
+    assert result.pieces == whole.pieces
+    assert result.cost == whole.cost

@@ -10,6 +10,8 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import last_ancestor
+from kinetograph.formats.bvh.stamp import stamped
 from kinetograph.formats.bvh.writer import ANGLE_DECIMALS, depth_first, hierarchy
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -39,8 +41,10 @@ class GrowingBvh:
 
     def __init__(self, path: Path, skeleton: Skeleton, fps: float, order: str = "zxy") -> None:
         self.frames = 0
-        self._skeleton, self._every, self._order = skeleton, max(round(fps), 1), order
+        self._every, self._order = max(round(fps), 1), order
         self._joints = list(depth_first(skeleton))
+        self._at, facing = last_ancestor(skeleton)
+        self._back, self._above = rot.conjugate(facing), _above(skeleton, order)
         self._last: FloatArray | None = None
         self._rows: list[str] = []
         still = Motion(skeleton, np.zeros((1, 3)), rot.identity(1, len(skeleton)), fps)
@@ -51,16 +55,18 @@ class GrowingBvh:
         except OSError as error:
             raise RequestError(f"{path}: cannot write here: {error.strerror}") from None
         self._count_at = len(head.encode())
-        os.write(self._file, f"{head}{0:>{_DIGITS}}\nFrame Time: {1.0 / fps:.10g}\n".encode())
+        os.write(self._file, f"{head}{0:>{_DIGITS}}\nFrame Time: {stamped(fps, 'metre', 'y')}\n".encode())
 
     def add(self, motion: Motion) -> None:
         """Take one more frame, the first of a motion of the same skeleton."""
-        angles = np.degrees(rot.to_euler(motion.rotations[:1], self._order))[0, self._joints]
+        rotations = motion.rotations[0].copy()
+        rotations[0] = rot.multiply(self._back, rotations[0])
+        angles = np.degrees(rot.to_euler(rotations, self._order))[self._joints]
         if self._last is not None:  # the nearest of equal angles, as importers that interpolate would spin between two
             angles = angles - 360.0 * np.round((angles - self._last) / 360.0)
         self._last = angles
-        places = " ".join(f"{value:.{_POSITION_DECIMALS}f}" for value in motion.translation[0].tolist())
-        self._rows.append(places + "".join(f" {value:.{ANGLE_DECIMALS}f}" for value in angles.ravel().tolist()) + "\n")
+        place = rot.rotate(self._back, motion.translation[0] - self._at)
+        self._rows.append(f"{self._above}{_text(place, _POSITION_DECIMALS)} {_text(angles, ANGLE_DECIMALS)}\n")
         if len(self._rows) >= self._every:
             self._write()
 
@@ -80,3 +86,16 @@ class GrowingBvh:
         os.lseek(self._file, self._count_at, os.SEEK_SET)
         os.write(self._file, f"{self.frames:>{_DIGITS}}".encode())
         os.lseek(self._file, 0, os.SEEK_END)
+
+
+def _above(skeleton: Skeleton, order: str) -> str:
+    """The channels of what is above the root, the same in every row."""
+    text = ""
+    for i, node in enumerate(skeleton.ancestors):
+        text += "" if i else f"{_text(node.translation, _POSITION_DECIMALS)} "
+        text += f"{_text(np.degrees(rot.to_euler(rot.normalize(node.rotation), order)), ANGLE_DECIMALS)} "
+    return text
+
+
+def _text(values: FloatArray, decimals: int) -> str:
+    return " ".join(f"{value:.{decimals}f}" for value in values.ravel().tolist())

@@ -12,6 +12,7 @@ from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
 from kinetograph.formats.bvh.hierarchy import Hierarchy, Node, parse_hierarchy
 from kinetograph.formats.bvh.rows import parse_motion
+from kinetograph.formats.bvh.stamp import meaning
 from kinetograph.formats.conventions import to_metres_y_up
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
@@ -57,9 +58,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         raise FormatError(path, f"expected channels on most joints, found {few}; is the file damaged?")
     characters = _characters(hierarchy.nodes)
     motions = [motion_of_rows(nodes, values, rows.fps, notes) for nodes in characters]
-    converted = to_metres_y_up(motions, options.units, options.up)
-    names = ["motion"] if len(motions) == 1 else unique([nodes[0].name for nodes in characters], "track", notes)
-    take = Take(path.stem, dict(zip(names, converted.motions, strict=True)))
+    units, up = meaning(data, hierarchy.position)
+    converted = to_metres_y_up(motions, options.units or units, options.up or up, options.keep)
+    take = Take(path.stem, converted.tracks([nodes[0].name for nodes in characters], notes))
     return Loaded(take, (*notes, *converted.notes))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
+from kinetograph.formats.bvh.stamp import read_stamp
 from kinetograph.formats.bvh.hierarchy import LARGEST, Hierarchy, show
 from kinetograph.formats.options import ReadOptions
 from kinetograph.formats.timing import check_fps, usual_rates
@@ -128,14 +129,15 @@ def _frame_count(path: Path, header: _Header) -> int:
 
 def _rate(path: Path, header: _Header) -> float:
     """Frames per second of a frame time: the nearest usual rate that would be written like it."""
+    value, _ = read_stamp(header.value)
     try:
-        step = float(header.value)
+        step = float(value)
     except ValueError:
         step = math.nan
     if not (math.isfinite(step) and 1 / _FASTEST <= step <= _SLOWEST):
         message = f"expected Frame Time: and seconds, found {show(header.value)}; give the rate with --fps"
         raise FormatError(path, message, line=header.line)
-    mantissa, _, exponent = header.value.lower().partition(b"e")
+    mantissa, _, exponent = value.lower().partition(b"e")
     decimals = len(mantissa.partition(b".")[2]) - int(exponent or 0)
     slack = min(0.5000001 * 10.0 ** -min(decimals, 300), 0.02 * step)
     for rate in usual_rates(1 / step):

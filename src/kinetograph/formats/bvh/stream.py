@@ -14,7 +14,8 @@ from kinetograph.formats import _kernels
 from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
 from kinetograph.formats.bvh.reader import motion_of_rows
 from kinetograph.formats.bvh.rows import parse_header
-from kinetograph.formats.conventions import from_up, scale_motion, to_metres_y_up, unit_factor
+from kinetograph.formats.bvh.stamp import meaning
+from kinetograph.formats.conventions import Converted, to_metres_y_up
 from kinetograph.formats.options import ReadOptions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -49,7 +50,7 @@ class MotionStream:
     notes: tuple[str, ...]
     _hierarchy: Hierarchy
     _begin: tuple[int, int]
-    _meaning: tuple[str, str]
+    _first: Converted
 
     def blocks(self) -> Iterator[Motion]:
         """The motion's frames in order, some thousand at a time.
@@ -68,7 +69,7 @@ class MotionStream:
             count += len(values)
             if count > self.frames:
                 break
-            motion = _converted(self._hierarchy, values, self.fps, *self._meaning)
+            motion = self._first.like(motion_of_rows(self._hierarchy.nodes, values, self.fps, []))
             change = np.abs(motion.skeleton.offsets - self.skeleton.offsets)[1:].max(initial=0.0)
             if motion.bones is not None or change > _SAME:
                 raise FormatError(self.path, "its bones change their length: it cannot be streamed; load it whole")
@@ -109,21 +110,12 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     if len(first) == 0:
         raise FormatError(path, "expected rows of numbers, found none")
     motion = motion_of_rows(hierarchy.nodes, first, fps, [])
-    converted = to_metres_y_up([motion], options.units, options.up)
-    meaning = (options.units or _word(converted.notes, "units"), options.up or _word(converted.notes, "up axis"))
+    units, up = meaning(head, hierarchy.position)
+    converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
     skeleton = converted.motions[0].skeleton
-    return MotionStream(path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), meaning)
-
-
-def _word(notes: tuple[str, ...], what: str) -> str:
-    """What was guessed, from its note."""
-    note = next(note for note in notes if note.startswith(what))
-    return "metre" if "taken as metres" in note else note.partition("guessed ")[2].partition(",")[0]
-
-
-def _converted(hierarchy: Hierarchy, values: FloatArray, fps: float, units: str, up: str) -> Motion:
-    motion = motion_of_rows(hierarchy.nodes, values, fps, [])
-    return from_up(scale_motion(motion, unit_factor(units)), up)
+    return MotionStream(
+        path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), converted
+    )
 
 
 def _head(path: Path) -> tuple[bytes, int]:

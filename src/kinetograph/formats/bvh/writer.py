@@ -11,6 +11,8 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import placed_joints, with_ancestors
+from kinetograph.formats.bvh.stamp import stamped
 from kinetograph.formats.conventions import check_up, scale_motion, to_up, unit_factor
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
@@ -39,9 +41,11 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
 
     Notes
     -----
-    Every joint has three rotation channels, the root also three position channels; all joints have those where the
-    motion has ``bones``. Joints come depth first. Leaf joints without an end site get one of zero length, as most
-    readers expect an End Site there. Positions are written to 1e-7 m, angles to 1e-7 degrees.
+    Every joint has three rotation channels; the root also has three position channels, and so have joints whose
+    ``bones`` are not as at rest. What the skeleton has above its root is written as joints that never move. Joints come
+    depth first. Leaf joints without an end site get one of zero length, as most
+    readers expect an End Site there. The last digits of the frame time say the units and the axis to this package's
+    reader. Positions are written to 1e-7 m, angles to 1e-7 degrees.
     """
     options = options or WriteOptions()
     if len(options.order) != 3 or set(options.order) != set("xyz"):
@@ -54,7 +58,8 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         file.write("HIERARCHY\n")
         for motion in motions:
             file.writelines(f"{line}\n" for line in hierarchy(motion, options.order, decimals))
-        file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {1.0 / motions[0].fps:.10g}\n")
+        step = stamped(motions[0].fps, options.units, up)
+        file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {step}\n")
         columns = [_columns(motion, options.order) for motion in motions]
         formats = [f"%.{decimals}f" if placed else f"%.{ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
         values = np.concatenate([values for values, _ in columns], axis=1)
@@ -76,7 +81,9 @@ def _motions(what: Take | Motion | Signal) -> list[Motion]:
 
 def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
     """The lines of one ROOT; the joints that are open are kept on a list, as depth may exceed Python's stack."""
-    skeleton = motion.skeleton
+    root = len(motion.skeleton.ancestors)
+    motion = with_ancestors(motion)
+    skeleton, placed = motion.skeleton, placed_joints(motion, root)
     ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
     for joint, offset in zip(skeleton.end_parents.tolist(), skeleton.end_offsets, strict=True):
         ends[joint].append(offset)
@@ -89,13 +96,12 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         if joint < 0:
             yield f"{indent}}}"
             continue
-        placed = joint == 0 or motion.bones is not None
         yield f"{indent}{'JOINT' if joint else 'ROOT'} {_name(skeleton.names[joint])}"
         yield f"{indent}{{"
-        # zeros for the root: some programs add its OFFSET to the position channels, in others these replace it
-        offset = skeleton.offsets[joint] if joint else np.zeros(3)
+        # zeros for roots: some programs add the OFFSET to the position channels, in others these replace it
+        offset = np.zeros(3) if joint in (0, root) else skeleton.offsets[joint]
         yield f"{indent}\tOFFSET {_numbers(offset, decimals)}"
-        yield f"{indent}\tCHANNELS {6 if placed else 3} {positions + ' ' if placed else ''}{angles}"
+        yield f"{indent}\tCHANNELS {6 if placed[joint] else 3} {positions + ' ' if placed[joint] else ''}{angles}"
         children = skeleton.children[joint]
         for end in ends[joint] or ([] if children else [np.zeros(3)]):
             yield f"{indent}\tEnd Site"
@@ -108,11 +114,13 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
 
 def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
     """Channels, shape ``(F, C)``, joints depth-first, and for each whether it is a position."""
+    placed = placed_joints(with_ancestors(motion), len(motion.skeleton.ancestors))
+    motion = with_ancestors(motion)
     # unwrapped, as importers that interpolate angles would spin between two frames
     angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
     blocks, kinds = [], []
     for joint in depth_first(motion.skeleton):
-        if joint == 0 or motion.bones is not None:
+        if placed[joint]:
             blocks.append(motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint])
             kinds += [True] * 3
         blocks.append(angles[:, joint])

@@ -47,7 +47,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     up = check_up(options.up or "y")
     is_path = {*table.names} <= {"x", "y", "z"} and {*table.names} >= {"x", "y", "z"} - {up}
     if not is_path and {*table.names} <= {"x", "y", "z"}:
-        raise FormatError(path, f"{EXPECTED}, found t,{','.join(table.names)}")
+        ground = ",".join(axis for axis in "xyz" if axis != up)
+        hint = f"with {up} up, the ground is {ground}; rename the columns, or name the axis that is up with --up"
+        raise FormatError(path, f"{EXPECTED}, found t,{','.join(table.names)}: {hint}")
     if is_path and not table.valid.all():
         raise FormatError(path, "a path has no gaps, found an empty cell; fill it or leave out its row")
     signal, notes = _evenly(path, table, options.fps)

@@ -13,7 +13,6 @@ from kinetograph.formats.conventions import UPS, scale_motion, to_metres_y_up
 from kinetograph.formats.fbx.nodes import parse
 from kinetograph.formats.fbx.scene import Scene
 from kinetograph.formats.fbx.times import rate_of_keys
-from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.formats.timing import check_fps
 from kinetograph.take import Take
@@ -63,11 +62,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         factor = 0.01 * scene.setting("UnitScaleFactor", 1.0)
         motions, units = [scale_motion(motion, factor) for motion in motions], "metre"
     up = options.up or UPS[int(scene.setting("UpAxis", 1.0)) % 3]
-    converted = to_metres_y_up(motions, units, up)
-    names = ["motion"]
-    if len(motions) > 1:
-        names = unique([motion.skeleton.names[0] for motion in motions], "track", notes)
-    return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
+    converted = to_metres_y_up(motions, units, up, options.keep)
+    tracks = converted.tracks([motion.skeleton.names[0] for motion in motions], notes)
+    return Loaded(Take(path.stem, tracks), (*notes, *converted.notes))
 
 
 def _times(path: Path, scene: Scene, given: float | None) -> tuple[FloatArray, float]:

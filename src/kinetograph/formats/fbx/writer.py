@@ -14,6 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Skin
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import placed_joints, with_ancestors_skinned
 from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.fbx.nodes import Node, Value, header_nodes, make, pack
@@ -59,7 +60,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         raise RequestError(f"FBX has one rate; found motions of {sorted(rates)} fps: resample them first")
     scene = _Scene(name, next(iter(motions.values())).fps, max(len(motion) for motion in motions.values()))
     for track, motion in motions.items():
-        scene.add(track, *dressed(motion, options.character))
+        scene.add(track, *with_ancestors_skinned(*dressed(motion, options.character)))
     Path(path).write_bytes(pack(scene.nodes()))
 
 
@@ -101,9 +102,10 @@ class _Scene:
         limbs = self.limbs(motion, top)
         times = _ticks(len(motion), motion.fps)
         angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, "zyx"), axis=0))[..., ::-1]
+        placed = placed_joints(motion)
         for joint, limb in enumerate(limbs):
             self.curves(limb, "R", "Lcl Rotation", times, angles[:, joint])
-            if joint == 0 or motion.bones is not None:
+            if placed[joint]:
                 places = motion.translation if joint == 0 or motion.bones is None else motion.bones[:, joint]
                 self.curves(limb, "T", "Lcl Translation", times, places * _CENTIMETRES)
         rest = _CENTIMETRES * (rest_positions(motion.skeleton) + motion.translation[0])

@@ -56,12 +56,10 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     joints = [place[node] for node in _joints(gltf, animation)]
     bind = _bind(gltf, nodes, place)
     motions = scene.motions(nodes, joints, bind, fps)
-    converted = to_metres_y_up(motions, options.units or "metre", options.up or "y")
-    names = ["motion"]
-    if len(motions) > 1:
-        # named by the node above the root, which holds the character's name in files of this package
-        names = unique([_name_above(nodes, motion.skeleton.names[0]) for motion in motions], "track", notes)
-    return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
+    converted = to_metres_y_up(motions, options.units or "metre", options.up or "y", options.keep)
+    # named by the node above the root, which holds the character's name in files of this package
+    tracks = converted.tracks([_name_above(nodes, motion.skeleton.names[0]) for motion in motions], notes)
+    return Loaded(Take(path.stem, tracks), (*notes, *converted.notes))
 
 
 def _name_above(nodes: scene.Nodes, root: str) -> str:

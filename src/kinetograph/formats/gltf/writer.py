@@ -19,6 +19,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import placed_joints, with_ancestors_skinned
 from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.options import WriteOptions
@@ -53,10 +54,10 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     """
     options = options or WriteOptions()
     _check_options(options)
-    Path(path).write_bytes(encode(what, options.character))
+    Path(path).write_bytes(encode(what, options.character, ancestors=True))
 
 
-def encode(what: Take | Motion | Signal, character: Character | None = None) -> bytes:
+def encode(what: Take | Motion | Signal, character: Character | None = None, *, ancestors: bool = False) -> bytes:
     """The bytes of a GLB file.
 
     Parameters
@@ -64,6 +65,8 @@ def encode(what: Take | Motion | Signal, character: Character | None = None) -> 
     what : Take, Motion or Signal
     character : Character, optional
         Whose skin the motions wear; without one, capsules.
+    ancestors : bool
+        Also write what skeletons have above their roots, as joints that never move.
 
     Returns
     -------
@@ -77,7 +80,10 @@ def encode(what: Take | Motion | Signal, character: Character | None = None) -> 
     name, motions = named_motions(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
-        _add_character(document, track, *dressed(motion, character))
+        motion, skin = dressed(motion, character)
+        if ancestors:
+            motion, skin = with_ancestors_skinned(motion, skin)
+        _add_character(document, track, motion, skin)
     return document.pack()
 
 
@@ -231,7 +237,8 @@ def _add_animation(document: _Document, motion: Motion, first: int) -> None:
     times = document.accessor(seconds, bounds=True)
     document.animate(first, "translation", times, motion.translation.astype(np.float32))
     rotations = rot.unroll(rot.normalize(motion.rotations))[..., [1, 2, 3, 0]].astype(np.float32)
+    placed = placed_joints(motion)
     for joint in range(len(motion.skeleton)):
         document.animate(first + joint, "rotation", times, rotations[:, joint])
-        if joint and motion.bones is not None:
+        if joint and motion.bones is not None and placed[joint]:
             document.animate(first + joint, "translation", times, motion.bones[:, joint].astype(np.float32))

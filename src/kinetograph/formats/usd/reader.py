@@ -64,10 +64,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         raise FormatError(path, "expected a skeleton (UsdSkel), found none")
     if options.units is None:
         motions = [scale_motion(motion, float(arrays["scale"])) for motion in motions]
-    converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]))
+    converted = to_metres_y_up(motions, options.units or "metre", options.up or str(arrays["up"]), options.keep)
     labels = [str(arrays[f"{i}/label"]) for i in range(len(motions))]
-    names = ["motion"] if len(motions) == 1 else unique(labels, "track", notes)
-    return Loaded(Take(path.stem, dict(zip(names, converted.motions, strict=True))), (*notes, *converted.notes))
+    return Loaded(Take(path.stem, converted.tracks(labels, notes)), (*notes, *converted.notes))
 
 
 def _read_in_child(path: Path) -> Arrays:

@@ -12,6 +12,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.character import Skin
 from kinetograph.errors import RequestError
+from kinetograph.formats.ancestors import with_ancestors_skinned
 from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.names import unique
@@ -62,7 +63,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     scene = usd.UsdGeom.Xform.Define(stage, "/" + _identifiers(usd, [name])[0])
     stage.SetDefaultPrim(scene.GetPrim())
     for label, motion in zip(_identifiers(usd, list(motions)), motions.values(), strict=True):
-        _add(usd, stage, f"{scene.GetPath()}/{label}", *dressed(motion, options.character))
+        _add(usd, stage, f"{scene.GetPath()}/{label}", *with_ancestors_skinned(*dressed(motion, options.character)))
     _export(stage, Path(path))
 
 

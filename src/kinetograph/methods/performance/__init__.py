@@ -41,7 +41,8 @@ from kinetograph.methods.performance.growing import (
 )
 from kinetograph.methods.performance.handholds import usual_grip
 from kinetograph.methods.performance.interpretation import interpret
-from kinetograph.methods.performance.live import Live
+from kinetograph.methods.performance.live import FARTHEST, Live
+from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
@@ -64,6 +65,7 @@ from kinetograph.methods.performance.transcription import Transcript, require_mo
 from kinetograph.methods.recordings import LABELS
 
 __all__ = [
+    "FARTHEST",
     "FIRST_FACING",
     "GROWN",
     "LABELS",
@@ -105,6 +107,7 @@ __all__ = [
     "begin_facing",
     "build_instances",
     "by_hand",
+    "check_alike",
     "cut_segments",
     "cut_tracks",
     "cuts_of",

@@ -8,6 +8,7 @@ How far the segment is stretched is open until it ends, since little of that has
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,16 +20,21 @@ from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control, points_of
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.forecast import Continuations
+from kinetograph.methods.performance.live_frames import LatestFrames
 from kinetograph.methods.performance.live_motion import LiveMotion, Partner
-from kinetograph.methods.performance.live_search import LiveSearch
+from kinetograph.methods.performance.live_search import Link, LiveSearch
 from kinetograph.methods.performance.pieces import pieces_of
 from kinetograph.methods.performance.realization import realize
-from kinetograph.motion import Motion, concatenate
+from kinetograph.methods.performance.scoring import at_rate
+from kinetograph.motion import Motion
+from kinetograph.rows import KeptRows, LatestRows
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import LivePose, Piece, Synthesis
 
 KNOWN = 1.5
 """Seconds of what is known to come that a decision looks at."""
+FARTHEST = 1e5
+"""Metres from the origin within which a control stays: the search's numbers are exact to millimetres up to there."""
 
 
 @dataclass(eq=False)
@@ -44,7 +50,8 @@ class Live:
         Seconds after which motion is decided, in whole steps of the search, rounded down, but one at least; None waits
         for the end, and the whole is then that of a control which was known from the start.
     keep : bool
-        Whether everything is kept for `finish`; without it a run may last for days, and `rest` gives its last frames.
+        Whether the control is kept for `finish`, on disk but for its latest part; without it a run may last for days,
+        and `rest` gives its last frames.
     forecast : bool, optional
         Whether decisions look ahead, at what controls like this one did next in the recordings. Unless given, they do
         where the lag is shorter than segments are in the median: longer ones would be begun before they are seen.
@@ -55,7 +62,7 @@ class Live:
     lag: float | None = None
     keep: bool = True
     forecast: bool | None = None
-    _frames: list[Motion] = field(default_factory=list)
+    _frames: LatestFrames = field(init=False)
     _arrived: _Arrived = field(init=False)
     _search: LiveSearch = field(init=False)
     _partner: Partner | None = None
@@ -68,6 +75,7 @@ class Live:
             else None
         )
         self._arrived = _Arrived(self.fps, self.keep)
+        self._frames = LatestFrames(self.keep)
         self._search = LiveSearch(self.fitted, steps, keep=self.keep, forecast=forecast)
 
     @property
@@ -76,7 +84,11 @@ class Live:
 
         A piece is placed by what has been seen of the control.
         """
-        return _pieces(self.fitted, self._search)
+        rate = self.fitted.settings.rate
+        if self.keep and self._arrived.count:
+            return _pieces(self.fitted, self._search.committed, at_rate(self._arrived.all(), self.fps, rate), 0)
+        samples = self._search.samples
+        return _pieces(self.fitted, self._search.committed, samples.since(samples.first), samples.first)
 
     def step(self, frame: Motion | FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
         """Take one frame of control and give the frames of motion that it settles.
@@ -97,7 +109,8 @@ class Live:
         Raises
         ------
         RequestError
-            For control points of another shape, or that are not finite.
+            For control points of another shape, or that are not within `FARTHEST`, for a motion of several frames, and
+            for a frame of another skeleton than the first. Nothing is taken then: the next frame may come.
         """
         if isinstance(frame, Motion):
             return self._take_frame(frame)
@@ -125,10 +138,10 @@ class Live:
         if not self.keep:
             raise RequestError("frames were not kept, so that there is no whole; use rest for those that are left")
         settings = self.fitted.settings
-        if self._arrived.count < len(self._frames):
-            self._take(points_of(settings, concatenate(self._frames[-3:]))[-1])
-        partner = concatenate(self._frames) if len(self._frames) == self._arrived.count > 0 else None
-        return realize(self.fitted, Control(np.stack(self._arrived.points), self.fps, partner), self.path())
+        if self._arrived.count < self._frames.count:
+            self._take(points_of(settings, self._frames.latest(3))[-1])
+        partner = self._frames.all() if self._frames.count == self._arrived.count > 0 else None
+        return realize(self.fitted, Control(self._arrived.all(), self.fps, partner), self.path())
 
     def path(self) -> SegmentalPath:
         """The best sequence for the control so far that goes on from what is committed."""
@@ -141,24 +154,33 @@ class Live:
     def _take_frame(self, frame: Motion) -> tuple[LivePose, ...]:
         """Control points of the latest frame or, where velocities are wanted, of the one before it."""
         settings = self.fitted.settings
-        if self._partner is None and self.fitted.settings.post.handholds:
+        alone = settings.control_points.frame_by_frame
+        points = points_of(settings, self._frames.with_next(frame, 1 if alone else 3))
+        points = points[:1] if alone else points[-2:-1]
+        for each in points:
+            self._check(each)
+        self._frames.add(frame)
+        if self._partner is None and settings.post.handholds:
             self._partner = Partner(self.fps)
         if self._partner is not None:
             self._partner.add(frame)
-        self._frames.append(frame)
-        if not self.keep:
-            del self._frames[:-3]
-        window = self._frames[-1:] if settings.control_points.frame_by_frame else self._frames[-3:]
-        points = points_of(settings, concatenate(window))
-        if settings.control_points.frame_by_frame:
-            return self._take(points[0])
-        return self._take(points[-2]) if len(self._frames) > 1 else ()
+        return self._take(points[0]) if len(points) else ()
 
-    def _take(self, points: FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
-        """One more frame of control points; as many steps of the search as it completes."""
+    def _check(self, points: FloatArray) -> None:
+        """Raise RequestError for control points that cannot be followed."""
         expected = self.fitted.sources[0].control_points.shape[1:]
         if points.shape != expected or not np.isfinite(points).all():
             raise RequestError(f"expected a frame of finite control points {expected}, found shape {points.shape}")
+        far = float(np.abs(points).max(initial=0.0))
+        if far > FARTHEST:
+            raise RequestError(
+                f"expected control points within {FARTHEST / 1000:.0f} km of the origin, found {far:g} m; leave such "
+                "frames out, and look at their units"
+            )
+
+    def _take(self, points: FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
+        """One more frame of control points; as many steps of the search as it completes."""
+        self._check(points)
         self._arrived.add(points)
         rate, steps = self.fitted.settings.rate, self._search.samples
         poses: list[LivePose] = []
@@ -180,37 +202,46 @@ class Live:
     def _latest_samples(self) -> tuple[FloatArray, int]:
         """Control points that placing a piece may need, and the step of the first."""
         samples = self._search.samples
-        first = max(len(samples) - self.fitted.instances.longest - (self._search.lag or 0) - 1, 0)
-        first = max(first, self._search.kept_from)
-        return np.stack(samples[first:]), first
+        first = max(len(samples) - self.fitted.instances.longest - (self._search.lag or 0) - 1, samples.first)
+        return samples.since(first), first
 
 
 @dataclass(eq=False)
 class _Arrived:
-    """Control points as they arrive, at ``fps``; only the latest second is kept unless all are."""
+    """Control points as they arrive, at ``fps``: the latest second and, if they are kept, all of them."""
 
     fps: float
     keep: bool
-    points: list[FloatArray] = field(default_factory=list)
-    count: int = 0
+    kept: KeptRows | None = None
+
+    def __post_init__(self) -> None:
+        self.latest = LatestRows(max(round(self.fps), 3))
+
+    @property
+    def count(self) -> int:
+        """How many frames there were."""
+        return len(self.latest)
 
     def add(self, points: FloatArray) -> None:
         """Take the next frame's."""
-        self.points.append(points)
-        self.count += 1
-        if not self.keep:
-            del self.points[: -max(round(self.fps), 3)]
+        if self.keep:
+            self.kept = self.kept or KeptRows(points.shape)
+            self.kept.add(points)
+        self.latest.add(points)
+
+    def all(self) -> FloatArray:
+        """All that were kept, ``(F, P, 3)``."""
+        return np.zeros((0, 0, 3)) if self.kept is None else self.kept.all()
 
     def at(self, position: float) -> FloatArray:
         """Control points ``(P, 3)`` at a fractional frame."""
-        position -= self.count - len(self.points)
-        low = min(int(position + 1e-9), len(self.points) - 1)
-        near = np.stack(self.points[low : low + 2])
+        low = min(int(position + 1e-9), self.count - 1)
+        near = self.latest.since(low)[:2]
         return np.asarray(interpolate(near, [position - low])[0])
 
     def after(self, ahead: FloatArray, position: float, rate: float) -> FloatArray:
         """What is known to come after a fractional frame, at ``rate`` and up to `KNOWN` seconds: ``(H, P, 3)``."""
-        line = np.concatenate([self.points[-1][None], np.asarray(ahead, dtype=np.float64)])
+        line = np.concatenate([self.latest.last(1), np.asarray(ahead, dtype=np.float64)])
         per_step = self.fps / rate
         begin = position - (self.count - 1) + per_step
         count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * rate))
@@ -222,13 +253,11 @@ def _looks_ahead(fitted: Fitted, lag: int, wanted: bool | None) -> bool:
     return lag < float(np.median(fitted.search.durations[~fitted.instances.held])) if wanted is None else wanted
 
 
-def _pieces(fitted: Fitted, search: LiveSearch) -> tuple[Piece, ...]:
-    """The pieces that are committed, placed by the control points that are kept."""
-    first, rate = search.kept_from, fitted.settings.rate
-    samples = search.samples[first:]
-    x = np.stack(samples) if samples else np.zeros((0, 0, 3))
+def _pieces(fitted: Fitted, committed: Sequence[Link], x: FloatArray, first: int) -> tuple[Piece, ...]:
+    """The pieces that are committed, placed by control points at the search's rate, of which the first has a number."""
+    rate = fitted.settings.rate
     pieces: list[Piece] = []
-    for state, start, stop in search.committed:
+    for state, start, stop in committed:
         borders = np.array([start - first, stop - first], dtype=float)
         made = pieces_of(fitted, x, rate, [fitted.segment_of(state)], borders)
         pieces += [replace(piece, start=start / rate, stop=stop / rate) for piece in made]

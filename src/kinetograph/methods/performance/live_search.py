@@ -13,12 +13,12 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.forecast import Continuations
 from kinetograph.methods.performance.standing import only_standing_now
 from kinetograph.methods.performance.window import LatestWindow
+from kinetograph.rows import LatestRows
 
 Link = tuple[int, int, int]
 """A piece in steps of the search: its state, its first step and its last, which may still be moved by its stretch."""
 _REMEMBERED = 6.0  # seconds of control points that are kept at least
-_NONE = np.zeros(0, dtype=np.int32)
-_NOTHING = np.zeros(0)
+_AHEAD = 2.0  # seconds that are known or forecast to come, at most
 
 
 @dataclass(eq=False)
@@ -30,34 +30,33 @@ class LiveSearch:
     fitted : Fitted
     lag : int, optional
         Steps after which motion is decided, 1 or more; None waits for agreement.
-    samples : list of ndarray, shape (P, 3)
-        Control points, step by step.
     committed : list of tuple of int
         What is decided.
     keep : bool
-        Whether everything is kept for `path`; without it, what no later step needs is forgotten.
+        Whether `path` and ``committed`` go back to the beginning; without it, what no later step needs is forgotten.
     forecast : Continuations, optional
         What the control may do next, for decisions.
     latest : tuple of int, optional
         The piece that was decided last, with the end that is likeliest now.
-    kept_from : int
-        The first step whose control points are kept.
     """
 
     fitted: Fitted
     lag: int | None = None
-    samples: list[FloatArray] = field(default_factory=list)
     committed: list[Link] = field(default_factory=list)
     keep: bool = True
     forecast: Continuations | None = None
     latest: Link | None = None
-    kept_from: int = 0
+    samples: LatestRows = field(init=False)
+    """The latest control points ``(P, 3)``, step by step."""
     _state: segmental.SearchState = field(default_factory=segmental.SearchState)
     _decided: Commitment | None = None
     _window: LatestWindow = field(init=False)
 
     def __post_init__(self) -> None:
         self._window = LatestWindow.of(self.fitted)
+        rate, reach = self.fitted.settings.rate, self.fitted.instances.longest + (self.lag or 0) + 2
+        past = 0 if self.forecast is None else self.forecast.past
+        self.samples = LatestRows(max(reach, past, round(_REMEMBERED * rate)) + round(_AHEAD * rate))
 
     def step(self, sample: FloatArray, ahead: FloatArray | None = None) -> None:
         """Take one sample of control points ``(P, 3)`` at the search's rate.
@@ -68,22 +67,22 @@ class LiveSearch:
         ahead : ndarray, shape (H, P, 3), optional
             The samples after it as far as they are known; without it they are forecast.
         """
-        self.samples.append(sample)
+        self.samples.add(sample)
         time = len(self.samples) - 1
         if time == 0:
             return
         search = self.fitted.search
-        arrivals = self._window.arrivals_at(np.stack(self.samples[-self.fitted.instances.longest - 1 :]))
+        arrivals = self._window.arrivals_at(self.samples.last(self.fitted.instances.longest + 1))
         self._state = segmental.step(search, self._state, self._bound(arrivals, time - search.durations, self.samples))
         if self.lag is None:
-            self.committed += unfinished.shared(search, self._state)[len(self.committed) :]
+            self.committed += unfinished.shared(search, self._state, self.committed[-1][2] if self.committed else 0)
         elif time >= self.lag:
             self._decide(time - self.lag, self._forecast() if ahead is None else ahead)
 
     def _forecast(self) -> FloatArray | None:
         if self.forecast is None:
             return None
-        return self.forecast.after(np.stack(self.samples[-self.forecast.past :]))
+        return self.forecast.after(self.samples.last(self.forecast.past))
 
     def path(self, since: int = 0) -> SegmentalPath:
         """The best sequence for the control so far that goes on from what is committed, from step ``since`` on."""
@@ -106,12 +105,12 @@ class LiveSearch:
         origin, decided = now - used, self._decided
         return decided is None or origin > decided.decided or origin == decided.start
 
-    def _under_way(self, used: int, samples: list[FloatArray]) -> Arrivals:
+    def _under_way(self, used: int, samples: LatestRows) -> Arrivals:
         """The input of segments of which the first ``used`` steps end at the latest of some samples."""
-        arrivals = self._window.under_way(np.stack(samples[-used - 1 :]))
+        arrivals = self._window.under_way(samples.last(used + 1))
         return self._bound(arrivals, np.full(len(self.fitted.search.durations), len(samples) - 1 - used), samples)
 
-    def _bound(self, arrivals: Arrivals, origins: IntArray, samples: list[FloatArray]) -> Arrivals:
+    def _bound(self, arrivals: Arrivals, origins: IntArray, samples: LatestRows) -> Arrivals:
         """Arrivals of which only those are legal that go on from what is decided. origins: their first steps."""
         arrivals = only_standing_now(self.fitted, samples, arrivals, origins)
         if self._decided is None:
@@ -136,26 +135,16 @@ class LiveSearch:
         if before is None or before.start != start:
             self.committed.append(self.latest)
             if not self.keep:
-                self._forget(start)
+                del self.committed[:-1]
+                self._state.back.forget(start)
 
-    def _gone_on(self, ahead: FloatArray | None) -> tuple[segmental.SearchState, list[FloatArray]]:
+    def _gone_on(self, ahead: FloatArray | None) -> tuple[segmental.SearchState, LatestRows]:
         """The search and its samples as they would be after what is known, or forecast, to come."""
         if ahead is None or len(ahead) == 0:
             return self._state, self.samples
-        search, state, samples = self.fitted.search, segmental.copied(self._state), list(self.samples)
+        search, state, samples = self.fitted.search, segmental.copied(self._state), self.samples.branch()
         for sample in ahead:
-            samples.append(sample)
-            arrivals = self._window.arrivals_at(np.stack(samples[-self.fitted.instances.longest - 1 :]))
+            samples.add(sample)
+            arrivals = self._window.arrivals_at(samples.last(self.fitted.instances.longest + 1))
             state = segmental.step(search, state, self._bound(arrivals, len(samples) - 1 - search.durations, samples))
         return state, samples
-
-    def _forget(self, start: int) -> None:
-        """Let go of what lies before the piece that is decided: step numbers stay, and cost eight bytes each."""
-        del self.committed[:-1]
-        for at in range(self.kept_from, start - 1):
-            self._state.back[at] = _NONE
-        needed = max(self.fitted.instances.longest + 1, round(_REMEMBERED * self.fitted.settings.rate))
-        first = min(start, len(self.samples) - needed)
-        for at in range(self.kept_from, first):
-            self.samples[at] = _NOTHING
-        self.kept_from = max(min(start - 1, first), self.kept_from)

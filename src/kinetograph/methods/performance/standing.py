@@ -14,6 +14,7 @@ from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.segments import Segment, Source
 from kinetograph.motion import Motion
+from kinetograph.rows import LatestRows
 from kinetograph.segmentation import runs
 from kinetograph.synthesis import Piece
 
@@ -120,14 +121,14 @@ def _held(fitted: Fitted, arrival: Arrivals, legal: BoolArray, used: IntArray) -
     return replace(arrival, costs=costs)
 
 
-def only_standing_now(fitted: Fitted, samples: Sequence[FloatArray], arrival: Arrivals, origins: IntArray) -> Arrivals:
+def only_standing_now(fitted: Fitted, samples: LatestRows, arrival: Arrivals, origins: IntArray) -> Arrivals:
     """The arrivals of the latest step of a control that still arrives: poses are held once it has stood for `LONG`.
 
     Parameters
     ----------
     fitted : Fitted
-    samples : sequence of ndarray, shape (P, 3)
-        The control so far.
+    samples : LatestRows
+        The control so far, ``(P, 3)`` each.
     arrival : Arrivals
     origins : ndarray of int, shape (S,)
         The first steps of the states.
@@ -137,7 +138,7 @@ def only_standing_now(fitted: Fitted, samples: Sequence[FloatArray], arrival: Ar
     rate = fitted.settings.rate
     count = int(np.ceil(LONG * rate)) + 2
     first = len(samples) - count
-    stands = first >= 0 and bool(standing(np.stack(samples[first:]), rate).all())
+    stands = first >= 0 and bool(standing(samples.since(first), rate).all())
     used = len(samples) - 1 - np.maximum(origins[fitted.instances.held], 0)
     return _held(fitted, arrival, stands & (origins[fitted.instances.held] >= first), used)
 

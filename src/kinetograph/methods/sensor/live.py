@@ -18,12 +18,15 @@ from kinetograph.methods.sensor.root import RootIntegrator
 from kinetograph.methods.sensor.smoothing import Smoother
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
+from kinetograph.rows import KeptRows
 from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import LiveUniform, Readings, Resampling, check_units, renumbered
 from kinetograph.synthesis import LivePose
 
 _SILENCE = 600.0  # seconds without rows that are more likely a wrong clock than a pause
+_PAUSE = 3600.0  # seconds that may be waited through at once
 _CHECKED = 200  # rows whose units are looked at
+_ASLEEP = 10.0  # seconds without rows after which a held pose no longer changes
 _EVERY = 60  # frames between two calls of a progress callback
 
 
@@ -69,6 +72,12 @@ class FrameEstimates:
         mask = np.repeat(valid, 3 * len(examples.kinds))
         self.far += self._is_far(scaled, mask)
         return self._given(self._estimator.step(np.where(mask, scaled, 0.0), mask))
+
+    def skip(self, valid: BoolArray) -> None:
+        """Count one more frame without readings, whose estimate is that of the frame before."""
+        self.frames += 1
+        self.missing += len(valid)
+        self.held += 1
 
     def rest(self) -> list[Estimate]:
         """The estimates that are left when no more frames will come."""
@@ -126,7 +135,7 @@ class LiveSensor:
     clean : bool
         Whether the whole result's planted feet are held still.
     keep : bool
-        Whether poses are kept for `finish`; without it memory stays as it is for as long as the run lasts.
+        Whether poses are kept for `finish`, on disk but for the latest; without it a run may last for days.
     """
 
     def __init__(
@@ -145,11 +154,11 @@ class LiveSensor:
         self._estimates = FrameEstimates(fit, estimator)
         self._root = RootIntegrator(examples.root, examples.fps)
         self._joint = examples.space.joint_of_component
-        self._poses: list[LivePose] = []
-        self._settled = 0
-        self._examples: list[int] = []
-        self._costs: list[float] = []
-        self._uncertainty: list[FloatArray] = []
+        joints = len(examples.space.skeleton)
+        self._kept = KeptRows((3 + 5 * joints + 2,))
+        self._settled = self._silent = 0
+        self._last: LivePose | None = None
+        self._note = (0, 0.0)
         self._heard: set[str] = set()
         self._until = 0.0
         self._first: list[Readings] = []
@@ -176,21 +185,26 @@ class LiveSensor:
         Raises
         ------
         RequestError
-            For unknown sensors, and where the first rows cannot be specific force in m/s^2.
+            For unknown sensors, where the first rows cannot be specific force in m/s^2, and for times that leap ahead.
+            Rows far out of range are left out and counted as spikes.
         DataError
-            Where time runs backwards.
+            Where time runs backwards; none of the rows is taken.
         """
         rows = renumbered(readings, self._fit.examples.names)
         self._check_units(readings)
-        end = max(readings.duration, now or 0.0)
-        if end > self._until + _SILENCE:
+        end = self._end(max(readings.duration, now or 0.0))
+        self._uniform.add(rows)
+        self._until = max(self._until, end)
+        self._heard |= {readings.names[i] for i in np.unique(readings.sensors)}
+        return self._advance(*self._uniform.ready(now), progress)
+
+    def _end(self, end: float, silence: float = _SILENCE) -> float:
+        """A time, unless it leaps ahead."""
+        if not end <= self._until + silence:
             raise RequestError(
                 f"readings leap from {self._until:g} s to {end:g} s; times are seconds from the start of the motion"
             )
-        self._until = max(self._until, end)
-        self._heard |= {readings.names[i] for i in np.unique(readings.sensors)}
-        self._uniform.add(rows)
-        return self._advance(*self._uniform.ready(now), progress)
+        return end
 
     def _check_units(self, readings: Readings) -> None:
         """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
@@ -204,7 +218,7 @@ class LiveSensor:
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
-        self._until = max(self._until, now)
+        self._until = max(self._until, self._end(now, _PAUSE))
         return self._advance(*self._uniform.ready(now), None)
 
     def finish(self) -> SensorSynthesis:
@@ -231,7 +245,13 @@ class LiveSensor:
 
     def _advance(self, values: FloatArray, valid: BoolArray, progress: Progress | None) -> tuple[LivePose, ...]:
         poses: list[LivePose] = []
+        heard: BoolArray = np.any(valid, axis=1)
         for i in range(len(values)):
+            self._silent = 0 if heard[i] else self._silent + 1
+            if self._last is not None and self._silent > _ASLEEP * self._fit.examples.fps:
+                self._estimates.skip(valid[i])
+                poses.append(self._given(self._last, self._note))
+                continue
             for estimate in self._estimates.add(values[i], valid[i]):
                 poses += self._settle(self._smoother.add(estimate))
             if progress is not None and i % _EVERY == _EVERY - 1:
@@ -246,39 +266,39 @@ class LiveSensor:
             rotations = examples.space.decode(estimate.pose[None])[0]
             translation, world = self._root.step(rotations, estimate.root)
             spread = 2.0 * np.sqrt(np.bincount(self._joint, estimate.variance, len(rotations)))
-            poses.append(LivePose(self._settled / examples.fps, translation, world, spread))
-            self._settled += 1
-            if self._keep:
-                self._examples.append(estimate.example)
-                self._costs.append(estimate.cost)
-                self._uncertainty.append(spread)
-        if self._keep:
-            self._poses += poses
+            poses.append(self._given(LivePose(0.0, translation, world, spread), (estimate.example, estimate.cost)))
         return poses
+
+    def _given(self, pose: LivePose, note: tuple[int, float]) -> LivePose:
+        """A pose as the next one that is settled, with its example and cost."""
+        self._last = replace(pose, time=self._settled / self._fit.examples.fps)
+        self._note = note
+        self._settled += 1
+        if self._keep:
+            assert pose.uncertainty is not None
+            self._kept.add(np.concatenate([pose.translation, pose.rotations.ravel(), pose.uncertainty, note]))
+        return self._last
 
     def _whole(self) -> SensorSynthesis:
         examples = self._fit.examples
-        motion = Motion(
-            examples.space.skeleton,
-            np.array([pose.translation for pose in self._poses]),
-            np.array([pose.rotations for pose in self._poses]),
-            examples.fps,
-        )
+        joints, rows = len(examples.space.skeleton), self._kept.all()
+        rotations = rows[:, 3 : 3 + 4 * joints].reshape(len(rows), joints, 4)
+        motion = Motion(examples.space.skeleton, rows[:, :3].copy(), rotations.copy(), examples.fps)
         if self._clean:
             motion, contacts = finished_feet(motion, examples.root)
         else:
             contacts = detect_contacts(motion)
-        cost = float(np.mean(self._costs))
+        cost = float(np.mean(rows[:, -1]))
         statistics = self._statistics()
         return SensorSynthesis(
             motion,
-            pieces_of(examples, self._examples),
+            pieces_of(examples, rows[:, -2].astype(int).tolist()),
             cost,
             costs={"readings": cost},
             annotations=contacts,
             statistics=statistics,
             warnings=warnings_of(statistics, examples.names, self._heard),
-            uncertainty=np.array(self._uncertainty),
+            uncertainty=rows[:, 3 + 4 * joints : 3 + 5 * joints].copy(),
         )
 
     def _statistics(self) -> dict[str, float]:

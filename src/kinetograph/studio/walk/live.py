@@ -34,6 +34,7 @@ LOST = 1.5
 """Metres from the path at which the body begins again on it."""
 AT_ONCE = 8
 """Poses that are made at a time, so that whoever lets the pen go does not wait for those that are left."""
+_MANY = 500  # points that are let go of together
 SETS_OUT = 0.15
 """Metres that are drawn before the body appears, which shows where it faces."""
 
@@ -47,7 +48,7 @@ class Follower:
     frames : SteeringFrames
         The recordings that it plays.
     points : list of (float, float, float)
-        What is drawn so far: seconds, metres x and z.
+        What is drawn so far, as far as the body has yet to follow it: seconds, metres x and z.
     late : bool
         Whether more poses are due than were made at a time.
     """
@@ -58,26 +59,37 @@ class Follower:
     _steering: Steering | None = None
     _steps: int = 0
     _pose: Pose | None = None
+    _began: float = 0.0
 
     def draw(self, points: tuple[tuple[float, float, float], ...]) -> list[tuple[float, Pose]]:
         """Take what was drawn; the poses that are due, or the first `AT_ONCE`, each with its second of the path."""
         for point in points:
             while self.points and self.points[-1][0] >= point[0]:  # a pen that was thought to be held
                 self.points.pop()
+            if not self.points:
+                self._began = point[0]
             self.points.append(point)
         if len(self.points) < 2:
             return []
         path = np.array(self.points)
-        if self._steering is None and not self._sets_out(path):
+        path[:, 0] -= self._began
+        if self._steering is None and self._steps == 0 and not self._sets_out(path):
             return []
         poses = []
-        due = int((path[-1, 0] - path[0, 0] - BEHIND) * RATE)
+        due = int((path[-1, 0] - BEHIND) * RATE)
         self.late = due > self._steps + AT_ONCE
         for _ in range(min(due - self._steps, AT_ONCE)):
             pose = self._step(_rest(path, self._steps / RATE))
             self._steps += 1
             poses.append((self._steps / RATE, pose))
+        self._forget(path)
         return poses
+
+    def _forget(self, path: FloatArray) -> None:
+        """Let go of points that are long behind the body, if there are many: a pen may be down for hours."""
+        gone = int(np.searchsorted(path[:, 0], min(self._steps / RATE, path[-1, 0]) - BEHIND)) - 1
+        if gone > _MANY:
+            del self.points[:gone]
 
     def _step(self, rest: FloatArray) -> Pose:
         """The next pose: who strays from a pen that is held stops, and who has lost the path begins again on it."""
@@ -107,9 +119,9 @@ def _away(pose: Pose, rest: FloatArray) -> float:
 
 def _rest(path: FloatArray, since: float) -> FloatArray:
     """The path ``(N, 3)`` from a second on, ``(M, 2)`` metres at `RATE`; from its end it goes straight on."""
-    times = path[:, 0] - path[0, 0]
+    times = path[:, 0]
     pace = np.column_stack([np.interp(times[-1] - [SLOPE, 0.0], times, path[:, i]) for i in (1, 2)])
-    velocity = (pace[1] - pace[0]) / min(SLOPE, times[-1])
+    velocity = (pace[1] - pace[0]) / min(SLOPE, times[-1] - times[0])
     wanted = since + np.arange(int((times[-1] + GOES_ON - since) * RATE) + 1) / RATE
     known = np.column_stack([np.interp(wanted, times, path[:, i]) for i in (1, 2)])
     return np.asarray(known + np.maximum(wanted - times[-1], 0.0)[:, None] * velocity)

@@ -19,10 +19,9 @@ from kinetograph.studio.walk.live import ready, run
 from kinetograph.studio.walk.model import model_of, perform, performed
 
 if TYPE_CHECKING:
-    from kinetograph.motion import Motion
     from kinetograph.synthesis import Synthesis
 
-__all__ = ["ANSWERS", "HEARD", "RUNS", "make", "path_error", "prepare"]
+__all__ = ["ANSWERS", "HEARD", "RUNS", "make", "prepare"]
 
 PREPARED = 5.0
 """Seconds of the walk that everything is compiled with."""
@@ -51,10 +50,12 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
     """
     if len(project.walk.path) < 2:
         return None
+    from kinetograph.evaluation import control_distances
+
     model = model_of(project, room)
     synthesis = perform(model, project.walk, project.walk.rules, progress)
     middles, fps = performed(model, project.walk)
-    errors = path_error(synthesis.motion, middles, fps)
+    errors = control_distances(synthesis.motion, middles[:, None], fps)
     return Made(
         (synthesis,),
         lanes=(*_moves(synthesis), Lane("path error", "error", values=_rounded(100 * errors), unit="cm")),
@@ -78,30 +79,6 @@ def prepare(project: Project, room: Room) -> None:
     straight = tuple((t, 0.0, usual * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
     ready(project, room)
     perform(model, Walk(path=straight), ())
-
-
-def path_error(motion: Motion, middles: FloatArray, fps: float) -> FloatArray:
-    """Distances over the ground from the middle of a body's hips to a path, at the path's times.
-
-    Parameters
-    ----------
-    motion : Motion
-    middles : ndarray, shape (N, 3)
-        The path, metres.
-    fps : float
-        Its rate.
-
-    Returns
-    -------
-    ndarray, shape (F,)
-        Metres, at every frame of the motion.
-    """
-    from kinetograph.kinematics import role_positions
-    from kinetograph.sampling import interpolate
-
-    hips = role_positions(motion, ("left_hip", "right_hip")).mean(axis=1)
-    path = interpolate(middles, np.arange(len(motion)) / motion.fps * fps)
-    return np.asarray(np.hypot(hips[:, 0] - path[:, 0], hips[:, 2] - path[:, 2]))
 
 
 def _shown(middles: FloatArray, fps: float) -> tuple[tuple[float, float, float], ...]:
