@@ -136,7 +136,8 @@ def with_found_roles(skeleton: Skeleton, motion: Motion | None = None) -> Skelet
     ['left_foot', 'left_hip', 'left_knee']
     """
     roles = find_roles(skeleton)
-    if motion is None or len(skeleton) < _FEWEST or ("left_hip" in roles and stands(replace(skeleton, roles=roles))):
+    whole = {"left_hip", "left_shoulder"} <= roles.keys()
+    if motion is None or len(skeleton) < _FEWEST or (whole and stands(replace(skeleton, roles=roles))):
         return replace(skeleton, roles=roles)
     frames = np.unique(np.linspace(0, len(motion) - 1, _POSES).astype(np.int64))
     seen = [find_roles(replace(skeleton, stance=motion.rotations[frame])) for frame in frames.tolist()]
