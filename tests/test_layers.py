@@ -32,7 +32,7 @@ _LAYERS = (
 
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
 _BODIES = {
-    *("motion", "skeleton", "character", "kinematics", "roles", "mirroring"),
+    *("motion", "skeleton", "character", "kinematics", "roles", "body_shape", "mirroring"),
     *("take", "signal", "synthesis", "keys"),
 }
 _HEAVY = ("numba", "matplotlib", "scipy")

@@ -2,8 +2,8 @@
 
 A limb is a chain with two long bones of like length that follow each other, of which each may be cut into pieces by
 joints that twist. Legs are the pair of like limbs nearer the root, arms a pair further on, and left is up x forward,
-where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one is taken
-whose lengths are most like a person's.
+where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one whose
+lengths are most like a person's is taken.
 """
 
 from __future__ import annotations
@@ -76,35 +76,46 @@ class Limb:
 _Pair = tuple[int, Limb, Limb]
 
 
-def standing_positions(skeleton: Skeleton) -> FloatArray:
-    """Positions ``(J, 3)`` of the joints relative to the root in the stance, or else in the rest pose."""
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where the joints of a body are and how they are rotated.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (J, 3)
+    rotations : ndarray, shape (J, 4)
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+
+
+def standing_pose(skeleton: Skeleton) -> Pose:
+    """The stance of a skeleton, or else its rest pose, relative to the root."""
     positions = np.zeros((len(skeleton), 3))
-    if skeleton.stance is None:
-        for joint, parent in enumerate(skeleton.parents[1:].tolist(), start=1):
-            positions[joint] = positions[parent] + skeleton.offsets[joint]
-        return positions
-    facing = skeleton.stance.copy()
+    rotations = rot.identity(len(skeleton)) if skeleton.stance is None else skeleton.stance.copy()
     for joint, parent in enumerate(skeleton.parents[1:].tolist(), start=1):
-        positions[joint] = positions[parent] + rot.rotate(facing[parent], skeleton.offsets[joint])
-        facing[joint] = rot.multiply(facing[parent], facing[joint])
-    return positions
+        positions[joint] = positions[parent] + rot.rotate(rotations[parent], skeleton.offsets[joint])
+        rotations[joint] = rot.multiply(rotations[parent], rotations[joint])
+    return Pose(positions, rotations)
 
 
-def limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
+def limbs_by_shape(skeleton: Skeleton, pose: Pose | None = None) -> dict[str, int]:
     """The joints of arms and legs by role, empty where no two pairs of limbs are like a person's.
 
     Parameters
     ----------
     skeleton : Skeleton
-        In its stance, or else at rest, it stands.
+    pose : Pose, optional
+        In which it stands; its stance, or else its rest pose, by default.
 
     Returns
     -------
     dict of str to int
-        Without sides that do not show, as the body may face either way, nothing.
+        Empty, too, where sides do not show, as the body may face either way.
     """
-    places = standing_positions(skeleton)
-    tree = _Tree(skeleton, places)
+    tree = _Tree(skeleton, pose or standing_pose(skeleton))
+    places = tree.places
     found = _best_pairs(tree, _pairs(tree, _LEG), _pairs(tree, _ARM))
     if found is None:
         return {}
@@ -117,7 +128,7 @@ def limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
     return sides | _sided(places, arms, left, ("shoulder", "elbow", "hand")) if sides else {}
 
 
-def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list[int]:
+def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: Pose | None = None) -> list[int]:
     """Neck and head, or what of them shows, of a body whose limbs are known.
 
     Parameters
@@ -127,14 +138,16 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list
         Where the arms meet.
     limbs : dict of str to int
         Joints by role.
+    pose : Pose, optional
+        As for `limbs_by_shape`.
 
     Returns
     -------
     list of int
         None, the neck, or the neck and the head.
     """
-    places = standing_positions(skeleton)
-    tree = _Tree(skeleton, places)
+    tree = _Tree(skeleton, pose or standing_pose(skeleton))
+    places = tree.places
     taken = {joint for limb in limbs.values() for joint in (limb, *tree.above(limb))}
     feet = [limbs[role] for role in ("left_foot", "right_foot") if role in limbs]
     if not feet:
@@ -157,7 +170,7 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list
 
 def longest_chain(skeleton: Skeleton, starts: Sequence[int]) -> int:
     """Of some joints the one on which the longest chain hangs, its own bone included."""
-    tree = _Tree(skeleton, standing_positions(skeleton))
+    tree = _Tree(skeleton, standing_pose(skeleton))
     return max(starts, key=lambda joint: tree.reach[joint] + tree.bones[joint])
 
 
@@ -188,8 +201,8 @@ def _sided(places: FloatArray, limbs: Sequence[Limb], left: FloatArray, parts: S
 class _Tree:
     """A skeleton's joints in its standing pose, and the longest chain that hangs on each."""
 
-    def __init__(self, skeleton: Skeleton, places: FloatArray) -> None:
-        self.skeleton, self.places = skeleton, places
+    def __init__(self, skeleton: Skeleton, pose: Pose) -> None:
+        self.skeleton, self.places, self.facing = skeleton, pose.positions, pose.rotations
         self.bones = np.linalg.norm(skeleton.offsets, axis=1)
         self.reach = np.zeros(len(skeleton))
         for joint in range(len(skeleton) - 1, 0, -1):
@@ -271,11 +284,7 @@ def _tip(tree: _Tree, chain: list[int], k: int) -> FloatArray:
     ends = skeleton.end_offsets[skeleton.end_parents == lower]
     if not len(ends):
         return np.asarray(tree.places[lower])
-    facing = np.array([1.0, 0.0, 0.0, 0.0])
-    if skeleton.stance is not None:
-        for joint in (lower, *tree.above(lower)):
-            facing = rot.multiply(skeleton.stance[joint], facing)
-    return np.asarray(tree.places[lower] + rot.rotate(facing, ends[0]))
+    return np.asarray(tree.places[lower] + rot.rotate(tree.facing[lower], ends[0]))
 
 
 def _beside(points: FloatArray) -> float:
@@ -295,7 +304,7 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
     for legs in leg_pairs:
         inside = {legs[1].upper, legs[2].upper, *tree.below(legs[1].upper), *tree.below(legs[2].upper)}
         for arms in arm_pairs:
-            if arms[0] in inside or legs[0] not in tree.above(arms[0]):
+            if arms[0] in inside or not _carries(tree, legs[0], arms[0]):
                 continue
             trunk = float(np.linalg.norm(tree.places[arms[0]] - tree.places[legs[0]]))
             cost = 0.5 * sum(limb.cost for limb in (*legs[1:], *arms[1:]))
@@ -305,6 +314,16 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
             if cost < least:
                 best, least = (legs, arms), cost
     return best
+
+
+def _carries(tree: _Tree, hips: int, chest: int) -> bool:
+    """Whether the trunk to a chest begins at the hips, or beside them at a joint that is much nearer to them."""
+    line = [chest, *tree.above(chest)]
+    meeting = next((joint for joint in (hips, *tree.above(hips)) if joint in line), -1)
+    if meeting in (-1, chest):
+        return False
+    near, far = (float(np.linalg.norm(tree.places[joint] - tree.places[meeting])) for joint in (hips, chest))
+    return near < 0.5 * far
 
 
 def _crowd(tree: _Tree, pair: _Pair) -> float:

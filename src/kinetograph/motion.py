@@ -17,6 +17,8 @@ from kinetograph.errors import DataError, RequestError
 from kinetograph.sampling import REACH, sample_times, spline
 from kinetograph.skeleton import Skeleton
 
+_CHECKED = 4096  # frames that are looked at together, so that a long motion is checked in little memory
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -69,14 +71,20 @@ class Motion:
                 raise DataError("a motion's bones must be finite; look for NaN or inf in its source")
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise DataError(f"fps must be a positive number, found {self.fps}")
-        if not (np.isfinite(self.translation).all() and np.isfinite(self.rotations).all()):
+        for first in range(0, frames, _CHECKED):
+            self._check_values(first)
+
+    def _check_values(self, first: int) -> None:
+        """Raise DataError where some frames, from one on, are not finite or have other than unit quaternions."""
+        rotations = self.rotations[first : first + _CHECKED]
+        if not (np.isfinite(self.translation[first : first + _CHECKED]).all() and np.isfinite(rotations).all()):
             raise DataError("a motion's values must be finite; look for NaN or inf in its source")
-        norms = np.sqrt(np.einsum("fji,fji->fj", self.rotations, self.rotations))
-        if np.abs(norms - 1.0).max() > 1e-3:
+        norms = np.sqrt(np.einsum("fji,fji->fj", rotations, rotations))
+        if np.abs(norms - 1.0).max(initial=0.0) > 1e-3:
             frame, joint = np.unravel_index(int(np.abs(norms - 1.0).argmax()), norms.shape)
             raise DataError(
                 f"rotations must be unit quaternions, found length {norms[frame, joint]:.4g} "
-                f"at frame {frame}, joint {self.skeleton.names[joint]!r}; normalize them first"
+                f"at frame {first + frame}, joint {self.skeleton.names[joint]!r}; normalize them first"
             )
 
     def __len__(self) -> int:

@@ -508,7 +508,7 @@ def test_the_written_file_by_hand(tmp_path: Path) -> None:
         "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
         "\tJOINT Arm\n\t{\n\t\tOFFSET 100.00000 0.00000 0.00000\n\t\tCHANNELS 3 Zrotation Xrotation Yrotation\n"
         "\t\tEnd Site\n\t\t{\n\t\t\tOFFSET 0.00000 0.00000 0.00000\n\t\t}\n\t}\n}\n"
-        "MOTION\nFrames: 1\nFrame Time: 0.04\n"
+        "MOTION\nFrames: 1\nFrame Time: 0.04000000000086142273\n"  # 8614, centimetres, y, 73
         "0.00000 100.00000 200.00000 0.0000000 0.0000000 0.0000000 90.0000000 0.0000000 0.0000000\n"
     )
 

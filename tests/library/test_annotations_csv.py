@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.library import Library, annotations_of, export_annotations, import_annotations
+from kinetograph.library.annotations_csv import read_annotations
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
 
@@ -110,3 +111,13 @@ def test_files_out_of_reach_are_named(library: Library, tmp_path: Path) -> None:
         import_annotations(library, tmp_path / "missing.csv")
     with pytest.raises(RequestError, match=r"cuts\.csv: cannot write here: No such file"):
         export_annotations(library, tmp_path / "nowhere" / "cuts.csv")
+
+
+def test_a_file_of_one_take_is_read_under_any_name_and_one_of_several_by_theirs(tmp_path: Path) -> None:
+    one, two = tmp_path / "one.csv", tmp_path / "two.csv"
+    one.write_text(HEADER + "walk,path,cut,,1.0,1.0\n")
+    two.write_text(HEADER + "walk,path,cut,,1.0,1.0\nrun,path,cut,,2.0,2.0\n")
+    assert read_annotations(one, "walk") == read_annotations(one, "another") == (cut(1.0),)
+    assert read_annotations(two, "run") == (cut(2.0),)
+    with pytest.raises(FormatError, match="annotations of take 'another', found those of run, walk"):
+        read_annotations(two, "another")

@@ -178,3 +178,23 @@ def test_a_knee_that_goes_through_straight_does_not_snap() -> None:
         assert missed[bends[:, 0] > TURNED].max() < 1e-6
         if not steady:
             assert speed > 0.03
+
+
+@pytest.mark.parametrize("hinge", [None, np.array([0.3, 0.2, 1.0])])
+def test_where_a_straight_limb_stands_does_not_matter_to_how_it_folds(hinge: FloatArray | None) -> None:
+    rng = np.random.default_rng(4)
+    hip, along = rng.normal(size=(20, 3)), _unit(rng.normal(size=(20, 3)))
+    knee, ankle, target = hip + 0.4 * along, hip + 0.8 * along, hip + 0.5 * along
+    here = reach(hip, knee, ankle, target, hinge)
+    away = np.array([5.0, -3.0, 7.0])
+    for a, b in zip(here, reach(hip + away, knee + away, ankle + away, target + away, hinge), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-7)
+
+
+def test_a_straight_limb_folds_about_the_part_of_its_hinge_that_is_square_to_it() -> None:
+    hip, hinge = np.array([[2.0, 1.0, -3.0]]), np.array([1.0, 1.0, 0.0])
+    down = np.array([0.0, -1.0, 0.0])
+    upper, _ = reach(hip, hip + 0.4 * down, hip + 0.8 * down, hip + 0.6 * down, hinge)
+    axis = rot.log(upper)[0]
+    assert np.linalg.norm(axis) > 0.1
+    np.testing.assert_allclose(np.abs(axis) / np.linalg.norm(axis), [1.0, 0.0, 0.0], atol=1e-7)

@@ -188,7 +188,7 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
     Returns
     -------
     name : str
-        The take's, or ``"motion"``.
+        That of the take's animation where it has one, else the take's, or ``"motion"``.
     motions : dict of str to Motion
         By track.
 
@@ -206,4 +206,4 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
         raise RequestError(
             f"{kind} files hold motions, but take {what.name!r} has only the signals {', '.join(what.tracks)}"
         )
-    return what.name, motions
+    return what.animation or what.name, motions

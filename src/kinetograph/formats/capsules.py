@@ -121,10 +121,11 @@ def stature(skeleton: Skeleton) -> float:
 
 
 def _chain(skeleton: Skeleton, role: str) -> float:
-    """Metres along the bones from the root to a role."""
+    """Metres along the bones from the hips, or else the root, to a role."""
     landmark = skeleton.roles[role]
+    hips = skeleton.roles["hips"].joint if "hips" in skeleton.roles else 0
     length, joint = float(np.linalg.norm(landmark.offset)), landmark.joint
-    while joint > 0:
+    while joint > 0 and joint != hips:
         length += float(np.linalg.norm(skeleton.offsets[joint]))
         joint = int(skeleton.parents[joint])
     return length
@@ -270,7 +271,8 @@ def _part(body: _Body, joint: int, child: int) -> str:
 def _ends(body: _Body, joint: int) -> list[tuple[int, FloatArray]]:
     """The far ends of a joint's bones: child joints, end sites, landmarks and, for bare leaves, a guess."""
     skeleton = body.skeleton
-    ends = [(child, skeleton.offsets[child]) for child in skeleton.children[joint]]
+    above = _to_hips(skeleton)
+    ends = [(child, skeleton.offsets[child]) for child in skeleton.children[joint] if child not in above]
     ends += [(-1, skeleton.end_offsets[i]) for i in np.flatnonzero(skeleton.end_parents == joint)]
     ends = [(child, tip) for child, tip in ends if np.linalg.norm(tip) > SHORT]
     for landmark in skeleton.roles.values():
@@ -281,6 +283,16 @@ def _ends(body: _Body, joint: int) -> list[tuple[int, FloatArray]]:
         return ends
     guess = _guessed_tip(body, joint)
     return [] if guess is None else [(-1, guess)]
+
+
+def _to_hips(skeleton: Skeleton) -> set[int]:
+    """The hips and the joints above them: what leads there from a root on the ground is no part of the body."""
+    joint = skeleton.roles["hips"].joint if "hips" in skeleton.roles else -1
+    line = set()
+    while joint >= 0:
+        line.add(joint)
+        joint = int(skeleton.parents[joint])
+    return line
 
 
 def _guessed_tip(body: _Body, joint: int) -> FloatArray | None:

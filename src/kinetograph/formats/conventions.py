@@ -14,10 +14,11 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, is_body, with_own_root
+from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, with_own_root
 from kinetograph.formats.names import unique
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
 from kinetograph.motion import Motion
+from kinetograph.roles import is_body
 from kinetograph.skeleton import Ancestor, Skeleton
 
 UNITS: dict[str, float] = {
@@ -245,7 +246,7 @@ def from_up(motion: Motion, up: str) -> Motion:
     -------
     Motion
     """
-    return motion if up == "y" else _rotate_root(motion, _TO_Y_UP[up])
+    return motion if up == "y" else rotate_world(motion, _TO_Y_UP[up])
 
 
 def points_from_up(points: FloatArray, up: str) -> FloatArray:
@@ -270,7 +271,7 @@ def points_from_up(points: FloatArray, up: str) -> FloatArray:
 
 def to_up(motion: Motion, up: str) -> Motion:
     """A motion with Y up in a world whose axis ``up`` points up: the inverse of `from_up`."""
-    return motion if up == "y" else _rotate_root(motion, rot.conjugate(_TO_Y_UP[up]))
+    return motion if up == "y" else rotate_world(motion, rot.conjugate(_TO_Y_UP[up]))
 
 
 def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Ancestor, ...]:
@@ -282,7 +283,8 @@ def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Anc
     return (at, *ancestors[1:])
 
 
-def _rotate_root(motion: Motion, rotation: FloatArray) -> Motion:
+def rotate_world(motion: Motion, rotation: FloatArray) -> Motion:
+    """A motion in a world rotated about its origin by a unit quaternion, shape ``(4,)``."""
     offsets = motion.skeleton.offsets.copy()
     offsets[0] = rot.rotate(rotation, offsets[0])
     rotations = motion.rotations.copy()
@@ -301,7 +303,8 @@ def _sampled(motion: Motion) -> Motion:
 
 def _whole(skeleton: Skeleton) -> bool:
     """Whether roles show how tall a skeleton is."""
-    return {"hips", "left_foot", "right_foot"} <= skeleton.roles.keys() and bool({"neck", "head"} & skeleton.roles.keys())
+    found = skeleton.roles.keys()
+    return {"hips", "left_foot", "right_foot"} <= found and bool({"neck", "head"} & found)
 
 
 def _stature(motion: Motion) -> float:

@@ -10,11 +10,13 @@ T pose that faces z.
 from __future__ import annotations
 
 import ast
+import math
 import struct
 import zipfile
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +35,7 @@ _FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "transla
 _MORE = ("stance", "ancestor_names", "ancestor_translations", "ancestor_rotations")
 _POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets")
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
-_ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
+_ROOM, _SWELL = 16 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
 _MAGIC = b"\x93NUMPY"
 _LARGEST = 1e12
 _LONGEST_HEADER = 10_000
@@ -141,9 +143,8 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
             raise FormatError(path, f"track {track!r}: expected finite numbers, none of them huge")
         names = tuple(str(name) for name in parts["names"].ravel())
         parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
-        skeleton = Skeleton(
-            *(names, parents, offsets, end_parents, end_offsets), stance=parts.get("stance"), ancestors=_ancestors(parts)
-        )
+        tree = (names, parents, offsets, end_parents, end_offsets)
+        skeleton = Skeleton(*tree, stance=parts.get("stance"), ancestors=_ancestors(parts))
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))
         tracks[track] = to_metres_y_up([motion], options.units or "metre", options.up or "y", options.keep).motions[0]
@@ -158,10 +159,11 @@ def _arrays(path: Path) -> Arrays:
             size = path.stat().st_size
             if any(member.compress_size > size for member in members):  # else memory would be taken before it is missed
                 raise FormatError(path, "an array is longer than the file; is it cut short?")
-            limit = _ROOM + _SWELL * size
-            if sum(member.file_size for member in members) > limit:
-                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is the file malicious?")
-            return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
+            headers = {member.filename: _header(path, archive, member) for member in members}
+            numbers = sum(max(header.count * 8, header.size) for header in headers.values())  # they are made doubles
+            if numbers > _ROOM + _SWELL * size:
+                raise FormatError(path, f"its arrays unpack to {numbers} bytes, too many for a file of {size} bytes")
+            return {m.filename.removesuffix(".npy"): _array(path, archive, m, headers[m.filename]) for m in members}
     except FormatError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
@@ -172,8 +174,29 @@ def _wanted(name: str) -> bool:
     return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS + _MORE
 
 
-def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
-    """An array from its bytes; numpy's own reader takes memory before it checks that the bytes are there."""
+@dataclass(frozen=True)
+class _Header:
+    """What an array is said to be: its kind of numbers, its shape, and the bytes before it."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    order: Literal["C", "F"]
+    start: int
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def size(self) -> int:
+        return self.count * self.dtype.itemsize
+
+
+def _header(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> _Header:
+    """The header of an array, which must be as long as it says; numpy's own reader takes memory before it looks."""
+    with archive.open(member) as file:
+        data = file.read(12 + _LONGEST_HEADER)
+    name = member.filename
     if data[:6] != _MAGIC or len(data) < 12:
         raise FormatError(path, f"{name}: expected a NumPy array")
     wide = data[6] > 1
@@ -181,15 +204,24 @@ def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
     length = struct.unpack_from("<I" if wide else "<H", data, 8)[0]
     try:
         header = ast.literal_eval(data[start : start + min(length, _LONGEST_HEADER)].decode("latin-1").strip())
-        dtype, shape, fortran = np.dtype(header["descr"]), header["shape"], header["fortran_order"]
-        count = 1
-        for side in shape:
-            if not isinstance(side, int) or side < 0:
-                raise TypeError(f"a side of {side!r}")
-            count *= side
+        dtype, shape, fortran = np.dtype(header["descr"]), tuple(header["shape"]), header["fortran_order"]
+        if not all(isinstance(side, int) and side >= 0 for side in shape):
+            raise TypeError(f"a shape of {shape}")
     except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
         raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
-    body = data[start + length :]
-    if dtype.hasobject or dtype.kind not in "fiuUS" or count * dtype.itemsize != len(body) or count < 0:
-        raise FormatError(path, f"{name}: expected {str(shape)[:40]} numbers or names, found {len(body)} bytes")
-    return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C") if count else np.zeros(shape, dtype)
+    found = _Header(dtype, shape, "F" if fortran else "C", start + length)
+    there = member.file_size - found.start
+    if dtype.hasobject or dtype.kind not in "fiuUS" or found.size != there:
+        raise FormatError(path, f"{name}: expected {str(shape)[:40]} numbers or names, found {there} bytes")
+    return found
+
+
+def _array(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: _Header) -> npt.NDArray[Any]:
+    with archive.open(member) as file:
+        file.read(header.start)
+        body = file.read(header.size)
+    if len(body) != header.size:
+        raise FormatError(path, f"{member.filename}: expected {header.size} bytes, found {len(body)}")
+    if not header.count:
+        return np.zeros(header.shape, header.dtype)
+    return np.frombuffer(body, header.dtype).reshape(header.shape, order=header.order)

@@ -9,7 +9,7 @@ so weakly that the markers that are seen decide where they can.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -133,7 +133,7 @@ def fitted_take(take: Take) -> tuple[Take, dict[str, MarkerFit]]:
             key = "motion" if len(people) < 2 else person or name
             fits[key] = fit_markers(track, person)
             tracks[key] = fits[key].motion
-    return Take(take.name, tracks, take.annotations if not fits else ()), fits
+    return replace(take, tracks=tracks, annotations=take.annotations if not fits else ()), fits
 
 
 def subjects(signal: Signal) -> list[str]:

@@ -10,7 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
-from kinetograph.methods.performance import Grown, cuts_of, fit_examples, grow, grow_takes, growing_control
+from kinetograph.methods.performance import Grown, cuts_of, fit_examples, grow, grow_takes, growing, growing_control
 from kinetograph.motion import Motion, cut, place
 from kinetograph.pipeline import GrowingSettings, grow_library
 from kinetograph.segmentation import compare_cuts, compare_labels
@@ -176,3 +176,15 @@ def test_what_there_is_nothing_to_grow_from() -> None:
     ball = Motion(lone, np.zeros((91, 3)), np.tile([1.0, 0, 0, 0], (91, 1, 1)), _FPS)
     with pytest.raises(RequestError, match="the examples' characters have none of the roles hips, chest"):
         fit_examples(growing_control(), [Take("ball", {"body": ball}, _cuts(np.arange(3.0), "body"))], "body")
+
+
+@pytest.mark.parametrize(("cuts", "kept"), [((), 5), ((2.0,), 5), ((2.0, 4.0), 2), ((2.0, 3.0, 4.0), 3)])
+def test_between_the_first_and_the_last_of_two_cuts_nothing_is_grown(cuts: tuple[float, ...], kept: int) -> None:
+    found = tuple(Annotation("body", "cut", "grown", t, t) for t in (0.5, 1.2, 2.9, 3.4, 5.5))
+    labels = (Annotation("body", "move", "a", 1.0, 5.0),)
+    outside = growing._outside(Grown(found, labels, 0.0), cuts)
+    assert len(outside.cuts) == kept
+    if len(cuts) > 1:
+        assert [(note.start, note.stop) for note in outside.labels] == [(1.0, 2.0), (4.0, 5.0)]
+    else:
+        assert outside.labels == labels

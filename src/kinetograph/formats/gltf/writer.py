@@ -170,7 +170,8 @@ def _add_character(document: _Document, track: str, motion: Motion, skin: Skin) 
     """Nodes, body and animation of one character."""
     first = len(document.parts["nodes"]) + 1  # the character's own node comes before its joints
     skeleton = motion.skeleton
-    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": {"fps": motion.fps}}))
+    noted = {"fps": motion.fps, "frames": len(motion)}
+    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": noted}))
     locals_ = skeleton.offsets.copy()
     locals_[0] = motion.translation[0]
     for joint, name in enumerate(skeleton.names):

@@ -2,39 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.kinematics import joint_positions
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.handholds import carried_holds
+from kinetograph.methods.performance.making import Recorded, make
 from kinetograph.methods.performance.own_cost import STRANGE
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.methods.performance.repetition import most_used, times_running
 from kinetograph.methods.performance.standing import joined_holds, standing_warnings
 from kinetograph.motion import Motion, sample
-from kinetograph.post.assemble import UNTOUCHED, Body, Part, PostSettings, constrain, edits, join_parts
-from kinetograph.post.breathing import breathe
-from kinetograph.post.constraints import Hold, hold_residuals
+from kinetograph.post.assemble import UNTOUCHED, Part
 from kinetograph.post.contacts import carry
-from kinetograph.post.elbows import limit_elbows
-from kinetograph.post.floor import keep_above, recorded_lows
-from kinetograph.post.turning import limit_turning
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
-
-
-@dataclass(frozen=True, eq=False)
-class _Recorded:
-    """What pieces are made of: the recordings they are cut from, and the annotations that these bring along."""
-
-    parts: list[Part]
-    annotations: tuple[Annotation, ...]
-    holds: tuple[Hold, ...]
 
 
 def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
@@ -43,43 +29,35 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
-    recorded = _recorded(fitted, control, pieces, path, frames)
-    held = [(piece.start, piece.stop) for piece in pieces if piece.held]
-    joined = breathe(join_parts(recorded.parts, fps, frames, fitted.settings.post), held)
-    joined = limit_turning(joined, fitted.limits.turning)
-    body = Body(fitted.limits.joints, fitted.limits.clearance, _body_in_the_way(fitted, control, frames))
-    motion, annotations = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), body)
-    motion = limit_elbows(motion, fitted.limits.elbows)
-    if fitted.settings.post.floor:
-        motion = keep_above(motion, recorded_lows(motion, recorded.parts))
+    made = make(fitted, _recorded(fitted, control, pieces, path, frames))
     statistics = {"pieces": len(pieces), "pairs": path.pairs, "states": len(fitted.instances.states)}
     statistics["optimal"] = int(path.proved)
     gap = {} if np.isnan(path.gap) else {"gap": path.gap}
     repetition = {"most_used": most_used(pieces), "times_running": times_running(pieces)}
     reuse = {"reuse": path.reuse} if fitted.reuse else {}
     late = {"late": control.late} if control.late else {}
-    edited = edits(motion, recorded.parts)
     return Synthesis(
-        motion,
+        made.motion,
         tuple(pieces),
         cost=path.score,
         costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces), **reuse},
-        annotations=annotations,
+        annotations=made.annotations,
         statistics={
             **statistics,
             **gap,
             **repetition,
             **late,
-            "untouched": float((edited < UNTOUCHED).mean()),
-            **_moved(joined, motion),
-            **_hold_statistics(hold_residuals(motion, recorded.holds)),
+            "untouched": float((made.edited < UNTOUCHED).mean()),
+            "constraints_moved_mean": float(made.moved[:, 0].mean()),
+            "constraints_moved_most": float(made.moved[:, 1].max()),
+            **_hold_statistics(made.residuals),
         },
         warnings=(*_warnings(fitted, control), *standing_warnings(fitted, pieces), *_strange(fitted, pieces)),
-        edited=edited,
+        edited=made.edited,
     )
 
 
-def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: SegmentalPath, frames: int) -> _Recorded:
+def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: SegmentalPath, frames: int) -> Recorded:
     """The recordings behind the pieces, their contacts and moves, and the handholds with the control's own hands."""
     sources = [fitted.sources[fitted.segment_of(s).source] for s in path.states]
     parts = [
@@ -88,16 +66,17 @@ def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: Segme
     ]
     carried = carry((piece, source.annotations) for piece, source in zip(pieces, sources, strict=True))
     annotations = _until(control.duration, carried)
+    in_the_way = _body_in_the_way(fitted, control, frames)
     partner, fps = control.partner, fitted.sources[0].motion.fps
     if partner is None or not fitted.settings.post.handholds:
-        return _Recorded(parts, annotations, ())
+        return Recorded(parts, annotations, (), in_the_way, frames)
     given = control.handholds
     if given:
         others = (note for note in annotations if note.kind != "handhold")
         annotations = (*others, *(replace(note, track="motion") for note in given))
     taken = list(zip(pieces, sources, strict=True))
     holds = carried_holds(taken, annotations, partner, frames, fps, fitted.sources if given else ())
-    return _Recorded(parts, annotations, holds)
+    return Recorded(parts, annotations, holds, in_the_way, frames)
 
 
 def _body_in_the_way(fitted: Fitted, control: Control, frames: int) -> Motion | None:
@@ -106,14 +85,6 @@ def _body_in_the_way(fitted: Fitted, control: Control, frames: int) -> Motion | 
         return None
     fps = fitted.sources[0].motion.fps
     return sample(control.partner, np.arange(frames) / fps, fps)
-
-
-def _post(fitted: Fitted) -> PostSettings:
-    """The settings of what happens afterwards: partners who were recorded closer may be as close."""
-    post, seen = fitted.settings.post, fitted.limits.overlap
-    if post.torsos is None or seen is None:
-        return post
-    return replace(post, torsos=replace(post.torsos, deepest=max(post.torsos.deepest, seen)))
 
 
 def _warnings(fitted: Fitted, control: Control) -> tuple[str, ...]:
@@ -148,12 +119,6 @@ def _until(end: float, annotations: tuple[Annotation, ...]) -> tuple[Annotation,
 def _scaled(motion: Motion, scale: float) -> Motion:
     """The motion with its path over the ground scaled; a body keeps its size."""
     return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
-
-
-def _moved(before: Motion, after: Motion) -> dict[str, float]:
-    """How far constraints have moved the joints, in metres: the mean of all, and the most that any was."""
-    distances = np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1)
-    return {"constraints_moved_mean": float(distances.mean()), "constraints_moved_most": float(distances.max())}
 
 
 def _hold_statistics(residuals: FloatArray) -> dict[str, float]:

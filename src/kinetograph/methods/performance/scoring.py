@@ -13,7 +13,7 @@ from kinetograph.methods.performance.weights import weights
 from kinetograph.progress import Progress
 from kinetograph.sampling import interpolate
 
-PLACEMENTS = 1 << 21
+PLACEMENTS = 1 << 19
 """Placements of segments that are worked out at once; each takes some hundred bytes."""
 
 
