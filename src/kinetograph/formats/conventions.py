@@ -301,7 +301,9 @@ def _sampled(motion: Motion) -> Motion:
 
 def _whole(skeleton: Skeleton) -> bool:
     """Whether roles show how tall a skeleton is."""
-    return {"hips", "left_foot", "right_foot"} <= skeleton.roles.keys() and bool({"neck", "head"} & skeleton.roles.keys())
+    return {"hips", "left_foot", "right_foot"} <= skeleton.roles.keys() and bool(
+        {"neck", "head"} & skeleton.roles.keys()
+    )
 
 
 def _stature(motion: Motion) -> float:

@@ -142,7 +142,9 @@ def _tracks(path: Path, arrays: Arrays, options: ReadOptions) -> dict[str, Motio
         names = tuple(str(name) for name in parts["names"].ravel())
         parents, offsets, end_parents, end_offsets = (parts[field] for field in _FIELDS[1:5])
         skeleton = Skeleton(
-            *(names, parents, offsets, end_parents, end_offsets), stance=parts.get("stance"), ancestors=_ancestors(parts)
+            *(names, parents, offsets, end_parents, end_offsets),
+            stance=parts.get("stance"),
+            ancestors=_ancestors(parts),
         )
         fps = options.fps or float(parts["fps"])
         motion = Motion(skeleton, parts["translation"], parts["rotations"], fps, parts.get("bones"))

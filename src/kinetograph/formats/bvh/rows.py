@@ -13,8 +13,8 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import _kernels
-from kinetograph.formats.bvh.stamp import read_stamp
 from kinetograph.formats.bvh.hierarchy import LARGEST, Hierarchy, show
+from kinetograph.formats.bvh.stamp import read_stamp
 from kinetograph.formats.options import ReadOptions
 from kinetograph.formats.timing import check_fps, usual_rates
 

@@ -113,9 +113,7 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     units, up = meaning(head, hierarchy.position)
     converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
     skeleton = converted.motions[0].skeleton
-    return MotionStream(
-        path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), converted
-    )
+    return MotionStream(path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), converted)
 
 
 def _head(path: Path) -> tuple[bytes, int]:

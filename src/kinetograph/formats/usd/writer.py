@@ -63,7 +63,12 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     scene = usd.UsdGeom.Xform.Define(stage, "/" + _identifiers(usd, [name])[0])
     stage.SetDefaultPrim(scene.GetPrim())
     for label, motion in zip(_identifiers(usd, list(motions)), motions.values(), strict=True):
-        _add(usd, stage, f"{scene.GetPath()}/{label}", *with_ancestors_skinned(motion, skin_of(motion, options.character)))
+        _add(
+            usd,
+            stage,
+            f"{scene.GetPath()}/{label}",
+            *with_ancestors_skinned(motion, skin_of(motion, options.character)),
+        )
     _export(stage, Path(path))
 
 
