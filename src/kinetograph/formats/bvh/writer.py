@@ -124,7 +124,7 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
 
 
 def _columns(motion: Motion, order: str, before: FloatArray | None = None) -> tuple[FloatArray, list[bool], FloatArray]:
-    """Channels, shape ``(F, C)``, joints depth-first, for each whether it is a position, and the last angles as ``before``.
+    """Channels, shape ``(F, C)``, joints depth-first, whether each is a position, and the last angles.
 
     before: the angles ``(2, J, 3)`` in radians of the frame before the first, and their whole revolutions.
     """
