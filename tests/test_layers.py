@@ -24,7 +24,7 @@ _LAYERS = (
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
-    {"kinematics", "motion", "mirroring", "skeleton", "roles", "character", "learn"},
+    {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
     {"rotations", "rows", "sampling", "quaternion_kernels"},
     {"errors", "arrays", "display", "progress"},
 )
@@ -32,7 +32,7 @@ _LAYERS = (
 
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
 _BODIES = {
-    *("motion", "skeleton", "character", "kinematics", "roles", "mirroring"),
+    *("motion", "skeleton", "character", "kinematics", "roles", "body_shape", "mirroring"),
     *("take", "signal", "synthesis", "keys"),
 }
 _HEAVY = ("numba", "matplotlib", "scipy")

@@ -2,12 +2,13 @@
 
 A limb is a chain with two long bones of like length that follow each other, of which each may be cut into pieces by
 joints that twist. Legs are the pair of like limbs nearer the root, arms a pair further on, and left is up x forward,
-where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one is taken
-whose lengths are most like a person's.
+where feet or knees point forward. Hair, skirts, fingers and wings are chains too: of all pairs of pairs the one whose
+lengths are most like a person's is taken.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -20,7 +21,11 @@ from kinetograph.skeleton import Skeleton
 
 _ALIKE = 0.06  # relative difference of the lengths of two sides
 _UNEVEN = 2.5  # thigh over shank, upper arm over forearm, and their inverses, stay below this
-_LONGEST = 14  # joints of a chain that are looked at
+_LONGEST = 12  # joints of a chain that are looked at
+_MOST_CHAINS, _MOST_LIMBS = (
+    16,
+    4,
+)  # the longest chains of a joint, and the likeliest limbs of a chain, that are looked at
 _MOST_PAIRS = 60  # of limbs
 _WORST = 30.0  # sum of squares, in standard deviations, beyond which no pair of pairs is a person
 _TOP_OF_HEAD = 0.16  # of a leg: the last bone of a neck is longer where it ends at the top of the head
@@ -58,8 +63,8 @@ class Limb:
         Hip, knee and ankle, or shoulder, elbow and wrist.
     tip : ndarray, shape (3,)
         Where the chain goes on from the lower joint; that joint where it ends there.
-    length : float
-        Of the two bones.
+    length, thick : float
+        Of the two bones, and of the upper one.
     cost : float
         How unlike a person's it is.
     """
@@ -70,41 +75,53 @@ class Limb:
     lower: int
     tip: FloatArray
     length: float
+    thick: float
     cost: float
 
 
 _Pair = tuple[int, Limb, Limb]
 
 
-def standing_positions(skeleton: Skeleton) -> FloatArray:
-    """Positions ``(J, 3)`` of the joints relative to the root in the stance, or else in the rest pose."""
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where the joints of a body are and how they are rotated.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (J, 3)
+    rotations : ndarray, shape (J, 4)
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+
+
+def standing_pose(skeleton: Skeleton) -> Pose:
+    """The stance of a skeleton, or else its rest pose, relative to the root."""
     positions = np.zeros((len(skeleton), 3))
-    if skeleton.stance is None:
-        for joint, parent in enumerate(skeleton.parents[1:].tolist(), start=1):
-            positions[joint] = positions[parent] + skeleton.offsets[joint]
-        return positions
-    facing = skeleton.stance.copy()
+    rotations = rot.identity(len(skeleton)) if skeleton.stance is None else skeleton.stance.copy()
     for joint, parent in enumerate(skeleton.parents[1:].tolist(), start=1):
-        positions[joint] = positions[parent] + rot.rotate(facing[parent], skeleton.offsets[joint])
-        facing[joint] = rot.multiply(facing[parent], facing[joint])
-    return positions
+        positions[joint] = positions[parent] + rot.rotate(rotations[parent], skeleton.offsets[joint])
+        rotations[joint] = rot.multiply(rotations[parent], rotations[joint])
+    return Pose(positions, rotations)
 
 
-def limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
+def limbs_by_shape(skeleton: Skeleton, pose: Pose | None = None) -> dict[str, int]:
     """The joints of arms and legs by role, empty where no two pairs of limbs are like a person's.
 
     Parameters
     ----------
     skeleton : Skeleton
-        In its stance, or else at rest, it stands.
+    pose : Pose, optional
+        In which it stands; its stance, or else its rest pose, by default.
 
     Returns
     -------
     dict of str to int
-        Without sides that do not show, as the body may face either way, nothing.
+        Empty, too, where sides do not show, as the body may face either way.
     """
-    places = standing_positions(skeleton)
-    tree = _Tree(skeleton, places)
+    tree = _Tree(skeleton, pose or standing_pose(skeleton))
+    places = tree.places
     found = _best_pairs(tree, _pairs(tree, _LEG), _pairs(tree, _ARM))
     if found is None:
         return {}
@@ -117,7 +134,7 @@ def limbs_by_shape(skeleton: Skeleton) -> dict[str, int]:
     return sides | _sided(places, arms, left, ("shoulder", "elbow", "hand")) if sides else {}
 
 
-def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list[int]:
+def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: Pose | None = None) -> list[int]:
     """Neck and head, or what of them shows, of a body whose limbs are known.
 
     Parameters
@@ -127,14 +144,16 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list
         Where the arms meet.
     limbs : dict of str to int
         Joints by role.
+    pose : Pose, optional
+        As for `limbs_by_shape`.
 
     Returns
     -------
     list of int
         None, the neck, or the neck and the head.
     """
-    places = standing_positions(skeleton)
-    tree = _Tree(skeleton, places)
+    tree = _Tree(skeleton, pose or standing_pose(skeleton))
+    places = tree.places
     taken = {joint for limb in limbs.values() for joint in (limb, *tree.above(limb))}
     feet = [limbs[role] for role in ("left_foot", "right_foot") if role in limbs]
     if not feet:
@@ -157,7 +176,7 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int]) -> list
 
 def longest_chain(skeleton: Skeleton, starts: Sequence[int]) -> int:
     """Of some joints the one on which the longest chain hangs, its own bone included."""
-    tree = _Tree(skeleton, standing_positions(skeleton))
+    tree = _Tree(skeleton, standing_pose(skeleton))
     return max(starts, key=lambda joint: tree.reach[joint] + tree.bones[joint])
 
 
@@ -188,8 +207,8 @@ def _sided(places: FloatArray, limbs: Sequence[Limb], left: FloatArray, parts: S
 class _Tree:
     """A skeleton's joints in its standing pose, and the longest chain that hangs on each."""
 
-    def __init__(self, skeleton: Skeleton, places: FloatArray) -> None:
-        self.skeleton, self.places = skeleton, places
+    def __init__(self, skeleton: Skeleton, pose: Pose) -> None:
+        self.skeleton, self.places, self.facing = skeleton, pose.positions, pose.rotations
         self.bones = np.linalg.norm(skeleton.offsets, axis=1)
         self.reach = np.zeros(len(skeleton))
         for joint in range(len(skeleton) - 1, 0, -1):
@@ -224,9 +243,10 @@ def _pairs(tree: _Tree, kind: _Kind) -> list[_Pair]:
         starts = [child for child in tree.skeleton.children[top] if tree.skeleton.children[child]]
         if len(starts) < 2:
             continue
+        starts = sorted(starts, key=lambda child: -tree.reach[child])[:_MOST_CHAINS]
         limbs = {start: _limbs(tree, start, kind) for start in starts}
         for a, b in combinations(starts, 2):
-            like = [(m, n) for m in limbs[a] for n in limbs[b] if _alike(tree, m, n)]
+            like = [(m, n) for m in limbs[a] for n in limbs[b] if _alike(m, n)]
             if like:
                 best = min(like, key=lambda pair: pair[0].cost + pair[1].cost)
                 out.append((top, *best))
@@ -234,32 +254,39 @@ def _pairs(tree: _Tree, kind: _Kind) -> list[_Pair]:
     return out[:_MOST_PAIRS]
 
 
-def _alike(tree: _Tree, a: Limb, b: Limb) -> bool:
-    upper = [np.linalg.norm(tree.places[limb.middle] - tree.places[limb.upper]) for limb in (a, b)]
-    same = abs(upper[0] - upper[1]) <= _ALIKE * max(upper)
-    return len(a.before) == len(b.before) and abs(a.length - b.length) <= _ALIKE * max(a.length, b.length) and same
+def _alike(a: Limb, b: Limb) -> bool:
+    pairs = ((a.length, b.length), (a.thick, b.thick))
+    return len(a.before) == len(b.before) and all(abs(x - y) <= _ALIKE * max(x, y) for x, y in pairs)
 
 
 def _limbs(tree: _Tree, start: int, kind: _Kind) -> list[Limb]:
     """The limbs that a chain may be, one for every choice of its three joints that is not unlikely."""
     chain = tree.chain(start)
     at = tree.places[chain]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1))])
+    along = [0.0, *np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1)).tolist()]
     ends = tree.skeleton.end_offsets[tree.skeleton.end_parents == chain[-1]]
     whole = along[-1] + (float(np.linalg.norm(ends[0])) if len(ends) else 0.0)
-    limbs = []
-    for i, j, k in combinations(range(len(chain)), 3):
-        upper, lower = along[j] - along[i], along[k] - along[j]
-        if max(upper, lower) >= _UNEVEN * min(upper, lower):
-            continue
-        size = upper + lower
-        cost = _squared(np.log(upper / lower), _HALVES) + (_beside(at[i : j + 1]) + _beside(at[j : k + 1])) ** 2
-        cost += _squared(along[i] / size, kind.before) + min(_squared((whole - along[k]) / size, kind.after), _HELD)
-        cost += _SKIPPED * (k - i - 2)
+    limbs: list[Limb] = []
+    for cost, i, j, k in sorted(_choices(along, whole, kind)):
+        if len(limbs) == _MOST_LIMBS:
+            break
+        cost += (_beside(at[i : j + 1]) + _beside(at[j : k + 1])) ** 2
         if cost < _WORST:
-            tip = _tip(tree, chain, k)
-            limbs.append(Limb(tuple(chain[:i]), chain[i], chain[j], chain[k], tip, float(size), float(cost)))
+            tip, sizes = _tip(tree, chain, k), (along[k] - along[i], along[j] - along[i])
+            limbs.append(Limb(tuple(chain[:i]), chain[i], chain[j], chain[k], tip, *sizes, cost))
     return limbs
+
+
+def _choices(along: list[float], whole: float, kind: _Kind) -> Iterator[tuple[float, int, int, int]]:
+    """Choices of three joints of a chain, by how far along it they are, with what the lengths cost."""
+    for i, j, k in combinations(range(len(along)), 3):
+        upper, lower = along[j] - along[i], along[k] - along[j]
+        if 0.0 < max(upper, lower) < _UNEVEN * min(upper, lower):
+            size = upper + lower
+            cost = _squared(math.log(upper / lower), _HALVES) + _squared(along[i] / size, kind.before)
+            cost += min(_squared((whole - along[k]) / size, kind.after), _HELD) + _SKIPPED * (k - i - 2)
+            if cost < _WORST:
+                yield cost, i, j, k
 
 
 def _tip(tree: _Tree, chain: list[int], k: int) -> FloatArray:
@@ -271,11 +298,7 @@ def _tip(tree: _Tree, chain: list[int], k: int) -> FloatArray:
     ends = skeleton.end_offsets[skeleton.end_parents == lower]
     if not len(ends):
         return np.asarray(tree.places[lower])
-    facing = np.array([1.0, 0.0, 0.0, 0.0])
-    if skeleton.stance is not None:
-        for joint in (lower, *tree.above(lower)):
-            facing = rot.multiply(skeleton.stance[joint], facing)
-    return np.asarray(tree.places[lower] + rot.rotate(facing, ends[0]))
+    return np.asarray(tree.places[lower] + rot.rotate(tree.facing[lower], ends[0]))
 
 
 def _beside(points: FloatArray) -> float:
@@ -284,8 +307,9 @@ def _beside(points: FloatArray) -> float:
     length = float(np.linalg.norm(bone))
     if len(points) < 3 or length == 0.0:
         return 0.0
-    away = np.linalg.norm(np.cross(points[1:-1] - points[0], bone / length), axis=1).max()
-    return float(away) / length / _BENT_PIECES
+    inner = points[1:-1] - points[0]
+    away = inner - np.outer(inner @ bone, bone / length**2)
+    return math.sqrt(float(np.einsum("ij,ij->i", away, away).max())) / length / _BENT_PIECES
 
 
 def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> tuple[_Pair, _Pair] | None:
@@ -295,7 +319,7 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
     for legs in leg_pairs:
         inside = {legs[1].upper, legs[2].upper, *tree.below(legs[1].upper), *tree.below(legs[2].upper)}
         for arms in arm_pairs:
-            if arms[0] in inside or legs[0] not in tree.above(arms[0]):
+            if arms[0] in inside or not _carries(tree, legs[0], arms[0]):
                 continue
             trunk = float(np.linalg.norm(tree.places[arms[0]] - tree.places[legs[0]]))
             cost = 0.5 * sum(limb.cost for limb in (*legs[1:], *arms[1:]))
@@ -305,6 +329,16 @@ def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> 
             if cost < least:
                 best, least = (legs, arms), cost
     return best
+
+
+def _carries(tree: _Tree, hips: int, chest: int) -> bool:
+    """Whether the trunk to a chest begins at the hips, or beside them at a joint that is much nearer to them."""
+    line = [chest, *tree.above(chest)]
+    meeting = next((joint for joint in (hips, *tree.above(hips)) if joint in line), -1)
+    if meeting in (-1, chest):
+        return False
+    near, far = (float(np.linalg.norm(tree.places[joint] - tree.places[meeting])) for joint in (hips, chest))
+    return near < 0.5 * far
 
 
 def _crowd(tree: _Tree, pair: _Pair) -> float:

@@ -266,6 +266,42 @@ def concatenate(motions: list[Motion]) -> Motion:
     )
 
 
+def root_facing(skeleton: Skeleton, rotations: FloatArray) -> FloatArray:
+    """Rotations of a root from where it is when the body stands: in the rest pose, or in the stance if there is one.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    rotations : ndarray, shape (..., 4)
+        Of the root in the world.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+    """
+    return rotations if skeleton.stance is None else rot.multiply(rotations, rot.conjugate(skeleton.stance[0]))
+
+
+def headings(motion: Motion) -> FloatArray:
+    """Heading of the root at every frame, shape ``(F,)`` radians, see `kinetograph.rotations.heading`.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    ndarray, shape (F,)
+        0 where the root faces as it does when the body stands.
+    """
+    return rot.heading(root_facing(motion.skeleton, motion.rotations[:, 0]))
+
+
+def heading_at(motion: Motion, frame: int) -> float:
+    """Heading of the root in one frame, radians, see `headings`."""
+    return float(rot.heading(root_facing(motion.skeleton, motion.rotations[frame, 0])))
+
+
 def unwrapped_headings(motion: Motion) -> FloatArray:
     """Heading of the root at every frame, without jumps of 2 pi from frame to frame.
 
@@ -278,7 +314,7 @@ def unwrapped_headings(motion: Motion) -> FloatArray:
     ndarray, shape (F,)
         Radians; the first lies between -pi and pi, as `kinetograph.rotations.heading` gives it.
     """
-    return np.unwrap(rot.heading(motion.rotations[:, 0]))
+    return np.unwrap(headings(motion))
 
 
 def close_loop(motion: Motion) -> Motion:

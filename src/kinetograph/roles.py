@@ -3,8 +3,9 @@
 Names differ by more than spelling: ``LeftShoulder`` is the collar bone where a ``LeftArm`` hangs on it, and the upper
 arm where a ``left_elbow`` does. So a name only gives the roles that a joint may have. An arm is followed upward from
 its hand and a leg upward from its foot, and the nearest joint that may be the next bone is taken. A body whose names
-give nothing is read from its rest pose: legs are the pair of equal long chains nearest the root, arms the pair above
-them, and left is up x forward. A role that neither names nor shape show is left out.
+give nothing is read from its rest pose or, where that does not stand, from how it moves: legs are the pair of equal
+long chains nearest the root, arms the pair above them, and left is up x forward. A role that neither names nor shape
+show is left out.
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph.body_shape import limbs_by_shape, longest_chain, neck_by_shape
+from kinetograph.body_shape import Pose, limbs_by_shape, longest_chain, neck_by_shape, standing_pose
+from kinetograph.kinematics import forward
+from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
+from kinetograph.stance.standing_pose import stands
 
 _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[0-9]+")
 _SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
@@ -112,12 +116,14 @@ def _read_name(words: list[str], glued: Collection[str]) -> JointName:
     return JointName("", "".join(rest) or whole, number)
 
 
-def with_found_roles(skeleton: Skeleton) -> Skeleton:
+def with_found_roles(skeleton: Skeleton, motion: Motion | None = None) -> Skeleton:
     """A skeleton with the roles that its names and shape show, instead of those it had.
 
     Parameters
     ----------
     skeleton : Skeleton
+    motion : Motion, optional
+        How it moves, see `find_roles`.
 
     Returns
     -------
@@ -129,16 +135,25 @@ def with_found_roles(skeleton: Skeleton) -> Skeleton:
     >>> sorted(with_found_roles(stick).roles)
     ['left_foot', 'left_hip', 'left_knee']
     """
-    return replace(skeleton, roles=find_roles(skeleton))
+    return replace(skeleton, roles=find_roles(skeleton, motion))
 
 
-def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
+def is_body(skeleton: Skeleton) -> bool:
+    """Whether a skeleton with roles has two of a person's limbs or more."""
+    parts = [("hip", "knee", "foot"), ("shoulder", "elbow", "hand")]
+    sides = ("left", "right")
+    return sum(all(f"{side}_{part}" in skeleton.roles for part in limb) for side in sides for limb in parts) >= 2
+
+
+def find_roles(skeleton: Skeleton, motion: Motion | None = None) -> dict[str, Landmark]:
     """The joint, or the point on a joint, that plays each role.
 
     Parameters
     ----------
     skeleton : Skeleton
         Its own roles are ignored.
+    motion : Motion, optional
+        How it moves. A few frames are looked at where names say nothing and the rest pose does not stand.
 
     Returns
     -------
@@ -150,10 +165,11 @@ def find_roles(skeleton: Skeleton) -> dict[str, Landmark]:
     for side in ("left", "right"):
         joints |= _named_leg(skeleton, names, side) | _named_arm(skeleton, names, side)
     shaped: dict[str, int] = {}
+    pose: Pose | None = None
     if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
-        shaped = limbs_by_shape(skeleton)
+        shaped, pose = _limbs_shown(skeleton, motion)
         joints = shaped | joints
-    joints |= _midline(skeleton, names, joints)
+    joints |= _midline(skeleton, names, joints, pose)
     roles = {role: Landmark(joint) for role, joint in joints.items()}
     return roles | _tips(skeleton, names, joints, by_shape=bool(shaped))
 
@@ -224,7 +240,9 @@ def _meeting(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
     return next((a for a in lines[0] if all(a in line for line in lines[1:])), None)
 
 
-def _midline(skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, int]) -> dict[str, int]:
+def _midline(
+    skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, int], pose: Pose | None
+) -> dict[str, int]:
     out: dict[str, int] = {}
     legs = [limbs[role] for role in ("left_hip", "right_hip") if role in limbs]
     arms = [limbs[role] for role in ("left_shoulder", "right_shoulder") if role in limbs]
@@ -241,7 +259,7 @@ def _midline(skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, in
         path = [chest, *_ancestors(skeleton, chest)]
         if out["hips"] in path[2:]:
             out["spine"] = path[path.index(out["hips"]) - 1]
-    return out | _neck_and_head(skeleton, names, chest, limbs)
+    return out | _neck_and_head(skeleton, names, chest, limbs, pose)
 
 
 def _hips(skeleton: Skeleton, names: Sequence[JointName], legs: Sequence[int], chest: int | None) -> int | None:
@@ -255,7 +273,9 @@ def _hips(skeleton: Skeleton, names: Sequence[JointName], legs: Sequence[int], c
     return next((j for j in line if not names[j].side and names[j].word in _PELVIS), meeting)
 
 
-def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, limbs: dict[str, int]) -> dict[str, int]:
+def _neck_and_head(
+    skeleton: Skeleton, names: Sequence[JointName], chest: int, limbs: dict[str, int], pose: Pose | None
+) -> dict[str, int]:
     arms = {
         a for role in ("left_shoulder", "right_shoulder") for a in (limbs[role], *_ancestors(skeleton, limbs[role]))
     }
@@ -267,7 +287,7 @@ def _neck_and_head(skeleton: Skeleton, names: Sequence[JointName], chest: int, l
     if not heads and not necks:
         free = [j for j in skeleton.children[chest] if j not in arms | legs and not names[j].side]
         necks = free if len(free) == 1 else []
-        if shaped := neck_by_shape(skeleton, chest, limbs):
+        if shaped := neck_by_shape(skeleton, chest, limbs, pose):
             return dict(zip(("neck", "head"), shaped, strict=False))
     out = {"neck": necks[0]} if necks else {}
     if heads:
@@ -302,3 +322,36 @@ def _tips(
 def _end(skeleton: Skeleton, joint: int) -> Landmark | None:
     ends = skeleton.end_offsets[skeleton.end_parents == joint]
     return Landmark(joint, ends[0]) if len(ends) and np.any(ends[0]) else None
+
+
+# ---- the shape of the tree ----
+
+_MOST_POSES = 15  # of a motion that are looked at
+_MANY = 3000  # joints in them, all together, that are looked at
+
+
+def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, int], Pose]:
+    """Arms and legs by the shape at rest or, where that does not stand, by most of some frames of a motion.
+
+    With the pose that shows them.
+    """
+    still = standing_pose(skeleton)
+    found = limbs_by_shape(skeleton, still)
+    roles = {role: Landmark(joint) for role, joint in found.items()}
+    if motion is None or ({"left_hip", "left_shoulder"} <= found.keys() and stands(replace(skeleton, roles=roles))):
+        return found, still
+    shown = [(limbs, pose) for pose in _poses(motion) if (limbs := limbs_by_shape(skeleton, pose))]
+    if not shown:
+        return found, still
+    votes = Counter(tuple(sorted(limbs.items())) for limbs, _ in shown)
+    best = dict(votes.most_common(1)[0][0])
+    return best, next(pose for limbs, pose in shown if limbs == best)
+
+
+def _poses(motion: Motion) -> list[Pose]:
+    """A few poses of a motion."""
+    count = min(_MOST_POSES, max(_MANY // len(motion.skeleton), 3))
+    frames = np.unique(np.linspace(0, len(motion) - 1, count).astype(np.int64))
+    bones = None if motion.bones is None else motion.bones[frames]
+    few = replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
+    return [Pose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]

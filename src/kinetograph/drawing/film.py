@@ -15,7 +15,7 @@ from kinetograph.character import Character, Skin
 from kinetograph.drawing.stage import Camera, Figure, draw, posed
 from kinetograph.drawing.video import write_video
 from kinetograph.errors import RequestError
-from kinetograph.formats import body_of
+from kinetograph.formats import dressed, rest_positions
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.progress import Progress
 from kinetograph.take import Take
@@ -64,7 +64,7 @@ def character_sheet(
     motions = _motions(what)
     length = max(len(motion) for motion in motions)
     chosen = np.unique(np.linspace(0, length - 1, frames).round().astype(int))
-    cast = [_Actor(motion, *body_of(motion, character)) for motion in motions]
+    cast = [_Actor(*dressed(motion, character)) for motion in motions]
     columns = min(len(chosen), 6)
     width, height = _CELL
     page = Image.new("RGB", (columns * width, -(-len(chosen) // columns) * height), "white")
@@ -112,7 +112,7 @@ def character_film(
         raise RequestError(f"{path}: a film of some seconds is a .gif or .mp4 file")
     rate = _FILM_RATE if suffix == ".gif" else _VIDEO_RATE
     motions = [resample(motion, rate) for motion in _motions(what)]
-    cast = [_Actor(motion, *body_of(motion, character)) for motion in motions]
+    cast = [_Actor(*dressed(motion, character)) for motion in motions]
     count = int(min(max(len(motion) for motion in motions), max(seconds * rate, 1)))
     frames = _frames(cast, count, progress)
     if suffix == ".mp4":
@@ -125,16 +125,15 @@ def character_film(
 
 @dataclass(frozen=True, eq=False)
 class _Actor:
-    """A motion, its skin, and the rest positions of its joints."""
+    """A motion and its skin."""
 
     motion: Motion
     skin: Skin
-    rest: FloatArray
 
     def at(self, frame: int) -> Figure:
         """The figure of a frame; the last one is repeated for those after it."""
         frame = min(frame, len(self.motion) - 1)
-        return posed(cut(self.motion, frame, frame + 1), self.skin, self.rest)[0]
+        return posed(cut(self.motion, frame, frame + 1), self.skin, rest_positions(self.motion.skeleton))[0]
 
 
 def _frames(cast: list[_Actor], count: int, progress: Progress | None) -> Iterator[npt.NDArray[np.uint8]]:

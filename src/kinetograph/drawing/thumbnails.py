@@ -13,7 +13,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.drawing.figures import bone_ends, frames_at, pick
 from kinetograph.errors import RequestError
 from kinetograph.formats import body_capsules
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, headings
 
 FRAMES = 24
 """Of a thumbnail."""
@@ -80,8 +80,8 @@ def thumbnail(motions: Sequence[Motion]) -> Thumbnail:
 
 def _seen(ends: FloatArray, middle: FloatArray, motion: Motion) -> npt.NDArray[np.int16]:
     """The ends of bones ``(F, B, 2, 3)`` as they are seen, ``(F, B, 2, 2)`` in millimetres."""
-    headings = rot.heading(motion.rotations[:, 0])
-    angle = np.arctan2(np.sin(headings).mean(), np.cos(headings).mean()) + _ASIDE
+    faces = headings(motion)
+    angle = np.arctan2(np.sin(faces).mean(), np.cos(faces).mean()) + _ASIDE
     right = np.array([np.cos(angle), -np.sin(angle)])  # of who looks at the person, in x and z
     across = (ends[..., [0, 2]] - middle[:, None, None, [0, 2]]) @ right
     floor = min(float(ends[..., 1].min()), 0.0) if abs(ends[..., 1].min()) < 1.0 else float(ends[..., 1].min())

@@ -9,8 +9,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.drawing.figures import Stage, thin
 from kinetograph.kinematics import landmark_positions
-from kinetograph.motion import Motion
-from kinetograph.rotations import heading
+from kinetograph.motion import Motion, headings
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,5 +95,5 @@ def facing(motion: Motion) -> FloatArray:
             left = ends[:, 0] - ends[:, 1]
             length = np.maximum(np.linalg.norm(left, axis=-1), 1e-9)
             return np.asarray(np.stack([-left[:, 2], left[:, 0]], axis=-1) / length[:, None])
-    angle = heading(motion.rotations[:, 0])
+    angle = headings(motion)
     return np.stack([np.sin(angle), np.cos(angle)], axis=-1)

@@ -17,7 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.plausibility import below_recordings, fastest_fall
 from kinetograph.kinematics import forward, joint_positions, on_ground
-from kinetograph.motion import Motion, concatenate, cut, transform
+from kinetograph.motion import Motion, concatenate, cut, heading_at, transform
 
 PAST = 10
 """Frames of a window before its gap."""
@@ -61,7 +61,7 @@ def windows_of(motion: Motion, gap: int, stride: int = STRIDE) -> list[Motion]:
 
 
 def _centred(window: Motion) -> Motion:
-    rotation = rot.about("y", -float(rot.heading(window.rotations[PAST - 1, 0])))
+    rotation = rot.about("y", -heading_at(window, PAST - 1))
     shift = -on_ground(rot.rotate(rotation, window.translation[PAST - 1]))
     return transform(window, rotation, shift)
 

@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.inbetweening import (
@@ -35,7 +34,7 @@ from kinetograph.methods.keyframe import (
     adopt_named,
     collect_examples,
 )
-from kinetograph.motion import Motion, cut, place
+from kinetograph.motion import Motion, cut, heading_at, place
 from kinetograph.post.footskate import contact_mask
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
@@ -163,8 +162,8 @@ def key_miss(result: Synthesis, key: Key, frame: int) -> float:
     """Mean joint distance in metres between a frame and a key that is moved to its place and heading."""
     pose = cut(key.clip, key.frame, key.frame + 1)
     mine = cut(result.motion, frame, frame + 1)
-    missing = rot.heading(mine.rotations[0, 0]) - rot.heading(pose.rotations[0, 0])
-    aligned = place(pose, float(missing), (0.0, 0.0, 0.0))
+    missing = heading_at(mine, 0) - heading_at(pose, 0)
+    aligned = place(pose, missing, (0.0, 0.0, 0.0))
     gap = joint_positions(aligned)[0] - joint_positions(mine)[0]
     root = on_ground(aligned.translation[0] - mine.translation[0])
     return float(np.linalg.norm(gap - root, axis=1).mean())
@@ -269,7 +268,7 @@ def _fill(model: KeyframeModel, window: Motion, gap: int) -> Motion:
     at = (gap + 1) / window.fps
     keys = [
         Key(cut(window, 0, PAST), PAST - 1, label="before"),
-        Key(after, 0, (at, at), (float(x), float(z)), float(rot.heading(after.rotations[0, 0])), label="after"),
+        Key(after, 0, (at, at), (float(x), float(z)), heading_at(after, 0), label="after"),
     ]
     filled = model.synthesize(keys).motion
     root, rotations = window.translation.copy(), window.rotations.copy()

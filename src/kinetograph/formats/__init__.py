@@ -9,12 +9,13 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kinetograph.formats.atomic import atomic_path
-from kinetograph.formats.body import body_of, capsule_character
+from kinetograph.formats.atomic import atomic_path, together
+from kinetograph.formats.body import body_of, capsule_character, dressed
 from kinetograph.formats.capsules import Capsule, body_capsules, rest_positions, stature
 from kinetograph.formats.files import READERS, WRITERS, load, read, read_character, save, stream
 from kinetograph.formats.names import unique
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
+from kinetograph.formats.stances import with_stances
 
 if TYPE_CHECKING:
     from kinetograph.formats.keys_json import find_pose, read_keys
@@ -56,6 +57,7 @@ __all__ = [
     "body_capsules",
     "body_of",
     "capsule_character",
+    "dressed",
     "find_pose",
     "load",
     "merge_sensors",
@@ -73,7 +75,9 @@ __all__ = [
     "save",
     "stature",
     "stream",
+    "together",
     "unique",
+    "with_stances",
     "write_layout",
     "write_readings",
     "write_report",

@@ -17,7 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.formats.ancestors import last_ancestor
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
+from kinetograph.roles import is_body, with_found_roles
 from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 
 _MOST_BONES = 500  # no body has more; looking for roles in thousands takes minutes
@@ -39,10 +39,13 @@ class Keep:
         Every tree of joints as the file has it.
     root_motion : bool
         A joint above the hips that moves, such as the root of a game's character, as the root of its body.
+    shared : bool
+        The skeleton as it is, as other animations of the file share it, where bones have another length throughout.
     """
 
     everything: bool = False
     root_motion: bool = False
+    shared: bool = False
 
 
 BODIES = Keep()
@@ -104,7 +107,10 @@ def choose_bodies(motions: Sequence[Motion], keep: Keep = BODIES) -> Bodies:
     if keep.everything:
         return Bodies(tuple(found), tuple(range(len(found))), (None,) * len(found), ())
     roots = [find_own_root(motion, keep.root_motion) for motion in found]
-    whole = [motion if root is None else with_own_root(motion, root) for motion, root in zip(found, roots, strict=True)]
+    whole = [
+        motion if root is None else with_own_root(motion, root, keep.shared)
+        for motion, root in zip(found, roots, strict=True)
+    ]
     people = [i for i, motion in enumerate(whole) if is_body(motion.skeleton)]
     tall = max((whole[i].skeleton.height for i in people), default=0.0)
     people = [i for i in people if whole[i].skeleton.height >= _SMALL * tall]
@@ -114,13 +120,6 @@ def choose_bodies(motions: Sequence[Motion], keep: Keep = BODIES) -> Bodies:
         notes += _root_notes(found[i], roots[i])
     said = tuple(note for note in notes if note)
     return Bodies(tuple(whole[i] for i in chosen), tuple(chosen), tuple(roots[i] for i in chosen), said)
-
-
-def is_body(skeleton: Skeleton) -> bool:
-    """Whether a skeleton with roles has two of a person's limbs or more."""
-    parts = [("hip", "knee", "foot"), ("shoulder", "elbow", "hand")]
-    sides = ("left", "right")
-    return sum(all(f"{side}_{part}" in skeleton.roles for part in limb) for side in sides for limb in parts) >= 2
 
 
 def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
@@ -153,7 +152,8 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     top, rest = hips, np.zeros(3)
     for joint in line[1:]:
         rest = rest + skeleton.offsets[line[line.index(joint) - 1]]
-        gap = max(float(np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1).max()), np.linalg.norm(rest))
+        apart = np.linalg.norm(positions[:, joint] - positions[:, hips], axis=-1)
+        gap = max(float(apart.max()), float(np.linalg.norm(rest)))
         if gap > _NEAR * leg or (moves[hips] and not moves[joint]):
             break
         top = joint
@@ -167,7 +167,7 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     return OwnRoot(tuple(joints), _ancestors(motion, above, _STILL * leg))
 
 
-def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
+def with_own_root(motion: Motion, own: OwnRoot, shared: bool = False) -> Motion:
     """The motion of a body alone, in the world.
 
     Parameters
@@ -175,6 +175,8 @@ def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
     motion : Motion
         Of the whole tree.
     own : OwnRoot
+    shared : bool
+        See `Keep`.
 
     Returns
     -------
@@ -196,8 +198,11 @@ def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
         longest = float(np.abs(bones[:, 1:]).max(initial=0.0))
         middle = bones.mean(axis=0)
         if np.abs(bones[:, 1:] - middle[1:]).max(initial=0.0) <= _RIGID * longest:
-            middle[0] = skeleton.offsets[0]
-            skeleton, bones = replace(skeleton, offsets=middle), None
+            # the skeleton's own where they are the same, so that all animations of a file have one skeleton
+            alike = np.abs(middle - skeleton.offsets)[1:].max(initial=0.0) <= _RIGID * longest
+            offsets = np.concatenate([skeleton.offsets[:1], (skeleton.offsets if alike else middle)[1:]])
+            if alike or not shared:
+                skeleton, bones = replace(skeleton, offsets=offsets), None
     return Motion(skeleton, at, rotations, motion.fps, bones)
 
 
@@ -296,9 +301,10 @@ def _sampled(motion: Motion) -> Motion:
 
 
 def _with_roles(motion: Motion) -> Motion:
-    if len(motion.skeleton) > _MOST_BONES:
+    """The motion with the roles found, unless a file has given them."""
+    if motion.skeleton.roles or len(motion.skeleton) > _MOST_BONES:
         return motion
-    return replace(motion, skeleton=with_found_roles(motion.skeleton))
+    return replace(motion, skeleton=with_found_roles(motion.skeleton, motion))
 
 
 def _root_notes(motion: Motion, own: OwnRoot | None) -> list[str]:

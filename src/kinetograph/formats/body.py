@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from kinetograph.formats.surface import body_surface
 from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance import standing_character, to_standing
 from kinetograph.take import Take
 
 # linear colours: a light grey, blue and vermilion, which colour-blind people can tell apart
@@ -44,6 +46,30 @@ def body_of(motion: Motion, character: Character | None = None) -> tuple[Skin, F
         The skeleton is not the character's.
     """
     return skin_of(motion, character), rest_positions(motion.skeleton)
+
+
+def dressed(motion: Motion, character: Character | None = None) -> tuple[Motion, Skin]:
+    """A motion on a skeleton whose rest pose stands, as files with a bind pose hold it, and its skin in that pose.
+
+    Parameters
+    ----------
+    motion : Motion
+    character : Character, optional
+        Whose skin to take; without one, a body of capsules.
+
+    Returns
+    -------
+    motion : Motion
+        The same in the world.
+    skin : Skin
+
+    Raises
+    ------
+    RequestError
+        The skeleton is not the character's.
+    """
+    body = replace(body_character(motion, character), skeleton=motion.skeleton)
+    return to_standing(motion), standing_character(body).skin
 
 
 def skin_of(motion: Motion, character: Character | None = None) -> Skin:
@@ -165,7 +191,7 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
     Returns
     -------
     name : str
-        The take's, or ``"motion"``.
+        That of the take's animation where it has one, else the take's, or ``"motion"``.
     motions : dict of str to Motion
         By track.
 
@@ -183,4 +209,4 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
         raise RequestError(
             f"{kind} files hold motions, but take {what.name!r} has only the signals {', '.join(what.tracks)}"
         )
-    return what.name, motions
+    return what.animation or what.name, motions

@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance import stance_frames, standing
 
 MIDDLE, LEFT, RIGHT = 0, 1, 2
 SHORT = 1e-4
@@ -119,10 +121,11 @@ def stature(skeleton: Skeleton) -> float:
 
 
 def _chain(skeleton: Skeleton, role: str) -> float:
-    """Metres along the bones from the root to a role."""
+    """Metres along the bones from the hips, or else the root, to a role."""
     landmark = skeleton.roles[role]
+    hips = skeleton.roles["hips"].joint if "hips" in skeleton.roles else 0
     length, joint = float(np.linalg.norm(landmark.offset)), landmark.joint
-    while joint > 0:
+    while joint > 0 and joint != hips:
         length += float(np.linalg.norm(skeleton.offsets[joint]))
         joint = int(skeleton.parents[joint])
     return length
@@ -200,6 +203,9 @@ def body_capsules(skeleton: Skeleton, sole: float | None = None) -> tuple[Capsul
     -------
     tuple of Capsule
     """
+    if skeleton.stance is not None:
+        back = rot.conjugate(stance_frames(skeleton))
+        return tuple(_rotated(capsule, back[capsule.joint]) for capsule in body_capsules(standing(skeleton), sole))
     body = _Body(skeleton, stature(skeleton), *body_axes(skeleton), *body_parts(skeleton))
     capsules = [
         _capsule(body, joint, child, tip, _part(body, joint, child))
@@ -209,6 +215,12 @@ def body_capsules(skeleton: Skeleton, sole: float | None = None) -> tuple[Capsul
     for side, name in ((LEFT, "left"), (RIGHT, "right")):
         capsules = _soled(body, capsules, side, name, sole)
     return tuple(capsules) or (_capsule(body, 0, -1, np.zeros(3), ""),)
+
+
+def _rotated(capsule: Capsule, rotation: FloatArray) -> Capsule:
+    """A capsule in a frame of its joint that is rotated."""
+    tip, start, stop, wider = rot.rotate(rotation, np.array([capsule.tip, capsule.start, capsule.stop, capsule.wider]))
+    return replace(capsule, tip=tip, start=start, stop=stop, wider=wider)
 
 
 def _soled(body: _Body, capsules: list[Capsule], side: int, name: str, sole: float | None) -> list[Capsule]:
@@ -259,7 +271,8 @@ def _part(body: _Body, joint: int, child: int) -> str:
 def _ends(body: _Body, joint: int) -> list[tuple[int, FloatArray]]:
     """The far ends of a joint's bones: child joints, end sites, landmarks and, for bare leaves, a guess."""
     skeleton = body.skeleton
-    ends = [(child, skeleton.offsets[child]) for child in skeleton.children[joint]]
+    above = _to_hips(skeleton)
+    ends = [(child, skeleton.offsets[child]) for child in skeleton.children[joint] if child not in above]
     ends += [(-1, skeleton.end_offsets[i]) for i in np.flatnonzero(skeleton.end_parents == joint)]
     ends = [(child, tip) for child, tip in ends if np.linalg.norm(tip) > SHORT]
     for landmark in skeleton.roles.values():
@@ -270,6 +283,16 @@ def _ends(body: _Body, joint: int) -> list[tuple[int, FloatArray]]:
         return ends
     guess = _guessed_tip(body, joint)
     return [] if guess is None else [(-1, guess)]
+
+
+def _to_hips(skeleton: Skeleton) -> set[int]:
+    """The hips and the joints above them: what leads there from a root on the ground is no part of the body."""
+    joint = skeleton.roles["hips"].joint if "hips" in skeleton.roles else -1
+    line = set()
+    while joint >= 0:
+        line.add(joint)
+        joint = int(skeleton.parents[joint])
+    return line
 
 
 def _guessed_tip(body: _Body, joint: int) -> FloatArray | None:

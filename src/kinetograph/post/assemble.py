@@ -10,7 +10,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import joint_positions
-from kinetograph.motion import Motion, concatenate, sample
+from kinetograph.motion import Motion, concatenate, headings, sample
 from kinetograph.post.blend import Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands
 from kinetograph.post.contacts import contacts_of
@@ -208,5 +208,5 @@ def edits(motion: Motion, parts: list[Part]) -> FloatArray:
 def _centred(motion: Motion) -> Motion:
     """Every frame over the origin, facing along z."""
     rotations = motion.rotations.copy()
-    rotations[:, 0] = rot.without_heading(rotations[:, 0])
+    rotations[:, 0] = rot.multiply(rot.about("y", -headings(motion)), rotations[:, 0])
     return replace(motion, translation=motion.translation * np.array([0.0, 1.0, 0.0]), rotations=rotations)

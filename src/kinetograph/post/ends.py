@@ -12,7 +12,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import on_ground, role_positions
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, headings
 from kinetograph.post.blend import quintic_decay
 from kinetograph.post.limbs import ARM, LEG, move_limb, usual_hinge
 from kinetograph.skeleton import Skeleton
@@ -149,4 +149,4 @@ def _seen_from_root(motion: Motion, roles: Sequence[str]) -> FloatArray:
 
 
 def _headings(motion: Motion) -> FloatArray:
-    return rot.about("y", rot.heading(motion.rotations[:, 0]))
+    return rot.about("y", headings(motion))

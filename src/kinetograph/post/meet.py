@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, heading_at
 from kinetograph.post.blend import quintic_decay
 
 
@@ -68,7 +68,7 @@ def _bend_between(motion: Motion, start: int, goal: Waypoint) -> Motion:
     done = _progress(motion, start, stop)
     root, rotations = motion.translation.copy(), motion.rotations.copy()
     if goal.heading is not None:
-        now = float(rot.heading(rotations[stop, 0]))
+        now = heading_at(motion, stop)
         missing = float(np.angle(np.exp(1j * (goal.heading - now))))
         about = rot.about("y", missing * done)
         steps = np.zeros((0, 3))
@@ -136,7 +136,7 @@ def _missing(motion: Motion, point: Waypoint) -> tuple[float, FloatArray]:
     assert point.clip is not None
     wanted = point.clip.rotations[point.source].copy()
     now = motion.rotations[point.frame]
-    angle = float(rot.heading(now[0])) - float(rot.heading(wanted[0]))
+    angle = heading_at(motion, point.frame) - heading_at(point.clip, point.source)
     wanted[0] = rot.multiply(rot.about("y", angle), wanted[0])
     gap = rot.log(rot.multiply(rot.conjugate(now), wanted))
     height = float(point.clip.translation[point.source, 1] - motion.translation[point.frame, 1])

@@ -1,27 +1,21 @@
-"""What a skeleton's rest pose says about the body: its axes, its legs, and the directions of its limbs."""
+"""What a skeleton's rest pose, or its stance where that does not stand, says: axes, legs, and directions of limbs."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.kinematics import end_positions, forward
-from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance.rebasing import rest_motion, standing
 
 _NEXT = {"shoulder": "elbow", "elbow": "hand", "hip": "knee", "knee": "foot", "foot": "toe"}
 _UPRIGHT = np.cos(np.radians(25.0))  # axes nearer to a coordinate axis than this are taken to be it
 _SOLE = 0.045  # of the leg's length: least height of an ankle over the sole
 
 
-def rest_motion(skeleton: Skeleton) -> Motion:
-    """A motion of one frame, the rest pose of a skeleton."""
-    return Motion(skeleton, skeleton.offsets[:1], rot.identity(1, len(skeleton)), 30.0)
-
-
 def role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
-    """Positions of all roles at rest.
+    """Positions of all roles at rest, or in the stance.
 
     Parameters
     ----------
@@ -32,6 +26,7 @@ def role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
     dict of str to ndarray, shape (3,)
         Metres.
     """
+    skeleton = standing(skeleton)
     positions = forward(rest_motion(skeleton))[0][0]
     return {role: positions[landmark.joint] + landmark.offset for role, landmark in skeleton.roles.items()}
 
@@ -95,7 +90,7 @@ def ankle_height(skeleton: Skeleton) -> float:
     ankles = [role for role in ("left_foot", "right_foot") if role in places]
     if not ankles:
         return 0.0
-    still = rest_motion(skeleton)
+    still = rest_motion(standing(skeleton))
     up = body_axes(skeleton)[1]
     points = np.concatenate([forward(still)[0][0], end_positions(still)[0]])
     height = float(np.mean([places[role] @ up for role in ankles]) - np.min(points @ up))

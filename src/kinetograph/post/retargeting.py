@@ -4,7 +4,8 @@ The joints of a pair have the same world rotation, up to a constant one that mak
 rotation between the axes of the bodies and, for limbs, the one that takes the bone at rest to the direction of its
 partner (an A pose to a T pose). The root path and heights are scaled with the length of the legs, and inverse
 kinematics brings the ankles to the scaled positions of the source's, so that planted feet stay planted. A character,
-whose skin says how thick its body is, is then stood on the floor (`kinetograph.post.grounding`).
+whose skin says how thick its body is, is then stood on the floor (`kinetograph.post.grounding`). A skeleton whose rest
+pose does not stand is compared in its stance (`kinetograph.stance`), and gets its motion in its own rest pose.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, limb
 from kinetograph.post.soles import floor_height, planted_feet, undersides
 from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance import from_standing, standing, standing_character, to_standing
 from kinetograph.take import Annotation
 
 _TRUNK = ("hips", "spine", "chest", "neck", "head")
@@ -56,6 +58,15 @@ class Retargeted:
     table: JointTable
     scale: float
     floor: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What `retarget` is asked for."""
+
+    scale: float | None
+    feet: bool
+    handholds: tuple[Annotation, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,24 +140,32 @@ def retarget(
     >>> retarget(stand, skeleton()).motion.translation.round(6).tolist()
     [[0.0, 0.9, 0.0]]
     """
+    given = target.skeleton if isinstance(target, Character) else target
+    _check_roles(motion.skeleton, given)
+    table = table or joint_table(motion.skeleton, given)
+    table.check(motion.skeleton, given)
+    body = standing_character(target) if isinstance(target, Character) else standing(target)
+    out = _retargeted(to_standing(motion), body, table, _Request(scale, feet, handholds))
+    return replace(out, motion=from_standing(out.motion, given))
+
+
+def _retargeted(motion: Motion, target: Skeleton | Character, table: JointTable, request: _Request) -> Retargeted:
+    """A motion on another skeleton, where both rest poses stand."""
     skeleton = target.skeleton if isinstance(target, Character) else target
-    _check_roles(motion.skeleton, skeleton)
-    table = table or joint_table(motion.skeleton, skeleton)
-    table.check(motion.skeleton, skeleton)
-    ratio = scale if scale is not None else leg_length(skeleton) / leg_length(motion.skeleton)
+    ratio = request.scale if request.scale is not None else leg_length(skeleton) / leg_length(motion.skeleton)
     if not (np.isfinite(ratio) and ratio > 0):
         raise RequestError(f"the scale of the root path must be a positive number, found {ratio}")
     positions, world = forward(motion)
-    contacts = _contacts(motion, handholds)
+    contacts = _contacts(motion, request.handholds)
     source = _Source(motion.skeleton, positions, ratio, floor_height(motion, contacts))
     rotations = _rotations(motion, world, skeleton, table)
     out = _placed(source, Motion(skeleton, np.zeros((len(motion), 3)), rotations, motion.fps))
-    if feet:
+    if request.feet:
         out = _with_feet(source, out)
-    if feet and isinstance(target, Character):
+    if request.feet and isinstance(target, Character):
         out = stand(out, undersides(target), planted_feet(motion, contacts), source.floor)
     for side in SIDES:
-        out = _with_hand(source, out, side, _held(handholds, f"{side}_hand", len(motion), motion.fps))
+        out = _with_hand(source, out, side, _held(request.handholds, f"{side}_hand", len(motion), motion.fps))
     return Retargeted(out, table, float(ratio), source.floor)
 
 

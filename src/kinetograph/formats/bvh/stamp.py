@@ -1,7 +1,7 @@
 """How BVH files of this package say their units and axes: BVH has no place for them, and no comments.
 
-``Frame Time`` is written to twelve decimals, a picosecond, and eight more digits follow. They say who wrote the file and
-what its numbers mean; to every other program they are a part of the number that no clock can tell.
+``Frame Time`` is written to twelve decimals, a picosecond, and eight more digits follow. They say who wrote the file
+and what its numbers mean; to other programs they are decimals of a time like any others.
 """
 
 from __future__ import annotations

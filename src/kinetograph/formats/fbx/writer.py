@@ -15,7 +15,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.character import Skin
 from kinetograph.errors import RequestError
 from kinetograph.formats.ancestors import placed_joints, with_ancestors_skinned
-from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.fbx.nodes import Node, Value, header_nodes, make, pack
 from kinetograph.formats.fbx.times import CUSTOM_MODE, TICKS, TIME_MODES
@@ -60,7 +60,7 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         raise RequestError(f"FBX has one rate; found motions of {sorted(rates)} fps: resample them first")
     scene = _Scene(name, next(iter(motions.values())).fps, max(len(motion) for motion in motions.values()))
     for track, motion in motions.items():
-        scene.add(track, *with_ancestors_skinned(motion, skin_of(motion, options.character)))
+        scene.add(track, *with_ancestors_skinned(*dressed(motion, options.character)))
     Path(path).write_bytes(pack(scene.nodes()))
 
 

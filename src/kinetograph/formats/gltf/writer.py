@@ -20,7 +20,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import RequestError
 from kinetograph.formats.ancestors import placed_joints, with_ancestors_skinned
-from kinetograph.formats.body import named_motions, skin_of
+from kinetograph.formats.body import dressed, named_motions
 from kinetograph.formats.capsules import rest_positions
 from kinetograph.formats.options import WriteOptions
 from kinetograph.motion import Motion
@@ -80,7 +80,7 @@ def encode(what: Take | Motion | Signal, character: Character | None = None, *, 
     name, motions = named_motions(what, "GLB")
     document = _Document(name)
     for track, motion in motions.items():
-        skin = skin_of(motion, character)
+        motion, skin = dressed(motion, character)
         if ancestors:
             motion, skin = with_ancestors_skinned(motion, skin)
         _add_character(document, track, motion, skin)
@@ -170,7 +170,8 @@ def _add_character(document: _Document, track: str, motion: Motion, skin: Skin) 
     """Nodes, body and animation of one character."""
     first = len(document.parts["nodes"]) + 1  # the character's own node comes before its joints
     skeleton = motion.skeleton
-    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": {"fps": motion.fps}}))
+    noted = {"fps": motion.fps, "frames": len(motion)}
+    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": noted}))
     locals_ = skeleton.offsets.copy()
     locals_[0] = motion.translation[0]
     for joint, name in enumerate(skeleton.names):

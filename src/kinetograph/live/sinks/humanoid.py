@@ -14,6 +14,7 @@ from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.post.rest_pose import body_axes, limb_direction
 from kinetograph.skeleton import Skeleton
+from kinetograph.stance import to_standing
 
 _TRUNK = {"Hips": "hips", "Spine": "spine", "Chest": "chest", "Neck": "neck", "Head": "head"}
 _LIMBS = {
@@ -41,6 +42,7 @@ class Humanoid:
     Parameters
     ----------
     skeleton : Skeleton
+        Its stance says where its limbs are at rest, if it has one.
 
     Raises
     ------
@@ -95,7 +97,7 @@ class Humanoid:
         rotations : ndarray, shape (F, B, 4)
             Identities in a T pose that faces +Z.
         """
-        places, world = forward(motion)
+        places, world = forward(to_standing(motion))
         places = places[:, self.joints]
         world = rot.multiply(world[:, self.joints], rot.conjugate(self._t_pose))
         positions, rotations = places.copy(), world.copy()

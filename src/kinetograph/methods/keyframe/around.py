@@ -14,7 +14,7 @@ from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
 from kinetograph.methods.keyframe.realize import edit_statistics
-from kinetograph.motion import Motion, concatenate, cut, place
+from kinetograph.motion import Motion, concatenate, cut, heading_at, place
 from kinetograph.post.contacts import merge
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
@@ -91,7 +91,7 @@ def _divided(keys: tuple[Key, ...], start: float, stop: float) -> tuple[tuple[Ke
 
 
 def _heading(motion: Motion, frame: int) -> float:
-    return float(rot.heading(motion.rotations[frame, 0]))
+    return heading_at(motion, frame)
 
 
 def frame_as_key(motion: Motion, frame: int, time: float, label: str = "the held span") -> Key:

@@ -20,7 +20,7 @@ from kinetograph.learn import squared_distances
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.motion_segments import Excerpt, choose_segments, excerpts_of
 from kinetograph.methods.keyframe.two_levels import StateSequence, TwoLevelModel
-from kinetograph.motion import Motion, cut, place
+from kinetograph.motion import Motion, cut, heading_at, place
 from kinetograph.post.contacts import carry
 from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.synthesis import Piece, Synthesis
@@ -156,7 +156,7 @@ def _closest(model: TwoLevelModel, a: Excerpt, b: Excerpt, reach: int) -> tuple[
 def _link(source: Motion, excerpt: Excerpt, onto: tuple[Motion, int], *, head: int = 0, tail: int = 0) -> Link:
     """An excerpt with frames before and after it, its first frame's root placed over that of a frame of a motion."""
     target, frame = onto
-    rotation = float(rot.heading(target.rotations[frame, 0])) - float(rot.heading(source.rotations[excerpt.start, 0]))
+    rotation = heading_at(target, frame) - heading_at(source, excerpt.start)
     moved = rot.rotate(rot.about("y", rotation), source.translation[excerpt.start])
     shift = on_ground(target.translation[frame] - moved)
     played = place(cut(source, excerpt.start - head, excerpt.stop + tail), rotation, shift)

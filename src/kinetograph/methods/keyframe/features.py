@@ -18,7 +18,7 @@ from kinetograph.kinematics import on_ground, role_positions, velocities
 from kinetograph.learn import squared_distances_to
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.recordings import leg_length
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, headings
 from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES
 from kinetograph.skeleton import Skeleton
@@ -74,7 +74,7 @@ def pose_features(examples: tuple[Example, ...]) -> PoseFeatures:
         speeds.append(velocity * REACH / np.sqrt(len(roles)))
         contacts.append(_contact_features(example))
         grounds.append(example.motion.translation[:, 2] + 1j * example.motion.translation[:, 0])
-        facings.append(np.exp(1j * rot.heading(example.motion.rotations[:, 0])))
+        facings.append(np.exp(1j * headings(example.motion)))
     columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, speeds, contacts)]
     return PoseFeatures(roles, columns[0], columns[1], columns[2], np.concatenate(grounds), np.concatenate(facings))
 
@@ -98,7 +98,7 @@ def relative_joints(motion: Motion, roles: tuple[str, ...]) -> tuple[FloatArray,
         Metres per second, rotated likewise.
     """
     world = role_positions(motion, roles)
-    back = rot.about("y", -rot.heading(motion.rotations[:, 0]))[:, None]
+    back = rot.about("y", -headings(motion))[:, None]
     root = on_ground(motion.translation)
     return rot.rotate(back, world - root[:, None]), rot.rotate(back, velocities(world, motion.fps))
 

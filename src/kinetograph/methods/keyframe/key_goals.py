@@ -6,12 +6,12 @@ import itertools
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.errors import RequestError, TooSoonError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
 from kinetograph.methods.keyframe.features import key_distances
 from kinetograph.methods.keyframe.index import PoseIndex
+from kinetograph.motion import heading_at
 
 
 def goals_of(
@@ -72,7 +72,7 @@ def pinned(key: Key, *, first: bool) -> tuple[complex | None, float | None]:
     if first:
         x, _, z = key.clip.translation[key.frame]
         place = complex(z, x) if place is None else place
-        heading = float(rot.heading(key.clip.rotations[key.frame, 0])) if heading is None else heading
+        heading = heading_at(key.clip, key.frame) if heading is None else heading
     return place, heading
 
 

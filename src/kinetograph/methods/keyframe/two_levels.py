@@ -34,7 +34,7 @@ from kinetograph.learn import (
     viterbi,
 )
 from kinetograph.methods.keyframe.examples import Example, adopt_named, mean_heading
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, headings
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ def pose_vectors(motion: Motion) -> FloatArray:
         Radians; every joint's vector is at most pi long. The root's translation is left out.
     """
     aligned = motion.rotations.copy()
-    back = rot.about("y", -mean_heading(rot.heading(motion.rotations[:, 0])))
+    back = rot.about("y", -mean_heading(headings(motion)))
     aligned[:, 0] = rot.multiply(back, aligned[:, 0])
     return rot.log(aligned).reshape(len(motion), -1)
 

@@ -14,7 +14,7 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment
 from kinetograph.methods.performance.weights import weights
-from kinetograph.motion import Motion, sample
+from kinetograph.motion import Motion, heading_at, sample
 from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece
 
@@ -157,7 +157,7 @@ def _continued(piece: Piece, before: Motion, motion: Motion, start: float) -> tu
     ``before`` is the recording of that piece. Bodies stand on their own floor: nothing is lifted.
     """
     last, first = sample(before, [piece.source_stop], before.fps), sample(motion, [start], motion.fps)
-    heading = piece.turn + rot.heading(last.rotations[0, 0]) - rot.heading(first.rotations[0, 0])
-    rotation = rot.about("y", float(heading))
+    heading = piece.turn + heading_at(last, 0) - heading_at(first, 0)
+    rotation = rot.about("y", heading)
     place = rot.rotate(np.array(piece.rotation), last.translation[0]) + piece.shift
     return rotation, on_ground(place - rot.rotate(rotation, first.translation[0]))

@@ -15,13 +15,17 @@ from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations
 from kinetograph.mirroring import mirror
-from kinetograph.motion import Motion, resample, sample
+from kinetograph.motion import Motion, headings, resample, sample
 from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.sampling import interpolate
 from kinetograph.segmentation import detect_beats, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Track
+
+
+class UncutError(RequestError):
+    """A take without cuts in which none can be found."""
 
 
 def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
@@ -43,6 +47,8 @@ def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Sk
 
     Raises
     ------
+    UncutError
+        For a take in which no cuts are found.
     RequestError
         For a take that lacks what the settings compare, and for a signal that would have to be mirrored.
     """
@@ -75,9 +81,12 @@ def _cuts(recording: Recording, partner: Track | None) -> tuple[tuple[float, ...
     cuts, contacts = annotated_cuts(recording), recording.contacts()
     if cuts:
         return cuts, contacts, ""
-    if isinstance(partner, Motion):
-        return detect_beats([recording.motion, partner]), contacts, "beats"
-    return footplant_cuts(recording.motion, contacts), contacts, "footplants"
+    try:
+        if isinstance(partner, Motion):
+            return detect_beats([recording.motion, partner]), contacts, "beats"
+        return footplant_cuts(recording.motion, contacts), contacts, "footplants"
+    except RequestError as error:
+        raise UncutError(f"take {recording.name!r}: {error}") from error
 
 
 def annotated_cuts(recording: Recording) -> tuple[float, ...]:
@@ -148,5 +157,5 @@ def target_points(settings: PerformanceSettings, motion: Motion) -> FloatArray:
     if not settings.alignment.continues:
         return points
     # poses are compared where bodies stand, wherever that is
-    back = rot.about("y", -rot.heading(motion.rotations[:, 0]))
+    back = rot.about("y", -headings(motion))
     return rot.rotate(back[:, None], points - on_ground(motion.translation[:, None]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, root_facing
 from kinetograph.skeleton import Skeleton
 
 STILL = 1e-3
@@ -49,7 +49,9 @@ class PoseSpace:
 
     def encode(self, motion: Motion) -> FloatArray:
         """Vectors, shape ``(F, D)``, of a motion's poses."""
-        return np.asarray(_one_sided(without_heading(motion.rotations), self.reference)[:, self.moving])
+        return np.asarray(
+            _one_sided(without_heading(motion.rotations, motion.skeleton), self.reference)[:, self.moving]
+        )
 
     def decode(self, vectors: FloatArray) -> FloatArray:
         """Rotations, shape ``(F, J, 4)``, of vectors ``(F, D)``; the root faces straight ahead."""
@@ -59,16 +61,28 @@ class PoseSpace:
         return np.where(length > 1e-6, q / np.maximum(length, 1e-6), self.reference)
 
 
-def without_heading(rotations: FloatArray) -> FloatArray:
-    """Rotations, shape ``(F, J, 4)``, with the root rotated to face straight ahead."""
+def without_heading(rotations: FloatArray, skeleton: Skeleton | None = None) -> FloatArray:
+    """Rotations, shape ``(F, J, 4)``, with the root rotated to face straight ahead.
+
+    Parameters
+    ----------
+    rotations : ndarray, shape (F, J, 4)
+    skeleton : Skeleton, optional
+        Whose stance says where ahead is; the rest pose does without one.
+
+    Returns
+    -------
+    ndarray, shape (F, J, 4)
+    """
+    root = rotations[:, 0] if skeleton is None else root_facing(skeleton, rotations[:, 0])
     out = rotations.copy()
-    out[:, 0] = rot.without_heading(rotations[:, 0])
+    out[:, 0] = rot.multiply(rot.about("y", -rot.heading(root)), rotations[:, 0])
     return out
 
 
 def fit_pose_space(motions: list[Motion]) -> PoseSpace:
     """The space of the poses of motions of one skeleton."""
-    q = np.concatenate([without_heading(motion.rotations) for motion in motions])
+    q = np.concatenate([without_heading(motion.rotations, motion.skeleton) for motion in motions])
     moments = np.einsum("fji,fjk->jik", q, q) / len(q)
     reference = np.linalg.eigh(moments)[1][..., -1]
     reference = np.where(reference[:, :1] < 0, -reference, reference)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 import msgspec
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import KinetographError, RequestError, TooSoonError
 from kinetograph.keys import Key
@@ -17,7 +16,7 @@ from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import FittedTimedSearch, KeyframeControl, KeyframeModel, TimedSearch
 from kinetograph.methods.keyframe.features import BODY
-from kinetograph.motion import cut, place
+from kinetograph.motion import cut, heading_at, place
 from kinetograph.pipeline import inbetween_with
 from kinetograph.post import JointRange, ends_of, limbs_of, put_ends, seen_ranges
 from kinetograph.progress import Progress
@@ -295,7 +294,7 @@ def _pose(room: Room, project: Project, question: KeyPose) -> bytes:
     """The pose of a row alone, its root above the origin, facing as at rest."""
     key = _key(room, project, question.row)
     pose = cut(key.clip, key.frame, key.frame + 1)
-    pose = place(pose, -float(rot.heading(pose.rotations[0, 0])), (0.0, 0.0, 0.0))
+    pose = place(pose, -heading_at(pose, 0), (0.0, 0.0, 0.0))
     pose = place(pose, 0.0, -on_ground(pose.translation[0]))
     return blob(ClipHeader(question.id, key.label), clip(bodies({"key": pose}, None), None))
 
@@ -305,7 +304,7 @@ def _ends(room: Room, project: Project, question: KeyEnds) -> EndPlaces:
     key = _key(room, project, question.row)
     ends = {role: _three(point) for role, point in ends_of(key.clip, key.frame).items()}
     x, _, z = _three(key.clip.translation[key.frame])
-    heading = math.degrees(float(rot.heading(key.clip.rotations[key.frame, 0])))
+    heading = math.degrees(heading_at(key.clip, key.frame))
     roles = tuple(role for role in BODY if role in key.clip.skeleton.roles)
     said = tuple(line.removeprefix(f"{key.label}: ") for line in said_of(question.row, key, ()))
     return EndPlaces(question.id, ends, roles, (x, z), heading, said)
@@ -332,7 +331,7 @@ def _met(room: Room, project: Project, question: KeysMet) -> Met:
     for time in solved.times[number]:
         frame = min(round(time * motion.fps), len(motion) - 1)
         x, _, z = _three(motion.translation[frame])
-        rows.append(MetRow(time, (x, z), math.degrees(float(rot.heading(motion.rotations[frame, 0])))))
+        rows.append(MetRow(time, (x, z), math.degrees(heading_at(motion, frame))))
     return Met(question.id, tuple(rows))
 
 

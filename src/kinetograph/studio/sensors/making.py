@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.motion import Motion, place, resample
+from kinetograph.motion import Motion, heading_at, place, resample
 from kinetograph.progress import Progress
 from kinetograph.studio.made import Made
 from kinetograph.studio.messages import Calibrate, CallSensors, Figure, JointUncertainty, Listen, Message
@@ -131,12 +131,11 @@ def _made(synthesis: SensorSynthesis, asked: _Asked, model: SensorModel) -> Made
 
 def _compared(truth: Motion, motion: Motion) -> tuple[Motion, FloatArray]:
     """The recorded motion, standing where the made one begins, and degrees of error of each frame of the latter."""
-    from kinetograph import rotations as rot
     from kinetograph.evaluation.sensor_scores import pose_errors
     from kinetograph.methods.recordings import adopt
 
     truth = adopt(truth, motion.skeleton)
-    angle = float(rot.heading(motion.rotations[0, 0]) - rot.heading(truth.rotations[0, 0]))
+    angle = heading_at(motion, 0) - heading_at(truth, 0)
     rotated = place(truth, angle, np.zeros(3))
     shift = (motion.translation[0] - rotated.translation[0]) * [1.0, 0.0, 1.0]
     truth = place(truth, angle, shift)
