@@ -41,7 +41,7 @@ def limb_frame(seen: Evidence, joint: int, side: str, part: str) -> FloatArray:
     """
     bone = seen.body.bone(joint, f"{side}_{NEXT[part]}")
     if not np.linalg.norm(bone) > _NO_BONE:
-        return seen.mean[joint]
+        return np.asarray(seen.mean[joint])
     hinge = _hinge(seen.body, joint, side, "knee" if part in ("hip", "knee") else "elbow")
     if hinge is None:
         return rot.multiply(rot.between(rot.rotate(seen.mean[joint], bone), _DOWN), seen.mean[joint])
