@@ -189,6 +189,11 @@ def small_motion(frames: int = 5) -> Motion:
     return Motion(Skeleton(names, parents, offsets), path, rotations, 30.0)
 
 
+def rng_places() -> np.ndarray:
+    """Positions of 22 joints in three frames."""
+    return np.random.default_rng(6).normal(0, 0.4, (3, 22, 3))
+
+
 ASF = """:version 1.10
 :units
   length 0.45
@@ -249,6 +254,7 @@ def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
     body += parameter(1, b"UNITS", -1, b"\x02", b"mm") + parameter(1, b"LABELS", -1, b"\x04\x03", b"HEADHIP FOOT")
     rows = np.zeros((frames, points, 4), dtype="<f4")
     rows[..., :3] = np.arange(points)[::-1, None] * 700.0 + np.arange(frames)[:, None, None]
+    rows[0, -1, 0] = 0.5  # not at the very origin, where a marker is taken as missing
     return header + body.ljust(512, b"\x00") + rows.tobytes()
 
 
@@ -327,6 +333,12 @@ def good_files(folder: Path) -> dict[str, bytes]:
     pose = folder / "pose.npz"
     np.savez_compressed(pose, poses=np.full((4, 66), 0.1), trans=np.zeros((4, 3)), mocap_framerate=np.array(30.0))
     files["pose.npz"] = pose.read_bytes()
+    positions = folder / "positions.npy"
+    np.save(positions, rng_places())
+    files["positions.npy"] = positions.read_bytes()
+    aist = {"smpl_poses": np.full((3, 72), 0.1), "smpl_trans": np.full((3, 3), 90.0), "smpl_scaling": np.full(1, 93.0)}
+    np.savez(folder / "aist.npz", **aist)
+    files["aist.npz"] = (folder / "aist.npz").read_bytes()
     return files
 
 

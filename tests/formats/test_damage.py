@@ -17,7 +17,16 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, byte
 
 
 NAMES = ("small.amc", "skeleton.asf", "path.csv", "markers.c3d", "small.bvh", "small.glb", "small.fbx", "small.npz")
-OTHERS = ("clip.json", "pose.npz", "sparse.gltf", "two.gltf", "avatar.vrm", "old_avatar.vrm")
+OTHERS = (
+    "clip.json",
+    "pose.npz",
+    "aist.npz",
+    "positions.npy",
+    "sparse.gltf",
+    "two.gltf",
+    "avatar.vrm",
+    "old_avatar.vrm",
+)
 
 
 SCENES = ("layers.fbx", "text.fbx", "text6.fbx", "binary6.fbx")

@@ -12,7 +12,7 @@ from kinetograph.cli.characters import AnotherBody, body, dressed, with_handhold
 from kinetograph.cli.markers import fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli.options import AsJson, Force, add, options
 from kinetograph.cli.output import note, notes, refuse_existing, result, table
-from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Reading, read_file
+from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Markers, Reading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -135,6 +135,7 @@ class SourceReading(Reading):
     skeleton: Annotated[Path | None, typer.Option(help="File with the bones of an .amc or of AMASS poses.")] = None
     lenient: Lenient = False
     everything: Everything = False
+    markers: Markers = None
 
 
 def convert(
@@ -151,21 +152,22 @@ def convert(
 
     Example: kinetograph convert out/walk.bvh out/person.glb --character human
     """
-    from kinetograph.formats import WriteOptions, save
+    from kinetograph.formats import WriteOptions, save, together
 
     refuse_existing([target], writing.force)
     worn = body(another.character, another.onto)
     take = read_file(source, reading, root_motion=not worn.other)
     bodily = changes.fit_markers or wants_motion(target) or worn.other or writing.values == "angles"
-    take, fits = fitted(take, source) if bodily else (take, {})
+    take, fits = fitted(take, source, reading.markers) if bodily else (take, {})
     if not writing.as_json:
         list_residuals(fits)
     if another.handholds is not None and not worn.other:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
-    take = dressed(take, worn, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
-    save(take, target, force=writing.force, options=choices)
+    with together():  # the table of joints as well
+        take = dressed(take, worn, another.joint_table, another.scale)
+        save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))
     figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
     result(figures | (residuals(fits) if writing.as_json else {}), writing.as_json)

@@ -77,7 +77,7 @@ def view(
     _refuse_unknown(picture.output)
     take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
     notes(guesses, file)
-    take, _ = fitted(take, file)
+    take, _ = fitted(take, file, reading.markers)
     if picture.output.suffix.lower() in PAGES:
         _write_page(take, picture, sheet, file.name)
     elif picture.character is not None or picture.output.suffix.lower() in FILMS:

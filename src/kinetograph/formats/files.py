@@ -32,6 +32,7 @@ READERS: dict[str, str] = {
     ".glb": "gltf",
     ".gltf": "gltf",
     ".json": "deepmimic",
+    ".npy": "npy",
     ".npz": "npz",
     ".txt": "deepmimic",
     ".usd": "usd",
@@ -53,6 +54,8 @@ WRITERS: dict[str, str] = {
     ".usdc": "usd",
 }
 """Suffix -> module with ``write(what, path, options)``, which writes to exactly that path."""
+
+_PICKLED = (".pkl", ".pickle", ".p", ".joblib", ".pt", ".pth")
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
@@ -246,6 +249,11 @@ def _module(path: Path, table: dict[str, str], verb: str) -> ModuleType:
     try:
         name = table[path.suffix.lower()]
     except KeyError:
+        if path.suffix.lower() in _PICKLED:
+            raise RequestError(
+                f"{path}: {path.suffix} files hold pickled objects, which can run programs, and are not read; save "
+                "their arrays by name with numpy.savez, where you trust the file, and read the .npz"
+            ) from None
         known = ", ".join(sorted(table))
         raise RequestError(f"{path}: cannot {verb} files of kind {path.suffix!r}; expected one of {known}") from None
     return importlib.import_module(f"kinetograph.formats.{name}")
