@@ -38,6 +38,8 @@ def limb_frame(seen: Evidence, joint: int, side: str, part: str) -> FloatArray:
     ndarray, shape (4,)
     """
     bone = seen.body.bone(joint, f"{side}_{NEXT[part]}")
+    if np.linalg.norm(bone) < NO_BONE:
+        return np.asarray(seen.mean[joint])  # a damaged file's
     hinge = _hinge(seen.body, joint, side, "knee" if part in ("hip", "knee") else "elbow")
     if hinge is None:
         return rot.multiply(rot.between(rot.rotate(seen.mean[joint], bone), _DOWN), seen.mean[joint])
