@@ -90,3 +90,15 @@ def test_bones_that_vrm_0_leaves_out_are_left_out(tmp_path: Path) -> None:
     bones = [{"bone": n, "node": -1 if n.endswith("Toes") else i} for n, i in NODE.items()]
     path = written(tmp_path / "a.vrm", avatar({"VRM": {"humanoid": {"humanBones": bones}}}, -1.0))
     assert len(read(path).take.motion().skeleton) >= len(HUMANOID) - 2
+
+
+@pytest.mark.parametrize("flat", ["leftLowerLeg", "rightFoot", "leftLowerArm", "chest", "head", ""])
+def test_bones_without_length_are_read_without_a_fault(tmp_path: Path, flat: str) -> None:
+    nodes = humanoid_nodes()
+    for name, node in NODE.items():
+        if flat in ("", name):
+            nodes[node]["translation"] = [0, 0, 0]
+    # lying, so that a stance is looked for
+    nodes[NODE["hips"]]["rotation"] = [float(np.sin(np.pi / 4)), 0, 0, float(np.cos(np.pi / 4))]
+    path = written(tmp_path / "a.vrm", {"asset": {"version": "2.0"}, "nodes": nodes, "extensions": VRM1})
+    assert np.isfinite(joint_positions(read(path).take.motion())).all()

@@ -82,7 +82,7 @@ def find_stance(motion: Motion) -> FoundStance | None:
     Returns
     -------
     FoundStance or None
-        None where hips or legs are not known.
+        None where hips or legs are not known, or have no length.
     """
     if not has_legs(motion.skeleton):
         return None
@@ -92,7 +92,9 @@ def find_stance(motion: Motion) -> FoundStance | None:
     else:
         how = f"and no frame stands: a standing reference was made from the most upright one, {seen.best}"
     note = f"the rest pose does not stand; {how} (--rest FRAME chooses a frame that stands)"
-    return FoundStance(rot.normalize(local_rotations(motion.skeleton, _frames(seen))), note)
+    with np.errstate(all="ignore"):
+        rotations = rot.normalize(local_rotations(motion.skeleton, _frames(seen)))
+    return FoundStance(rotations, note) if np.isfinite(rotations).all() else None  # bones without length, all over
 
 
 def _frames(seen: Evidence) -> FloatArray:
