@@ -11,7 +11,7 @@ import typer
 from kinetograph.cli.characters import AnotherBody, body, dressed, with_handholds
 from kinetograph.cli.markers import fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli.options import AsJson, Force, add, options
-from kinetograph.cli.output import notes, refuse_existing, result, table
+from kinetograph.cli.output import note, notes, refuse_existing, result, table
 from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Markers, Reading, read_file
 from kinetograph.errors import RequestError
 
@@ -35,7 +35,7 @@ def info(
     joints: Annotated[bool, typer.Option("--joints", help="List every joint with its parent and role.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show what is in files: skeleton, roles, frames, rate, duration, units and axes.
+    """Show what is in files: skeleton, roles, frames, rate, duration, units and axes, and the names of animations.
 
     Example: kinetograph info out/walk.bvh --joints
     """
@@ -45,10 +45,12 @@ def info(
     for path in files:
         loaded = read(path, reading.read_options)
         for name, track in loaded.take.tracks.items():
-            rows.append(_describe(path, name, track))
+            rows.append(_describe(path, name, track) | ({"animations": list(loaded.animations)} if as_json else {}))
             if joints and not as_json:
                 _list_joints(track)
         notes((*loaded.notes, *_missing_roles(loaded.take)), path)
+        if reading.animation is not None and len(loaded.animations) > 1:
+            note(f"{path}: its animations are {', '.join(map(repr, loaded.animations))}")
     table(rows, as_json)
 
 
@@ -150,7 +152,7 @@ def convert(
 
     Example: kinetograph convert out/walk.bvh out/person.glb --character human
     """
-    from kinetograph.formats import WriteOptions, save
+    from kinetograph.formats import WriteOptions, save, together
 
     refuse_existing([target], writing.force)
     worn = body(another.character, another.onto)
@@ -162,18 +164,20 @@ def convert(
     if another.handholds is not None and not worn.other:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
-    take = dressed(take, worn, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
-    save(take, target, force=writing.force, options=choices)
+    with together():  # the table of joints as well
+        take = dressed(take, worn, another.joint_table, another.scale)
+        save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))
     figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
     result(figures | (residuals(fits) if writing.as_json else {}), writing.as_json)
 
 
 def _edited(take: Take, changes: Changes) -> Take:
+    from dataclasses import replace
+
     from kinetograph.motion import Motion
     from kinetograph.signal import resample_signal
-    from kinetograph.take import Take
 
     tracks: dict[str, Track] = {}
     for name, track in take.tracks.items():
@@ -184,7 +188,8 @@ def _edited(take: Take, changes: Changes) -> Take:
         else:
             tracks[name] = resample_signal(track, changes.resampled) if changes.resampled else track
     span = max(track.duration for track in tracks.values())
-    return Take(take.name, tracks, edited_annotations(take.annotations, changes.start, span, changes.mirror))
+    annotations = edited_annotations(take.annotations, changes.start, span, changes.mirror)
+    return replace(take, tracks=tracks, annotations=annotations)
 
 
 def _edited_motion(motion: Motion, changes: Changes) -> Motion:

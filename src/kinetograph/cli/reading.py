@@ -44,6 +44,9 @@ class Reading:
 
     units: Units = None
     up: Up = None
+    animation: Annotated[
+        str | None, typer.Option(help="Which of several animations in a file: a name, or a number from 1.")
+    ] = None
     rest: Rest = None
 
     @property

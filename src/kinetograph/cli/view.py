@@ -120,15 +120,16 @@ def _write_page(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:
 
 def _with_contacts(take: Take) -> Take:
     """The take with its contacts, detected where none are annotated."""
+    from dataclasses import replace
+
     from kinetograph.motion import Motion
     from kinetograph.segmentation import detect_contacts
-    from kinetograph.take import Take
 
     if any(annotation.kind == "contact" for annotation in take.annotations):
         return take
     motions = {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
     contacts = [contact for name, motion in motions.items() for contact in detect_contacts(motion, track=name)]
-    return Take(take.name, take.tracks, (*take.annotations, *contacts))
+    return replace(take, annotations=(*take.annotations, *contacts))
 
 
 def _draw_character(take: Take, picture: Picture) -> None:

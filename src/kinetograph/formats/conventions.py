@@ -267,7 +267,7 @@ def from_up(motion: Motion, up: str) -> Motion:
     -------
     Motion
     """
-    return motion if up == "y" else _rotate_root(motion, _TO_Y_UP[up])
+    return motion if up == "y" else rotate_world(motion, _TO_Y_UP[up])
 
 
 def points_from_up(points: FloatArray, up: str) -> FloatArray:
@@ -292,7 +292,7 @@ def points_from_up(points: FloatArray, up: str) -> FloatArray:
 
 def to_up(motion: Motion, up: str) -> Motion:
     """A motion with Y up in a world whose axis ``up`` points up: the inverse of `from_up`."""
-    return motion if up == "y" else _rotate_root(motion, rot.conjugate(_TO_Y_UP[up]))
+    return motion if up == "y" else rotate_world(motion, rot.conjugate(_TO_Y_UP[up]))
 
 
 def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Ancestor, ...]:
@@ -304,7 +304,8 @@ def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Anc
     return (at, *ancestors[1:])
 
 
-def _rotate_root(motion: Motion, rotation: FloatArray) -> Motion:
+def rotate_world(motion: Motion, rotation: FloatArray) -> Motion:
+    """A motion in a world rotated about its origin by a unit quaternion, shape ``(4,)``."""
     offsets = motion.skeleton.offsets.copy()
     offsets[0] = rot.rotate(rotation, offsets[0])
     rotations = motion.rotations.copy()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -37,6 +38,8 @@ READERS: dict[str, str] = {
     ".usd": "usd",
     ".usda": "usd",
     ".usdc": "usd",
+    ".vrm": "gltf",
+    ".vrma": "gltf",
 }
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 
@@ -82,6 +85,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     options = options or ReadOptions()
     with _opening(path):
         loaded: Loaded = module.read(path, options)
+    if options.animation is not None and not loaded.animations:
+        note = f"the file holds one motion without a name: read that, not {options.animation[:80]!r}"
+        loaded = replace(loaded, notes=(*loaded.notes, note))
     return with_stances(loaded, options.rest)
 
 
@@ -92,6 +98,7 @@ def load(
     up: str | None = None,
     fps: float | None = None,
     lenient: bool = False,
+    animation: str | None = None,
 ) -> Take:
     """Read a file as a take in metres, Y up.
 
@@ -108,6 +115,8 @@ def load(
         Frames per second, in place of the file's own rate.
     lenient : bool
         Take what can be read of a damaged file.
+    animation : str, optional
+        Which of several animations in a file: a name, or a number from 1; the first unless given.
 
     Returns
     -------
@@ -133,7 +142,7 @@ def load(
     ...     load(path).signal().fps
     2.0
     """
-    return read(path, ReadOptions(units, up, fps, lenient)).take
+    return read(path, ReadOptions(units, up, fps, lenient, animation=animation)).take
 
 
 def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
@@ -167,7 +176,7 @@ def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream
 
 
 def read_character(path: str | Path, notes: list[str] | None = None) -> Character:
-    """Read the body in a ``.glb`` or ``.gltf`` file with one skin.
+    """Read the body in a ``.glb``, ``.gltf`` or ``.vrm`` file of one character.
 
     Parameters
     ----------

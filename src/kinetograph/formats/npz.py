@@ -16,11 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.body import named_motions
 from kinetograph.formats.conventions import righted, to_metres_y_up
-from kinetograph.formats.numpy_arrays import Arrays, parse_array
+from kinetograph.formats.numpy_arrays import LONGEST_HEADER, ArrayHeader, Arrays, parse_header, values_of
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.smpl import motion_of_poses
 from kinetograph.formats.smpl_poses import SMPL_ARRAYS
@@ -31,7 +32,7 @@ from kinetograph.take import Take
 
 _FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "translation", "rotations", "fps", "bones")
 _MORE = ("stance", "ancestor_names", "ancestor_translations", "ancestor_rotations")
-_ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
+_ROOM, _SWELL = 16 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
 _LARGEST = 1e12
 
 
@@ -152,10 +153,11 @@ def _arrays(path: Path) -> Arrays:
             size = path.stat().st_size
             if any(member.compress_size > size for member in members):  # else memory would be taken before it is missed
                 raise FormatError(path, "an array is longer than the file; is it cut short?")
-            limit = _ROOM + _SWELL * size
-            if sum(member.file_size for member in members) > limit:
-                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is the file malicious?")
-            return {m.filename.removesuffix(".npy"): parse_array(path, m.filename, archive.read(m)) for m in members}
+            headers = {member.filename: _header(path, archive, member) for member in members}
+            numbers = sum(max(header.count * 8, header.size) for header in headers.values())  # they are made doubles
+            if numbers > _ROOM + _SWELL * size:
+                raise FormatError(path, f"its arrays unpack to {numbers} bytes, too many for a file of {size} bytes")
+            return {m.filename.removesuffix(".npy"): _array(path, archive, m, headers[m.filename]) for m in members}
     except FormatError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
@@ -164,3 +166,17 @@ def _arrays(path: Path) -> Arrays:
 
 def _wanted(name: str) -> bool:
     return name in SMPL_ARRAYS or name.rpartition("/")[2] in _FIELDS + _MORE
+
+
+def _header(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> ArrayHeader:
+    with archive.open(member) as file:
+        return parse_header(path, member.filename, file.read(LONGEST_HEADER), member.file_size)
+
+
+def _array(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader) -> npt.NDArray[Any]:
+    with archive.open(member) as file:
+        file.read(header.start)
+        body = file.read(header.size)
+    if len(body) != header.size:
+        raise FormatError(path, f"{member.filename}: expected {header.size} bytes, found {len(body)}")
+    return values_of(header, body)

@@ -28,7 +28,7 @@ class ReadOptions:
         A file with the bones that the file's rotations belong to, for formats that keep them apart (the ``.asf`` of an
         ``.amc``, a body for AMASS poses).
     animation : str, optional
-        Which of the animations in a file; the first unless given.
+        Which of several animations in a file: one of `Loaded.animations`, or a number from 1; the first unless given.
     rest : int, optional
         A frame in which the body stands upright, for files whose rest pose does not.
     everything : bool

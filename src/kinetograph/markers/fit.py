@@ -10,7 +10,7 @@ that the markers that are seen decide where they can.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -150,7 +150,7 @@ def fitted_take(take: Take, markers: str | Path | None = None) -> tuple[Take, di
             key = "motion" if len(people) < 2 else person or name
             fits[key] = fit_markers(track, person, markers=markers)
             tracks[key] = fits[key].motion
-    return Take(take.name, tracks, take.annotations if not fits else ()), fits
+    return replace(take, tracks=tracks, annotations=take.annotations if not fits else ()), fits
 
 
 def subjects(signal: Signal, markers: str | Path | None = None) -> list[str]:
