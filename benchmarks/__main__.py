@@ -19,6 +19,7 @@ TABLES = (
     "sensor",
     "bvh",
     "markers",
+    "marker_sets",
     "retarget",
     "rests",
     "startup",

@@ -30,11 +30,15 @@ def fitted(take: Take, source: Path, markers: str | None = None) -> tuple[Take, 
     markers : str, optional
         The set of the markers; found by their names unless given.
     """
-    from kinetograph.markers import fitted_take, subjects
+    from kinetograph.markers import fitted_take, marker_sets, subjects
+    from kinetograph.markers.people import split_name
     from kinetograph.signal import Signal
 
     signals = [track for track in take.tracks.values() if isinstance(track, Signal)]
-    marked = markers is not None or source.suffix.lower() == ".c3d" or any(subjects(signal) for signal in signals)
+    gait = marker_sets()["plug_in_gait"]
+    points = [name for signal in signals if signal.spatial for name in signal.names]
+    marked = markers is not None or source.suffix.lower() == ".c3d" or any(split_name(name, gait) for name in points)
+    marked = marked or any(subjects(signal) for signal in signals)
     if len(signals) < len(take.tracks) or not marked:
         return take, {}
     take, fits = fitted_take(take, markers)
