@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+_LONGEST = 1000  # letters of a message, of which a damaged file may have given any number
+
 
 class KinetographError(Exception):
-    """Base of every error that Kinetograph raises on purpose; its text is one line."""
+    """Base of every error that Kinetograph raises on purpose; its text is one line, of at most a thousand letters."""
 
     def __str__(self) -> str:
-        return " ".join(super().__str__().splitlines())  # a file's own names, and arrays, may hold line breaks
+        text = " ".join(super().__str__().splitlines())  # a file's own names, and arrays, may hold line breaks
+        return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 300]} ... {text[-295:]}"
 
 
 class DataError(KinetographError, ValueError):
@@ -18,6 +21,10 @@ class DataError(KinetographError, ValueError):
 
 class RequestError(KinetographError, ValueError):
     """A request that cannot be met: an unknown name, an option out of range."""
+
+
+class ExistsError(RequestError):
+    """An output that exists already and may not be overwritten."""
 
 
 class TooSoonError(RequestError):
@@ -55,8 +62,8 @@ class FormatError(KinetographError, ValueError):
         The file.
     message : str
         What was expected, what was found and what to try.
-    line : int, optional
-        The line in the file, counted from 1.
+    line, column : int, optional
+        The line in the file and the byte in the line, counted from 1.
 
     Examples
     --------
@@ -64,8 +71,8 @@ class FormatError(KinetographError, ValueError):
     'walk.bvh:7: expected 96 values, found 95; is a line cut short?'
     """
 
-    def __init__(self, path: str | Path, message: str, *, line: int | None = None) -> None:
+    def __init__(self, path: str | Path, message: str, *, line: int | None = None, column: int | None = None) -> None:
         self.path = Path(path)
-        self.line = line
-        where = f"{path}:{line}" if line is not None else str(path)
+        self.line, self.column = line, column
+        where = ":".join(str(part) for part in (path, line, column) if part is not None)
         super().__init__(f"{where}: {message}")

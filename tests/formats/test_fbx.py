@@ -367,6 +367,44 @@ def test_one_of_several_animations_is_chosen_by_its_name(tmp_path: Path, form: s
     assert any("no animation of a node" in note for note in read(path, ReadOptions(animation="Take 001")).notes)
 
 
+def test_animations_of_a_file_share_its_skeleton(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    kept = ("Lcl Translation", "Lcl Rotation", "PreRotation", "RotationActive")  # pivots make bones longer and shorter
+    bones = [
+        Bone(bone.name, bone.parent, {name: bone.properties[name] for name in kept})
+        for bone in chain(rng, 5, scaled=False)
+    ]
+    stacks = []
+    for name in ("walk", "run"):
+        keys = {key: keys for key, keys in walks(rng, bones).items() if key[1] == "Lcl Rotation"}
+        stacks.append(Stack(name, [Layer(keys)]))
+    path = written(tmp_path, fbx_files.binary(fbx_files.scene(bones, stacks, METRES)))
+    walk, run = (read(path, ReadOptions(animation=name)).take for name in ("walk", "run"))
+    assert (walk.animation, run.animation) == ("walk", "run")
+    np.testing.assert_array_equal(walk.motion().skeleton.offsets, run.motion().skeleton.offsets)
+    for take, stack in ((walk, stacks[0]), (run, stacks[1])):
+        assert take.motion().bones is None
+        order = np.argsort(take.motion().skeleton.names)
+        at = joint_positions(take.motion())[:, order]
+        np.testing.assert_allclose(at, expected(bones, stack.layers, 31), atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".fbx", ".glb", ".npz"])
+@pytest.mark.parametrize("seed", range(4))
+def test_scenes_there_and_back(tmp_path: Path, seed: int, suffix: str) -> None:
+    rng = np.random.default_rng(seed)
+    bones = chain(rng, 6, scaled=seed % 2 == 0)
+    form = list(FORMS.values())[seed * 2]
+    path = written(tmp_path, form(fbx_files.scene(bones, [Stack("a walk", [Layer(walks(rng, bones))])], METRES)))
+    take = read(path).take
+    save(take, tmp_path / f"b{suffix}")
+    again = read(tmp_path / f"b{suffix}").take
+    first, second = take.motion(), again.motion()
+    assert (first.skeleton.names, first.fps, len(first)) == (second.skeleton.names, second.fps, len(second))
+    assert np.abs(joint_positions(first) - joint_positions(second)).max() < 1e-4
+    assert again.animation == "a walk" or suffix == ".npz"
+
+
 # ---- settings and what is above the skeleton ----
 
 

@@ -123,8 +123,8 @@ def test_a_layout_comes_back_as_it_was(tmp_path: Path, name: str):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("sensr = 1", r"a layout has no 'sensr'; expected some of device, name, preset, sensor"),
-        ('[[sensor]]\nname = "a"', r"a sensor needs a name and a joint, found name"),
+        ("sensr = 1", r"expected a layout, found: Object contains unknown field `sensr`"),
+        ('[[sensor]]\nname = "a"', r"Object missing required field `joint` - at `\$.sensor\[0\]`"),
         (
             '[[sensor]]\nname = "a"\njoint = "hips"\noffset = [1, 2]',
             r"an offset is three finite metres, found \[1.0, 2.0\]",

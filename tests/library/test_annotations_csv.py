@@ -107,7 +107,7 @@ def test_a_bad_table_names_its_line_and_changes_nothing(
 
 
 def test_files_out_of_reach_are_named(library: Library, tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"missing\.csv: could not be read: No such file"):
+    with pytest.raises(FormatError, match=r"missing\.csv: cannot open it: No such file"):
         import_annotations(library, tmp_path / "missing.csv")
     with pytest.raises(RequestError, match=r"cuts\.csv: cannot write here: No such file"):
         export_annotations(library, tmp_path / "nowhere" / "cuts.csv")

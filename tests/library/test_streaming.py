@@ -51,7 +51,7 @@ def test_a_file_that_is_cut_short_leaves_the_library_as_it_was(tmp_path: Path, l
     with pytest.raises(FormatError, match=r"Frames: 300, but there are 270 rows of numbers"):
         add_stream(library, "long", stream(long_file, CENTIMETRES))
     long_file.write_text("".join(lines[:-30]) + "1 2 three\n" * 30)
-    with pytest.raises(FormatError, match="finite numbers on every line"):
+    with pytest.raises(FormatError, match=r"long\.bvh:294:5: expected a finite number, found 'three'"):
         add_stream(library, "long", stream(long_file, CENTIMETRES))
     assert library.names() == ()
     assert (library.path / "frames-1.bin").stat().st_size == before
@@ -60,7 +60,7 @@ def test_a_file_that_is_cut_short_leaves_the_library_as_it_was(tmp_path: Path, l
 def test_what_cannot_be_streamed_is_refused(tmp_path: Path, long_file: Path) -> None:
     text = long_file.read_text()
     long_file.write_text(text.replace("Frames: 300", "Frames: 1000000000"))
-    with pytest.raises(FormatError, match="Frames: 1000000000 do not fit into the file"):
+    with pytest.raises(FormatError, match="Frames: 1000000000, but there are 300 rows of numbers"):
         stream(long_file, CENTIMETRES)
     with pytest.raises(RequestError, match=r"only \.bvh files are read in blocks"):
         stream(tmp_path / "a.glb")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 
 import typer
 
@@ -23,7 +25,7 @@ from kinetograph.cli import (
     studio,
     view,
 )
-from kinetograph.errors import KinetographError
+from kinetograph.errors import ExistsError, KinetographError
 
 __all__ = ["app", "main"]
 
@@ -67,16 +69,35 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; errors of the library and of the disk become one line on stderr and exit status 1."""
+    """Run the command line; errors of the library and of the disk become one line on stderr and exit status 1.
+
+    An output that exists already is a matter of how the command is used, with status 2.
+    """
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()  # what cannot be written must be known here, and not where Python ends
+    except ExistsError as error:
+        _end(2, str(error))
     except KinetographError as error:
-        sys.stderr.write(f"kinetograph: {' '.join(str(error).split())}\n")
-        sys.exit(1)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(1)
+        _end(1, str(error))
+    except BrokenPipeError:  # as in "kinetograph info walk.bvh | head -1"
+        _end(1)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        sys.stderr.write(f"kinetograph: {where}{error.strerror or error}\n")
-        sys.exit(1)
+        _end(1, f"{where}{error.strerror or error}")
+
+
+def _end(status: int, message: str = "") -> None:
+    """Leave with a line on stderr, where anyone reads it."""
+    with suppress(OSError):
+        if message:
+            sys.stderr.write(f"kinetograph: {' '.join(message.split())}\n")
+        sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # what is still in it has nowhere to go, and Python would say so when it ends
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    sys.exit(status)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from kinetograph.cli.options import options
-from kinetograph.cli.output import note, notes, progress_bar
+from kinetograph.cli.output import note, notes, progress_bar, write_text
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -187,10 +187,10 @@ def dressed(take: Take, worn: Body, path: Path | None = None, scale: float | Non
     from dataclasses import replace
 
     from kinetograph.motion import Motion
-    from kinetograph.post import joint_table, parse_table
+    from kinetograph.post import joint_table, read_table
     from kinetograph.skeleton import Skeleton
 
-    known = parse_table(path.read_text(encoding="utf-8"), path) if path and path.exists() else None
+    known = read_table(path) if path and path.exists() else None
     tracks: dict[str, Track] = {}
     for name, track in take.tracks.items():
         target = worn.target(track) if isinstance(track, Motion) else None
@@ -200,7 +200,7 @@ def dressed(take: Take, worn: Body, path: Path | None = None, scale: float | Non
         pairs = known or joint_table(track.skeleton, target if isinstance(target, Skeleton) else target.skeleton)
         tracks[name] = _retargeted(take, name, target, pairs, scale)
         if path and known is None:
-            path.write_text(str(pairs), encoding="utf-8")
+            write_text(str(pairs), path, force=False)
             note(f"wrote {path}: edit it and run again to map other joints")
     return replace(take, tracks=tracks)
 

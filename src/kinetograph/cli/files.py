@@ -152,7 +152,7 @@ def convert(
 
     Example: kinetograph convert out/walk.bvh out/person.glb --character human
     """
-    from kinetograph.formats import WriteOptions, save
+    from kinetograph.formats import WriteOptions, save, together
 
     refuse_existing([target], writing.force)
     worn = body(another.character, another.onto)
@@ -164,9 +164,10 @@ def convert(
     if another.handholds is not None and not worn.other:
         raise RequestError("--handholds goes with --retarget or --character")
     take = _edited(with_handholds(take, another.handholds), changes)
-    take = dressed(take, worn, another.joint_table, another.scale)
     choices = WriteOptions(writing.order, writing.to_units, writing.to_up, worn.character, writing.values)
-    save(take, target, force=writing.force, options=choices)
+    with together():  # the table of joints as well
+        take = dressed(take, worn, another.joint_table, another.scale)
+        save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))
     figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
     result(figures | (residuals(fits) if writing.as_json else {}), writing.as_json)

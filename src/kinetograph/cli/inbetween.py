@@ -74,6 +74,7 @@ def inbetween(
     """
     import numpy as np
 
+    from kinetograph.formats import together
     from kinetograph.pipeline import inbetween_with, open_library
 
     refuse_unknown_formats(answers.output)
@@ -85,8 +86,9 @@ def inbetween(
     model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
     made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
-    for number, synthesis in enumerate(made, start=1):
-        write_synthesis(synthesis, answers, None, "in between", number)
+    with together():
+        for number, synthesis in enumerate(made, start=1):
+            write_synthesis(synthesis, answers, None, "in between", number)
     others = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     wrote = [str(path) for path in answers.every_file(len(made))]
     summary = _summary(made[0])

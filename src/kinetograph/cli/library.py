@@ -10,8 +10,8 @@ import typer
 
 from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
-from kinetograph.cli.options import AsJson, LibraryArgument, add, options
-from kinetograph.cli.output import note, notes, progress_bar, result, table
+from kinetograph.cli.options import AsJson, Force, LibraryArgument, add, options
+from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
@@ -110,6 +110,7 @@ def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
     notes(opened.notes, path.name)
     with progress_bar(f"reading {path.name}") as progress:
         add_stream(library, path.stem, opened, progress=progress)
+    notes(opened.late_notes, path.name)
 
 
 def add_take(
@@ -196,6 +197,7 @@ def annotate(
     export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None,
     source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None,
     kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None,
+    force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Export annotations as a table to edit, or import an edited one.
@@ -209,6 +211,8 @@ def annotate(
 
     if (export is None) == (source is None):
         raise RequestError("give one of --export FILE and --from FILE")
+    if export:
+        refuse_existing([export], force)
     library = open_library(folder)
     count = export_annotations(library, export, kind=kind) if export else import_annotations(library, Path(str(source)))
     result({"annotations": count, "file": str(export or source)}, as_json)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinetograph.cli.options import Written, numbered
-from kinetograph.errors import RequestError
+from kinetograph.errors import ExistsError, RequestError
 from kinetograph.progress import Progress
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def refuse_existing(paths: Iterable[Path], force: bool) -> None:
     """Raise RequestError, before any work is done, where an output exists and may not be overwritten."""
     for path in paths:
         if path.exists() and not force:
-            raise RequestError(f"{path} exists; give --force to overwrite it, or another name")
+            raise ExistsError(f"{path} exists; give --force to overwrite it, or another name")
         if not path.parent.is_dir():
             raise RequestError(f"{path}: the folder {path.parent} does not exist; make it first")
 
@@ -150,14 +150,15 @@ def write_synthesis(
         Which of several syntheses it is, from 1.
     """
     from kinetograph.drawing import draw_synthesis
-    from kinetograph.formats import save, write_report
+    from kinetograph.formats import save, together, write_report
 
-    for path in written.output:
-        save(synthesis.motion, numbered(path, number), force=written.force)
-    if written.picture:
-        draw_synthesis(synthesis, numbered(written.picture, number), control, title)
-    if written.report:
-        write_report(synthesis, numbered(written.report, number), force=written.force)
+    with together():
+        for path in written.output:
+            save(synthesis.motion, numbered(path, number), force=written.force)
+        if written.picture:
+            draw_synthesis(synthesis, numbered(written.picture, number), control, title)
+        if written.report:
+            write_report(synthesis, numbered(written.report, number), force=written.force)
 
 
 SHOWN = ("gap", "handhold", "constraints", "most_used", "times_running")

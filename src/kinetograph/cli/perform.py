@@ -150,6 +150,7 @@ def perform(
 
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
+    from kinetograph.formats import together
     from kinetograph.methods.performance import only_track, require_moves
     from kinetograph.pipeline import open_library
 
@@ -169,10 +170,11 @@ def perform(
     if search.gap and "gap" not in summary:
         summary["gap"] = model.gap(performed, rules)
     notes(made[0].warnings)
-    for number, synthesis in enumerate(made, start=1):
-        write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
-    if answers.transcript:
-        write_text(moves, answers.transcript, answers.force)
+    with together():
+        for number, synthesis in enumerate(made, start=1):
+            write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
+        if answers.transcript:
+            write_text(moves, answers.transcript, answers.force)
     _show(made, summary, answers)
 
 

@@ -60,12 +60,14 @@ def tap(
     from kinetograph.library.annotations_csv import read_times
     from kinetograph.pipeline import cut_by_hand, open_library, refuse_cuts
 
+    if playback.picture:
+        refuse_existing([playback.picture], taps.force)
     library = open_library(folder)
     recorded = library.take(take)
     motions = _motions(recorded, taps.track)
     if not taps.force:
         refuse_cuts(recorded, motions)
-    times = list(read_times(taps.source)) if taps.source else _tapped(motions, take, playback, taps.force)
+    times = list(read_times(taps.source)) if taps.source else _tapped(motions, take, playback)
     cuts = cut_by_hand(library, recorded, tuple(motions), times)
     result({"take": take, "cuts": len(cuts), **_rhythm(cuts), "after_beats": _late(motions, cuts)}, as_json)
 
@@ -78,12 +80,12 @@ def _motions(take: Take, track: str | None) -> dict[str, Motion]:
     return motions or {str(track): take.motion(track)}
 
 
-def _tapped(motions: dict[str, Motion], title: str, playback: Playback, force: bool) -> list[float]:
+def _tapped(motions: dict[str, Motion], title: str, playback: Playback) -> list[float]:
     """Seconds of the take at which a person taps."""
     if not playback.speed > 0:
         raise RequestError(f"speed must be a positive number, found {playback.speed}")
     if playback.picture:
-        _open_picture(playback.picture, list(motions.values()), title, force)
+        _open_picture(playback.picture, list(motions.values()), title)
     pressed = _play(list(motions.values()), playback.speed, playback.countdown)
     taps = (playback.speed * (time - playback.latency) for time in pressed)
     return [time for time in taps if time >= 0]
@@ -107,10 +109,9 @@ def _late(motions: dict[str, Motion], times: tuple[float, ...]) -> float | str:
     return float(np.median(offsets[np.arange(len(times)), np.abs(offsets).argmin(axis=1)]))
 
 
-def _open_picture(path: Path, motions: list[Motion], title: str, force: bool) -> None:
+def _open_picture(path: Path, motions: list[Motion], title: str) -> None:
     from kinetograph.drawing.pictures import contact_sheet
 
-    refuse_existing([path], force)
     contact_sheet(motions, path, title=title)
     typer.launch(str(path))
 

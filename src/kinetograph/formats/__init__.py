@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats.atomic import atomic_path, together
 from kinetograph.formats.body import body_of, capsule_character, dressed
 from kinetograph.formats.capsules import Capsule, body_capsules, rest_positions, stature
 from kinetograph.formats.files import READERS, WRITERS, load, read, read_character, save, stream
@@ -75,6 +75,7 @@ __all__ = [
     "save",
     "stature",
     "stream",
+    "together",
     "unique",
     "with_stances",
     "write_layout",

@@ -76,7 +76,9 @@ def _scaled(mantissa: float, exponent: int) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: FloatArray) -> tuple[int, int, int, int]:
+def parse_rows(
+    text: npt.NDArray[np.uint8], position: int, line: int, values: FloatArray, largest: float
+) -> tuple[int, int, int, int]:
     """Parse lines of decimal numbers; blank lines are skipped.
 
     Parameters
@@ -86,7 +88,9 @@ def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: Fl
     position, line : int
         The byte to begin at, and its line.
     values : ndarray, shape (rows at most, width)
-        Written in place. Numbers are right to a few units in the last place, and infinite where they overflow.
+        Written in place. Numbers are right to a few units in the last place.
+    largest : float
+        Numbers beyond it, to either side, are none.
 
     Returns
     -------
@@ -118,7 +122,7 @@ def parse_rows(text: npt.NDArray[np.uint8], position: int, line: int, values: Fl
             position += 1
             continue
         number, after, good = _number(text, position)
-        if not good:
+        if not good or not abs(number) <= largest:
             return row, NOT_A_NUMBER, line, position
         position = after
         if row < room and column < width:

@@ -20,9 +20,10 @@ from typing import Protocol
 
 import msgspec
 
-from kinetograph.errors import FormatError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.formats.files import read
 from kinetograph.formats.options import ReadOptions
+from kinetograph.formats.texts import read_json
 from kinetograph.keys import Key, key_at
 from kinetograph.motion import Motion
 from kinetograph.take import Take
@@ -71,12 +72,7 @@ def read_keys(path: str | Path, library: Takes | None = None, options: ReadOptio
         A pose is not there.
     """
     path = Path(path)
-    try:
-        rows = msgspec.json.decode(path.read_bytes(), type=_File).keys
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    except msgspec.DecodeError as error:
-        raise FormatError(path, f'expected {{"keys": [{{"pose": "FILE@SECOND", ...}}]}}, found: {error}') from None
+    rows = read_json(path, _File, '{"keys": [{"pose": "FILE@SECOND", ...}]}').keys
     return tuple(_key(row, number, path.parent, library, options) for number, row in enumerate(rows, start=1))
 
 

@@ -10,23 +10,24 @@ from __future__ import annotations
 import csv
 import json
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
 from kinetograph.formats.sensor_tables import read_sensor_table
+from kinetograph.formats.texts import read_text, read_toml
 from kinetograph.sensing import GRAVITY, Device, Layout, Readings, Sensor, preset
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
 _EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
-_DEVICE = ("span", "bits", "noise", "rate", "offset", "jitter", "loss", "width", "turn_noise", "tilt_noise")
 _SENSOR = ("towards", "along", "offset", "rotation", "bias", "width")
+_LARGEST = 1e12
 _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
 
 
@@ -76,17 +77,15 @@ def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) ->
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """The rows that are neither blank nor comments, with the number of their line."""
+    reader = csv.reader(read_text(path, _EXPECTED.removeprefix("expected ")).splitlines())
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise FormatError(path, f"{_EXPECTED}, found bytes that are not text") from None
-    return [
-        (number, row)
-        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
-        if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
-    ]
+        return [
+            (number, row)
+            for number, row in enumerate(reader, start=1)
+            if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
+        ]
+    except csv.Error as error:
+        raise FormatError(path, f"not a table of comma-separated values: {error}", line=reader.line_num) from None
 
 
 def _is_ours(row: list[str]) -> bool:
@@ -115,7 +114,7 @@ def _row(path: Path, number: int, row: list[str], header: list[str]) -> tuple[st
             value = float(cell)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not abs(value) < _LARGEST:
             raise FormatError(
                 path, f"expected a finite number in column {name!r}, found {cell.strip()[:30]!r}", line=number
             )
@@ -190,38 +189,63 @@ def read_layout(which: str | Path) -> Layout:
     path = Path(which)
     if path.suffix.lower() != ".toml":
         return preset(str(which))
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FormatError(path, f"expected TOML: {error}") from None
-    _known(path, table, {"name", "preset", "device", "sensor"}, "a layout")
+    table = read_toml(path, _LayoutTable, "a layout")
     try:
         return _layout(path, table)
-    except (RequestError, DataError, TypeError) as error:
+    except (RequestError, DataError) as error:
         raise FormatError(path, str(error)) from None
 
 
-def _layout(path: Path, table: Mapping[str, Any]) -> Layout:
-    base = preset(table["preset"]) if "preset" in table else None
-    settings = dict(table.get("device", {}))
-    _known(path, settings, {*_DEVICE, "span_g"}, "the device")
+class _DeviceTable(msgspec.Struct, forbid_unknown_fields=True):
+    """Settings of a device; those that a file does not give are the preset's, or the device's own."""
+
+    span: float | msgspec.UnsetType = msgspec.UNSET
+    span_g: float | msgspec.UnsetType = msgspec.UNSET
+    bits: int | msgspec.UnsetType = msgspec.UNSET
+    noise: float | msgspec.UnsetType = msgspec.UNSET
+    rate: float | msgspec.UnsetType = msgspec.UNSET
+    offset: float | msgspec.UnsetType = msgspec.UNSET
+    jitter: float | msgspec.UnsetType = msgspec.UNSET
+    loss: float | msgspec.UnsetType = msgspec.UNSET
+    width: float | msgspec.UnsetType = msgspec.UNSET
+    turn_noise: float | msgspec.UnsetType = msgspec.UNSET
+    tilt_noise: float | msgspec.UnsetType = msgspec.UNSET
+
+
+class _SensorTable(msgspec.Struct, forbid_unknown_fields=True):
+    name: str
+    joint: str
+    towards: str | msgspec.UnsetType = msgspec.UNSET
+    along: float | msgspec.UnsetType = msgspec.UNSET
+    offset: list[float] | msgspec.UnsetType = msgspec.UNSET
+    rotation: list[float] | msgspec.UnsetType = msgspec.UNSET
+    bias: list[float] | msgspec.UnsetType = msgspec.UNSET
+    width: float | msgspec.UnsetType = msgspec.UNSET
+
+
+class _LayoutTable(msgspec.Struct, forbid_unknown_fields=True):
+    name: str | None = None
+    preset: str | None = None
+    device: _DeviceTable = msgspec.field(default_factory=_DeviceTable)
+    sensor: list[_SensorTable] = []
+
+
+def _layout(path: Path, table: _LayoutTable) -> Layout:
+    base = None if table.preset is None else preset(table.preset)
+    settings = _given(table.device)
     if "span_g" in settings:
         settings["span"] = settings.pop("span_g") * GRAVITY
     device = Device(**{**(vars(base.device) if base else {}), **settings})
-    sensors = [_sensor(path, entry) for entry in table.get("sensor", [])]
+    sensors = [Sensor(place=entry.joint, **_given(entry, but="joint")) for entry in table.sensor]
     named = {s.name for s in sensors}
     kept = [s for s in base.sensors if s.name not in named] if base else []
-    return Layout(str(table.get("name", path.stem)), (*kept, *sensors), device)
+    return Layout(path.stem if table.name is None else table.name, (*kept, *sensors), device)
 
 
-def _sensor(path: Path, entry: Mapping[str, Any]) -> Sensor:
-    _known(path, entry, {"name", "joint", *_SENSOR}, "a sensor")
-    if "name" not in entry or "joint" not in entry:
-        raise FormatError(path, f"a sensor needs a name and a joint, found {', '.join(entry) or 'nothing'}")
-    rest = {key: value for key, value in entry.items() if key not in ("name", "joint")}
-    return Sensor(entry["name"], entry["joint"], **rest)
+def _given(table: msgspec.Struct, but: str = "") -> dict[str, Any]:
+    """The fields that a file gives."""
+    fields = {name: getattr(table, name) for name in table.__struct_fields__ if name != but}
+    return {name: value for name, value in fields.items() if value is not msgspec.UNSET}
 
 
 def write_layout(
@@ -259,9 +283,3 @@ def write_layout(
                 lines.append(f"{name} = {json.dumps(value)}")
     with atomic_path(path, force=force) as draft:
         draft.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _known(path: Path, table: Mapping[str, Any], known: set[str], what: str) -> None:
-    for key in table:
-        if key not in known:
-            raise FormatError(path, f"{what} has no {key!r}; expected some of {', '.join(sorted(known))}")

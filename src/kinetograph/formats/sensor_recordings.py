@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +19,7 @@ from kinetograph.skeleton import Landmark, Skeleton
 
 XSENS_COLUMNS = ("Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
 XSENS_ROTATIONS = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+_LARGEST, _SHORTEST = 1e12, 1e-6
 _TO_Y_UP = rot.about("x", -np.pi / 2)
 
 
@@ -41,17 +46,13 @@ def read_xsens(path: str | Path, name: str, fps: float = 100.0) -> Readings:
         For a file without the columns.
     """
     path = Path(path)
-    with path.open(encoding="latin-1") as file:
-        lines = [line for line in file if not line.startswith("//")]
-    header = [cell.strip() for cell in lines[0].replace("\t", ",").split(",")] if lines else []
+    lines = _lines(path)
+    header = lines[0][1] if lines else []
     missing = [column for column in XSENS_COLUMNS if column not in header]
     if missing:
         raise FormatError(path, f"expected columns {', '.join(XSENS_COLUMNS)}, found none called {missing[0]}")
     quaternions = XSENS_ROTATIONS if set(XSENS_ROTATIONS) <= set(header) else ()
-    used = [header.index(column) for column in (*XSENS_COLUMNS, *quaternions)]
-    rows = np.array(
-        [[float(line.replace("\t", ",").split(",")[i]) for i in used] for line in lines[1:] if line.strip()]
-    )
+    rows = _numbers(path, lines, [*XSENS_COLUMNS, *quaternions])
     times = np.arange(len(rows)) / fps
     facing = rot.multiply(_TO_Y_UP, rot.normalize(rows[:, 6:])) if quaternions else None
     return Readings((name,), times, np.zeros(len(rows), dtype=np.int64), rows[:, :3], rows[:, 3:6], facing)
@@ -75,22 +76,21 @@ def read_qmt(path: str | Path, names: dict[str, str]) -> Readings:
     FormatError
         For a file without such a sensor.
     """
-    from scipy.io import loadmat
-
-    table = loadmat(path, squeeze_me=True)
+    table = _matlab(Path(path), squeeze_me=True)
     missing = [name for name in names if name not in table]
     if missing or "t" not in table:
         raise FormatError(path, f"expected sensors {', '.join(names)} and t, found no {(*missing, 't')[0]!r}")
-    return merge_sensors({
-        name: Readings(
-            (name,),
-            np.asarray(table["t"], dtype=np.float64),
-            np.zeros(len(table["t"]), dtype=np.int64),
-            table[key]["acc"].item(),
-            table[key]["gyr"].item(),
+    times = _array(path, "t", table["t"], (-1,))
+    parts = {}
+    for key, name in names.items():
+        fields = table[key].dtype.names if isinstance(table[key], np.ndarray) else None
+        if not {"acc", "gyr"} <= set(fields or ()) or table[key].size != 1:
+            raise FormatError(path, f"expected fields acc and gyr of {key!r}, found {', '.join(fields or ('none',))}")
+        force, angular = (
+            _array(path, f"{key}.{field}", table[key][field].item(), (len(times), 3)) for field in ("acc", "gyr")
         )
-        for key, name in names.items()
-    })  # fmt: skip
+        parts[name] = Readings((name,), times, np.zeros(len(times), dtype=np.int64), force, angular)
+    return merge_sensors(parts)
 
 
 def read_utd(path: str | Path, name: str) -> Readings:
@@ -111,12 +111,10 @@ def read_utd(path: str | Path, name: str) -> Readings:
     FormatError
         For another file.
     """
-    from scipy.io import loadmat
-
-    table = loadmat(path)
+    table = _matlab(Path(path))
     if "d_iner" not in table:
         raise FormatError(path, "expected a matrix d_iner of 6 columns")
-    rows = np.asarray(table["d_iner"], dtype=np.float64)
+    rows = _array(path, "d_iner", table["d_iner"], (-1, 6))
     times = np.arange(len(rows)) / 50.0
     return Readings((name,), times, np.zeros(len(rows), dtype=np.int64), rows[:, :3] * GRAVITY, np.radians(rows[:, 3:]))
 
@@ -167,17 +165,80 @@ def read_vicon_rotations(path: str | Path) -> tuple[dict[str, FloatArray], int]:
         For a table without this frame.
     """
     path = Path(path)
-    lines = path.read_text(encoding="latin-1").splitlines()
-    comments = [line for line in lines if line.startswith("//")]
-    start = [line.partition("=")[2] for line in comments if line.startswith("// idx=")]
-    if not start:
+    start = re.search(r"^// idx=[ \t]*([0-9]{1,9})[ \t]*,", _latin(path), re.MULTILINE)
+    if start is None:
         raise FormatError(path, "expected a line '// idx=first,last'")
-    body = [line for line in lines if not line.startswith("//") and line.strip()]
-    header = body[0].split(",")
-    rows = np.array([[float(cell) for cell in line.split(",")] for line in body[1:]])
+    lines = _lines(path)
+    header = lines[0][1] if lines else []
     stems = sorted({name[:-2] for name in header if name.startswith("q")})
-    rotations = {stem: rot.normalize(rows[:, [header.index(f"{stem}_{i}") for i in range(1, 5)]]) for stem in stems}
-    return rotations, int(start[0].split(",")[0]) - 1
+    wanted = [f"{stem}_{i}" for stem in stems for i in range(1, 5)]
+    missing = [name for name in wanted if name not in header]
+    if missing or not wanted:
+        raise FormatError(path, f"expected columns q..._1 to q..._4, found none called {(*missing, 'q..._1')[0]}")
+    rows = _numbers(path, lines, wanted).reshape(-1, len(stems), 4)
+    if not (np.linalg.norm(rows, axis=-1) > _SHORTEST).all():
+        raise FormatError(path, "expected unit quaternions, found one of length 0")
+    return {stem: rot.normalize(rows[:, i]) for i, stem in enumerate(stems)}, int(start[1]) - 1
+
+
+def _latin(path: Path) -> str:
+    try:
+        return path.read_text(encoding="latin-1")
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+
+
+def _lines(path: Path) -> list[tuple[int, list[str]]]:
+    """The cells, between commas or tabs, of lines that are neither blank nor comments, with the lines' numbers."""
+    return [
+        (number, [cell.strip() for cell in line.replace("\t", ",").split(",")])
+        for number, line in enumerate(_latin(path).splitlines(), start=1)
+        if line.strip() and not line.startswith("//")
+    ]
+
+
+def _numbers(path: Path, lines: list[tuple[int, list[str]]], columns: list[str]) -> FloatArray:
+    """The numbers in some columns of a table whose first line has their names, shape ``(rows, columns)``."""
+    used = [lines[0][1].index(column) for column in columns]
+    rows = np.full((len(lines) - 1, len(used)), np.nan)
+    for row, (number, cells) in enumerate(lines[1:]):
+        for i, (at, column) in enumerate(zip(used, columns, strict=True)):
+            cell = cells[at] if at < len(cells) else ""
+            with suppress(ValueError):
+                rows[row, i] = float(cell)
+            if not abs(rows[row, i]) < _LARGEST:
+                raise FormatError(path, f"expected a finite number in {column!r}, found {cell[:30]!r}", line=number)
+    if not len(rows):
+        raise FormatError(path, "expected rows of numbers below the header, found none")
+    return rows
+
+
+def _matlab(path: Path, *, squeeze_me: bool = False) -> dict[str, Any]:
+    """What is in a MATLAB file."""
+    from scipy.io import loadmat
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            table: dict[str, Any] = loadmat(path, squeeze_me=squeeze_me)
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    except Exception as error:  # whatever SciPy meets in a damaged file
+        raise FormatError(path, f"expected a MATLAB file, found: {str(error)[:100] or type(error).__name__}") from None
+    return table
+
+
+def _array(path: str | Path, name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Finite numbers of a shape, of which -1 may be any length but 0."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    fits = array.ndim == len(shape) and all(want in (-1, size) for want, size in zip(shape, array.shape, strict=True))
+    if not (fits and array.size and (np.abs(array) < _LARGEST).all()):
+        wanted = " x ".join("any" if size < 0 else str(size) for size in shape)
+        raise FormatError(path, f"expected {wanted} finite numbers in {name!r}, found {array.shape}")
+    return array
 
 
 _KINECT = (
@@ -218,14 +279,13 @@ def read_kinect(path: str | Path, fps: float = 30.0, smooth: float = 0.1) -> Mot
     FormatError
         For another file.
     """
-    from scipy.io import loadmat
     from scipy.ndimage import gaussian_filter1d
 
-    table = loadmat(path)
+    table = _matlab(Path(path))
     if "d_skel" not in table:
         raise FormatError(path, "expected an array d_skel (20, 3, F)")
     # the camera looks along z with y up: rotated about y, the person faces +z
-    points = np.moveaxis(np.asarray(table["d_skel"], dtype=np.float64), 2, 0) * [-1.0, 1.0, -1.0]
+    points = np.moveaxis(_array(path, "d_skel", table["d_skel"], (20, 3, -1)), 2, 0) * [-1.0, 1.0, -1.0]
     points = gaussian_filter1d(points, smooth * fps, axis=0, mode="nearest")
     ordered = np.empty_like(points)
     for row, joint in enumerate(_FILE_ORDER):

@@ -51,6 +51,7 @@ _QUANTITIES = {
 }
 _WITHOUT_GRAVITY = ("linear", "free", "user", "dv", "noG")
 _TIMES = {"t", "time", "timestamp", "timefine", "sampletimefine", "secondselapsed", "elapsed", "seconds", "elapsedtime"}
+_LARGEST = 1e15
 _LINES = 40  # in which a header is looked for
 _NUMBERED = {"q0": "qw", "q1": "qx", "q2": "qy", "q3": "qz"}
 
@@ -246,7 +247,7 @@ def _rows(table: _Table, found: Mapping[str, _Column], targets: list[str]) -> Fl
 def _stated_rate(table: _Table) -> float:
     """The rate that a comment gives. Raises FormatError where none does."""
     for line in table.comments:
-        match = re.search(r"(?:rate)\D*([\d.]+)\s*hz", line, re.IGNORECASE)
+        match = re.search(r"rate\D{0,40}(\d{1,9}(?:\.\d{1,9})?)\s*hz", line, re.IGNORECASE)
         if match and float(match.group(1)) > 0:
             return float(match.group(1))
     raise FormatError(table.path, "expected a column of times, or a comment with the rate in Hz; use --columns t=NAME")
@@ -272,9 +273,10 @@ def _increasing(times: FloatArray, table: _Table) -> tuple[FloatArray, BoolArray
 
 def _number(row: list[str], column: _Column) -> float:
     try:
-        return float(row[column.at]) * column.factor
+        value = float(row[column.at]) * column.factor
     except (ValueError, IndexError):
         return math.nan
+    return value if abs(value) < _LARGEST else math.nan
 
 
 def _is_number(cell: str) -> bool:

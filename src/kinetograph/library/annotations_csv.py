@@ -11,6 +11,7 @@ from pathlib import Path
 
 from kinetograph.errors import DataError, FormatError
 from kinetograph.formats import atomic_path
+from kinetograph.formats.texts import read_text
 from kinetograph.library.info import TrackInfo
 from kinetograph.library.store import Library, annotations_of, contents
 from kinetograph.take import Annotation
@@ -167,13 +168,7 @@ def _read(path: Path) -> Iterator[Row]:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")  # spreadsheets write a byte-order mark
-    except OSError as error:
-        raise FormatError(path, f"could not be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise FormatError(path, f"expected UTF-8 text: {error.reason}; save it as UTF-8", line=line) from error
+    return read_text(path, "a table of comma-separated values")  # spreadsheets write a byte-order mark
 
 
 def _row(path: Path, line: int, cells: list[str]) -> Row:

@@ -12,7 +12,7 @@ from typing import IO
 
 import numpy as np
 
-from kinetograph.errors import RequestError
+from kinetograph.errors import ExistsError, RequestError
 from kinetograph.formats.readings import ANGULAR, FORCE, ORIENTATION
 from kinetograph.live.items import Item, Point
 from kinetograph.live.rows import Gathering, Row
@@ -55,7 +55,7 @@ class RecordDriver:
     def __post_init__(self) -> None:
         self.gathering = Gathering(None, self.rename)
         if self.path.exists() and not self.force:
-            raise RequestError(f"{self.path}: exists already; overwrite it with --force or choose another name")
+            raise ExistsError(f"{self.path}: exists already; overwrite it with --force or choose another name")
         if not self.path.parent.is_dir():
             raise RequestError(f"{self.path}: expected a folder that exists, found none")
 

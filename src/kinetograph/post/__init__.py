@@ -18,7 +18,7 @@ from kinetograph.post.ends import end_roles, ends_of, limb_joints, put_ends
 from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
 from kinetograph.post.grounding import raise_feet, to_floor
-from kinetograph.post.joint_tables import JointTable, joint_table, parse_table
+from kinetograph.post.joint_tables import JointTable, joint_table, parse_table, read_table
 from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
@@ -84,6 +84,7 @@ __all__ = [
     "pose_of",
     "put_ends",
     "raise_feet",
+    "read_table",
     "recorded_lows",
     "retarget",
     "seen_ranges",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kinetograph.errors import FormatError
+from kinetograph.formats.texts import read_text
 from kinetograph.roles import read_names
 from kinetograph.skeleton import ROLES, Skeleton
 
@@ -91,6 +92,11 @@ def joint_table(source: Skeleton, target: Skeleton) -> JointTable:
     order = {name: i for i, name in enumerate(target.names)}
     pairs = dict(sorted(pairs.items(), key=lambda pair: order[pair[0]]))
     return JointTable(pairs, tuple(name for name in target.names if name not in pairs), why)
+
+
+def read_table(path: str | Path) -> JointTable:
+    """Read a file with a table, see `parse_table`. Raises FormatError where it is none."""
+    return parse_table(read_text(Path(path), "a table of joints"), path)
 
 
 def parse_table(text: str, path: str | Path = "joint table") -> JointTable:

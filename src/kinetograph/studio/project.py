@@ -10,8 +10,8 @@ from typing import Literal
 
 import msgspec
 
-from kinetograph.errors import FormatError
 from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats.texts import read_json
 
 VERSION: Literal[1] = 1
 
@@ -245,13 +245,7 @@ def read_project(path: str | Path) -> Project:
     FormatError
         The file cannot be opened, or is no project.
     """
-    path = Path(path)
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=Project)
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise FormatError(path, f"expected a project of the studio, found: {error}") from None
+    return read_json(Path(path), Project, "a project of the studio")
 
 
 def write_project(project: Project, path: str | Path) -> None:

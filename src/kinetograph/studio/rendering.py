@@ -10,6 +10,7 @@ from typing import get_args
 import msgspec
 
 from kinetograph.errors import KinetographError, RequestError
+from kinetograph.formats import together
 from kinetograph.progress import Progress
 from kinetograph.studio import exporting
 from kinetograph.studio.exporting import Wanted
@@ -83,7 +84,7 @@ def write(
     character = room.character(project.character)
     paths: list[Path] = []
     for (section, result), each in zip(made.items(), wanted, strict=True):
-        with watch(f"writing {section}") as progress:
+        with together(), watch(f"writing {section}") as progress:
             paths += exporting.export(result, character, folder, each, progress)
     return tuple(paths)
 

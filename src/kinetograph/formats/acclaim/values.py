@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +45,7 @@ def parse_values(path: Path, asf: Asf, lenient: bool) -> Values:
     asf : Asf
         Its skeleton.
     lenient : bool
-        Take the frames before the first fault.
+        Take the frames that are whole, each that is damaged as the one before it; those at the ends are left out.
 
     Returns
     -------
@@ -55,97 +55,129 @@ def parse_values(path: Path, asf: Asf, lenient: bool) -> Values:
     ------
     FormatError
         With the line.
+
+    Notes
+    -----
+    Leniently, a frame is whole if each of its lines can be read and it has the bones that most frames have.
     """
-    table = _Table(path, asf)
-    frames, notes = table.read(), []
-    if table.fault is not None:
-        if not lenient or frames < 2:
-            raise table.fault
-        frames -= 1
-        notes.append(f"{table.fault}: took {frames} frames before it")
-    if frames == 0 or not table.rows:
+    table = _Table(path, asf, lenient)
+    table.read()
+    frames, notes = table.best(), []
+    if frames is None or not frames.rows:
+        if table.first_fault is not None:
+            raise table.first_fault
         raise FormatError(path, "expected frames: a number alone on a line, then one line per bone; found none")
-    given = sum(len(values) // max(table.widths[name], 1) for name, values in table.rows.items())
-    if frames * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * given:
+    at = np.array(frames.at)
+    given = sum(len(values) // max(width, 1) for width, values in zip(frames.widths, frames.rows.values(), strict=True))
+    if (at[-1] - at[0] + 1) * (len(asf.bones) + 1) > 1_000_000 + _CROWDED * given:
         raise FormatError(path, "expected values for most bones, found few; is the file damaged?")
+    missing = int(at[-1] - at[0] + 1 - len(at))
+    if table.first_fault is not None or len(at) < table.frames:
+        if missing > len(at):
+            raise FormatError(path, f"{missing} frames are damaged and {len(at)} whole; {table.why(frames)}")
+        left = table.frames - len(at) - missing
+        notes.append(f"{table.why(frames)}: took the {len(at)} whole frames, {missing} repeat the frame before")
+        if left > 0:
+            notes[-1] += f", {left} at an end are left out"
+    source = np.searchsorted(at, np.arange(at[0], at[-1] + 1), side="right") - 1
     columns = {
-        name: np.array(values[: frames * table.widths[name]]).reshape(frames, table.widths[name])
-        for name, values in table.rows.items()
-        if name in table.first  # not those that only the frame at fault has
+        name: np.array(values).reshape(len(at), width)[source]
+        for width, (name, values) in zip(frames.widths, frames.rows.items(), strict=True)
     }
     # some programs write three angles for every bone, whatever its degrees of freedom are
     odd = [n for n, values in columns.items() if values.shape[1] != len(_freedoms(asf, n))]
     if odd:
         notes.append(f"{len(odd)} bones have three angles where the skeleton names fewer: taken as rx ry rz")
-    return Values(columns, frames, tuple(notes))
+    return Values(columns, len(source), tuple(notes))
+
+
+@dataclass(eq=False)
+class _Frames:
+    """Frames with the same bones: their indices in the file, and the values of each bone."""
+
+    widths: tuple[int, ...]
+    at: list[int] = field(default_factory=list)
+    rows: dict[str, array[float]] = field(default_factory=dict)  # lists would take ten times the file
+
+    def add(self, index: int, frame: dict[str, list[float]]) -> None:
+        self.at.append(index)
+        for name, values in frame.items():
+            self.rows.setdefault(name, array("d")).extend(values)
 
 
 class _Table:
-    """Rows of values by bone, as far as they have been read, and the first fault."""
+    """Frames as far as they have been read, by the bones that they have, and what is wrong with others."""
 
-    def __init__(self, path: Path, asf: Asf) -> None:
-        self.path, self.asf = path, asf
-        self.rows: dict[str, array[float]] = {}  # a list would take ten times the file
-        self.widths: dict[str, int] = {}
-        self.frame = 0
-        self.seen: set[str] = set()
-        self.first: set[str] = set()
-        self.fault: FormatError | None = None
+    def __init__(self, path: Path, asf: Asf, lenient: bool) -> None:
+        self.path, self.asf, self.lenient = path, asf, lenient
+        self.groups: dict[tuple[tuple[str, int], ...], _Frames] = {}
+        self.frames = 0
+        self.first_fault: FormatError | None = None
+        self.frame: dict[str, list[float]] | None = None
+        self.damaged = False
 
-    def read(self) -> int:
-        """Read up to the end or the first fault; the number of frames, one with the fault included."""
+    def read(self) -> None:
+        """Read to the end; strictly, to the first fault, which is raised."""
         for number, words in text_lines(self.path):
             if words[0][0] in "#:":
                 continue
             if len(words) == 1 and words[0].isdigit():
-                self.fault = self.close(number, "")
-                if self.fault is None:
-                    self.frame, self.seen = self.frame + 1, set()
+                self.close(number, "")
+                self.frame, self.damaged, self.frames = {}, False, self.frames + 1
             else:
-                self.fault = self.add(number, words)
-            if self.fault is not None:
-                return self.frame
-        self.fault = self.close(None, "; is the file cut short?")
-        return self.frame
+                self.add(number, words)
+        self.close(None, "; is the file cut short?")
 
-    def close(self, line: int | None, advice: str) -> FormatError | None:
-        """The fault of the frame that ends here: every frame has the bones of the first one."""
-        if self.frame == 1:
-            self.first = self.seen
-        if self.seen == self.first:
-            return None
-        return FormatError(self.path, f"frame {self.frame} has other bones than the first one{advice}", line=line)
+    def best(self) -> _Frames | None:
+        """The frames with the bones that most have, or with more bones where as many have them."""
+        return max(self.groups.values(), key=lambda group: (len(group.at), len(group.rows)), default=None)
 
-    def add(self, number: int, words: list[str]) -> FormatError | None:
-        """Add a line; its fault where it has one."""
+    def why(self, frames: _Frames) -> str:
+        """The first fault, in words."""
+        if self.first_fault is not None:
+            return str(self.first_fault).replace(f"{self.path}:", "line ", 1)
+        return f"{self.frames - len(frames.at)} frames have other bones than most"
+
+    def close(self, line: int | None, advice: str) -> None:
+        """Keep the frame that ends here: every frame has the bones of the first one."""
+        if self.frame is None or self.damaged:
+            return
+        key = tuple((name, len(values)) for name, values in sorted(self.frame.items()))
+        if not self.lenient and self.groups and key not in self.groups:
+            self.fault(line, f"frame {self.frames} has other bones than the first one{advice}")
+        frame = dict(sorted(self.frame.items()))
+        group = self.groups.setdefault(key, _Frames(tuple(width for _, width in key)))
+        group.add(self.frames, frame)
+
+    def add(self, number: int, words: list[str]) -> None:
+        """Add a line to the frame."""
         name = words[0]
-        if self.frame == 0:
-            return self.error(number, f"expected a frame's number, found {name[:40]!r}")
+        if self.frame is None:
+            return self.fault(number, f"expected a frame's number, found {name[:40]!r}")
         if name != ROOT and name not in self.asf.bones:
-            return self.error(number, f"expected a bone of the skeleton, found {name[:40]!r}; is it another's?")
-        if name in self.seen:
-            return self.error(number, f"bone {name!r} occurs twice in frame {self.frame}")
+            return self.fault(number, f"expected a bone of the skeleton, found {name[:40]!r}; is it another's?")
+        if name in self.frame:
+            return self.fault(number, f"bone {name!r} occurs twice in frame {self.frames}")
         try:
             values = [float(word) for word in words[1:]]
         except ValueError:
-            return self.error(number, f"expected numbers after {name!r}, found {' '.join(words[1:])[:40]!r}")
+            return self.fault(number, f"expected numbers after {name!r}, found {' '.join(words[1:])[:40]!r}")
         if not all(abs(value) < _LARGEST for value in values):
-            return self.error(number, f"expected finite numbers after {name!r}")
-        expected = self.widths.setdefault(name, len(values))
-        if len(values) != expected or not _fits(self.asf, name, expected):
-            wanted = len(_freedoms(self.asf, name))
-            return self.error(number, f"expected {wanted} numbers after {name!r}, found {len(values)}")
-        self.seen.add(name)
-        self.rows.setdefault(name, array("d")).extend(values)
+            return self.fault(number, f"expected finite numbers after {name!r}")
+        wanted = len(_freedoms(self.asf, name))
+        if len(values) != wanted and (len(values) != 3 or name == ROOT):
+            return self.fault(number, f"expected {wanted} numbers after {name!r}, found {len(values)}")
+        self.frame[name] = values
         return None
 
-    def error(self, line: int, message: str) -> FormatError:
-        return FormatError(self.path, message, line=line)
+    def fault(self, line: int | None, message: str) -> None:
+        """What is wrong with the frame: an error, or a frame that is left out."""
+        error = FormatError(self.path, message, line=line)
+        if not self.lenient:
+            raise error
+        self.damaged = True
+        self.first_fault = self.first_fault or error
 
 
 def _freedoms(asf: Asf, name: str) -> tuple[str, ...]:
     return asf.order if name == ROOT else asf.bones[name].freedoms
-
-
-def _fits(asf: Asf, name: str, count: int) -> bool:
-    return count == len(_freedoms(asf, name)) or (count == 3 and name != ROOT)

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kinetograph.errors import FormatError
+from kinetograph.formats.bvh.spellings import LARGEST, only_reading
 
 MOST_JOINTS = 20_000
 """More joints than any character has: a file with more is damaged, and would take minutes to refuse later."""
-LARGEST = 1e9
-"""More than any recorded length or angle: larger numbers would overflow in products."""
 
 _TOKEN = re.compile(rb"[{}]|[^\s{}]+")
 _CHANNEL = re.compile(r"([xyz])(position|rotation|scale)\Z", re.IGNORECASE)
 _END = -2
+_PLAIN = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?", re.IGNORECASE)
 
 
 class Token(NamedTuple):
@@ -71,12 +71,15 @@ class Hierarchy:
         Number of channels.
     position, line : int
         The byte after the word MOTION, and its line.
+    notes : tuple of str
+        What is spelt in a way of its own.
     """
 
     nodes: list[Node]
     width: int
     position: int
     line: int
+    notes: tuple[str, ...] = ()
 
 
 def parse_hierarchy(path: Path, data: bytes) -> Hierarchy:
@@ -93,6 +96,7 @@ class _Words:
         self.kept: Token | None = None
         self.last_line = 1
         self.depth = 0
+        self.notes: list[str] = []
 
     def words_of_line(self, token: Token) -> list[Token]:
         """The words up to the end of the line or a brace: a joint's name may have spaces."""
@@ -107,7 +111,9 @@ class _Words:
             raise self.error(following, f"expected {{ after {show(token.text)}, found {show(following.text)}")
 
     def number(self, what: str) -> float:
-        token = self.next(what)
+        return self.value(self.next(what), what)
+
+    def value(self, token: Token, what: str) -> float:
         try:
             value = float(token.text)
         except ValueError:
@@ -115,6 +121,24 @@ class _Words:
         if not abs(value) <= LARGEST:
             raise self.error(token, f"expected {what}, a finite number, found {show(token.text)}")
         return value
+
+    def offset(self) -> tuple[float, float, float]:
+        """Three numbers; those of a line that are spelt in a way of their own where there is one reading."""
+        words: list[Token] = []
+        while len(words) < 3:
+            token = self.next("an offset")
+            words.append(token)
+            if not _PLAIN.fullmatch(token.text):
+                words += self.words_of_line(token)
+                text = self.data[words[0].begin : words[-1].end]
+                reading = only_reading(text.replace(b"\n", b" "), 3)
+                if reading is None:
+                    break
+                self.notes.append(f"line {token.line}: {reading[0].name}: {show(text)} is read as an OFFSET")
+                x, y, z = reading[1].tolist()
+                return x, y, z
+        x, y, z = (self.value(word, "an offset") for word in words[:3])
+        return x, y, z
 
     def peek(self) -> Token | None:
         if self.kept is None:
@@ -130,7 +154,8 @@ class _Words:
         return token
 
     def error(self, token: Token, message: str) -> FormatError:
-        return FormatError(self.path, message, line=token.line)
+        column = token.begin - self.data.rfind(b"\n", 0, token.begin)
+        return FormatError(self.path, message, line=token.line, column=column)
 
 
 class _Parser:
@@ -147,10 +172,10 @@ class _Parser:
             self.words.depth = len(self.open)
             token = self.words.next("MOTION")
             word = token.text.lower()
-            if word == b"motion" and not self.open:
+            if word in (b"motion", b"motion:") and not self.open:
                 if not self.nodes:
                     raise self.words.error(token, "expected a ROOT before MOTION, found none")
-                return Hierarchy(self.nodes, self.width, token.end, token.line)
+                return Hierarchy(self.nodes, self.width, token.end, token.line, tuple(self.words.notes))
             self.statement(word, token)
 
     def statement(self, word: bytes, token: Token) -> None:
@@ -182,7 +207,7 @@ class _Parser:
         self.nodes.append(Node(name, parent, token.line))
 
     def offset(self, token: Token) -> None:
-        offset = (self.words.number("an offset"), self.words.number("an offset"), self.words.number("an offset"))
+        offset = self.words.offset()
         if self.open[-1] == _END:
             self.nodes[self.open[-2]].ends.append(offset)
         else:

@@ -48,7 +48,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     data = _text(path.read_bytes())
     hierarchy = parse_hierarchy(path, data)
     rows = parse_motion(path, data, hierarchy, options)
-    notes = list(rows.notes)
+    notes = [*hierarchy.notes, *rows.notes]
     values = rows.values
     if len(values) == 0:
         values = _rest_row(hierarchy)

@@ -12,14 +12,19 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
-from kinetograph.formats import _kernels
-from kinetograph.formats.bvh.hierarchy import LARGEST, Hierarchy, show
+from kinetograph.formats.bvh.hierarchy import Hierarchy, show
 from kinetograph.formats.bvh.stamp import read_stamp
+from kinetograph.formats.bvh.table import Table, Wanted
 from kinetograph.formats.options import ReadOptions
 from kinetograph.formats.timing import check_fps, usual_rates
 
-_FRAMES = re.compile(rb"\s*frames[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
-_FRAME_TIME = re.compile(rb"\s*frame[ \t]*time[ \t]*:?[ \t]*([^\s:]*)[^\S\n]*(\n|\Z)", re.IGNORECASE)
+_FRAMES = re.compile(rb"\s*(?:number[ \t]+of[ \t]+)?frames[ \t]*[:=]?[ \t]*([^\s:;]*)([^\n]*)(\n|\Z)", re.IGNORECASE)
+_FRAME_TIME = re.compile(rb"\s*frame[ \t]*time[ \t]*[:=]?[ \t]*([^\s:;]*)([^\n]*)(\n|\Z)", re.IGNORECASE)
+_TIME = re.compile(
+    rb"([^\s(#;/]+?)[ \t]*(?:[(\[]?(s|secs?|seconds?|ms|msecs?|milliseconds?|fps|hz)\b.*|[(\[#;/].*)?", re.IGNORECASE
+)
+_UNITS = {b"s": b"s", b"se": b"s", b"ms": b"ms", b"mi": b"ms", b"fp": b"fps", b"hz": b"fps"}
+_NUMBER_AFTER = re.compile(rb"[+-]?\.?[0-9]")
 _WORD = re.compile(rb"\S+")
 _FASTEST, _SLOWEST = 100_000.0, 86_400.0  # frames per second, and seconds per frame
 
@@ -64,25 +69,82 @@ def parse_motion(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOpt
     FormatError
         With the line.
     """
-    frames, fps, position, line = parse_header(path, data, hierarchy, options)
-    values, notes = _rows(path, data, position, line, hierarchy.width, options.lenient)
-    if len(values) != frames:
-        message = f"Frames: {frames}, but there are {len(values)} rows of numbers"
-        if not options.lenient:
-            raise FormatError(path, f"{message}; is the file cut short? --lenient takes the rows that are there")
-        notes.append(f"{message}: took these")
-    return Rows(values, fps, tuple(notes))
+    header = parse_header(path, data, hierarchy, options)
+    if hierarchy.width == 0:
+        return _no_channels(path, data, header)
+    table = Table(Wanted(path, hierarchy.width, header.frames, options.lenient))
+    values, _ = table.feed(data[header.position :], header.line)
+    table.finish()
+    notes = [*header.notes, *table.notes()]
+    if len(values) != header.frames:
+        notes.append(check_count(path, header.frames, len(values), lenient=options.lenient))
+    return Rows(values, header.fps, tuple(notes))
 
 
-def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> tuple[int, float, int, int]:
+def _no_channels(path: Path, data: bytes, header: Header) -> Rows:
+    word = _WORD.search(data, header.position)
+    if word is not None or header.frames:
+        found = f"found {show(word[0])}" if word else f"found Frames: {header.frames}"
+        raise FormatError(path, f"expected no rows, as no joint has CHANNELS, {found}", line=header.line)
+    return Rows(np.zeros((0, 0)), header.fps, header.notes)
+
+
+def check_count(path: Path, frames: int, found: int, *, lenient: bool) -> str:
+    """The note on rows that are more or fewer than a file says.
+
+    Parameters
+    ----------
+    path : Path
+    frames : int
+        Rows that the file says.
+    found : int
+        Rows that it has.
+    lenient : bool
+        Fewer are an error otherwise.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FormatError
+        There are too few.
+    """
+    message = f"Frames: {frames}, but there are {found} rows of numbers"
+    if found < frames and not lenient:
+        raise FormatError(path, f"{message}; is the file cut short? --lenient takes the rows that are there")
+    return f"{message}: took these"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What stands between MOTION and the rows.
+
+    Parameters
+    ----------
+    frames : int
+        Number of rows, as the file says.
+    fps : float
+    position, line : int
+        The byte where the rows begin, and its line.
+    notes : tuple of str
+        What is spelt in a way of its own.
+    """
+
+    frames: int
+    fps: float
+    position: int
+    line: int
+    notes: tuple[str, ...] = ()
+
+
+def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOptions) -> Header:
     """Read the lines between MOTION and the rows; arguments as for `parse_motion`.
 
     Returns
     -------
-    frames : int
-    fps : float
-    position, line : int
-        The byte where the rows begin, and its line.
+    Header
 
     Raises
     ------
@@ -92,20 +154,22 @@ def parse_header(path: Path, data: bytes, hierarchy: Hierarchy, options: ReadOpt
     frames_at = _header(path, data, hierarchy.position, hierarchy.line, _FRAMES, "Frames: and a whole number")
     frames = _frame_count(path, frames_at)
     time_at = _header(path, data, frames_at.next_position, frames_at.next_line, _FRAME_TIME, "Frame Time: and seconds")
-    fps = check_fps(path, options.fps if options.fps is not None else _rate(path, time_at))
-    return frames, fps, time_at.next_position, time_at.next_line
+    notes: list[str] = []
+    fps = check_fps(path, options.fps if options.fps is not None else _rate(path, time_at, notes))
+    return Header(frames, fps, time_at.next_position, time_at.next_line, tuple(notes))
 
 
-class _Header(NamedTuple):
-    """A value, the line it is on, and the byte and line where what follows begins."""
+class _Line(NamedTuple):
+    """A value, what follows it on its line, the line, and the byte and line where what follows begins."""
 
     value: bytes
+    rest: bytes
     line: int
     next_position: int
     next_line: int
 
 
-def _header(path: Path, data: bytes, position: int, line: int, pattern: re.Pattern[bytes], expected: str) -> _Header:
+def _header(path: Path, data: bytes, position: int, line: int, pattern: re.Pattern[bytes], expected: str) -> _Line:
     match = pattern.match(data, position)
     if match is None:
         word = _WORD.search(data, position)
@@ -114,68 +178,48 @@ def _header(path: Path, data: bytes, position: int, line: int, pattern: re.Patte
             path, f"expected {expected}, found {show(word[0]) if word else 'the end of the file'}", line=line
         )
     here = line + data.count(b"\n", position, match.start(1))
-    return _Header(match[1], here, match.end(), line + data.count(b"\n", position, match.end()))
+    return _Line(match[1], match[2].strip(), here, match.end(), line + data.count(b"\n", position, match.end()))
 
 
-def _frame_count(path: Path, header: _Header) -> int:
+def _frame_count(path: Path, header: _Line) -> int:
     try:
         count = float(header.value)
     except ValueError:
         count = -1.0
-    if not (math.isfinite(count) and count >= 0 and count == int(count)):
-        raise FormatError(path, f"expected Frames: and a whole number, found {show(header.value)}", line=header.line)
+    if not (math.isfinite(count) and count >= 0 and count == int(count)) or _NUMBER_AFTER.match(header.rest):
+        found = show(b" ".join([header.value, header.rest]).strip())
+        raise FormatError(path, f"expected Frames: and a whole number, found {found}", line=header.line)
     return int(count)
 
 
-def _rate(path: Path, header: _Header) -> float:
+def _rate(path: Path, header: _Line, notes: list[str]) -> float:
     """Frames per second of a frame time: the nearest usual rate that would be written like it."""
-    value, _ = read_stamp(header.value)
+    text = b" ".join([header.value, header.rest]).strip()
+    word, _ = read_stamp(header.value)
+    match = _TIME.fullmatch(text)
+    unit = _UNITS.get(match[2].lower()[:2], b"s") if match and match[2] else b"s"
+    if match and (match[1] != text or b"," in text):
+        word = match[1].replace(b",", b".")
+        notes.append(f"line {header.line}: Frame Time: {show(text)}, read as {word.decode()} {unit.decode()}")
     try:
-        step = float(value)
+        step = float(word) if match else math.nan
     except ValueError:
         step = math.nan
-    if not (math.isfinite(step) and 1 / _FASTEST <= step <= _SLOWEST):
-        message = f"expected Frame Time: and seconds, found {show(header.value)}; give the rate with --fps"
+    if unit == b"fps":
+        step = 1.0 / step if step > 0 else math.nan
+    scale = 1000.0 if unit == b"ms" else 1.0
+    if not (math.isfinite(step) and 1 / _FASTEST <= step / scale <= _SLOWEST):
+        message = f"expected Frame Time: and seconds, found {show(text)}; give the rate with --fps"
         raise FormatError(path, message, line=header.line)
-    mantissa, _, exponent = value.lower().partition(b"e")
+    return 1.0 / step if unit == b"fps" else _usual(step, scale, word)
+
+
+def _usual(step: float, scale: float, word: bytes) -> float:
+    """The nearest usual rate whose frame time, in seconds over ``scale``, would be written like a word."""
+    mantissa, _, exponent = word.lower().partition(b"e")
     decimals = len(mantissa.partition(b".")[2]) - int(exponent or 0)
     slack = min(0.5000001 * 10.0 ** -min(decimals, 300), 0.02 * step)
-    for rate in usual_rates(1 / step):
-        if rate > 0 and abs(1 / rate - step) <= slack:
+    for rate in usual_rates(scale / step):
+        if rate > 0 and abs(scale / rate - step) <= slack:
             return rate
-    return 1 / step
-
-
-def _rows(path: Path, data: bytes, position: int, line: int, width: int, lenient: bool) -> tuple[FloatArray, list[str]]:
-    # a number takes at least two bytes, so that no header can make us allocate more than the file's size
-    room = min((len(data) - position) // max(2 * width, 1) + 1, data.count(b"\n", position) + 1)
-    values = np.empty((room if width else 0, width))
-    read, status, where, detail = _kernels.parse_rows(np.frombuffer(data, np.uint8), position, line, values)
-    values = values[:read]
-    wrong = None
-    if status == _kernels.NOT_A_NUMBER:
-        word = data[detail : detail + 200].split()[0]
-        wrong = f"expected a finite number, found {show(word)}"
-    elif status == _kernels.WRONG_LENGTH:
-        wrong = f"expected {width} numbers, one per channel, found {detail}; is the line cut short?"
-    if values.size and (values.min() < -LARGEST or values.max() > LARGEST):
-        values = values[: int(np.argmax((np.abs(values) > LARGEST).any(axis=1)))]
-        wrong, where = (
-            f"expected numbers up to {LARGEST:g}, found a larger one",
-            _line_of(data, position, line, len(values)),
-        )
-    if wrong is None:
-        return values, []
-    if not lenient:
-        raise FormatError(path, wrong, line=where)
-    return values, [f"line {where}: {wrong} (stopped before this row)"]
-
-
-def _line_of(data: bytes, position: int, line: int, row: int) -> int:
-    """The line of the row'th line from ``position`` that is not blank."""
-    for number, text in enumerate(data[position:].split(b"\n"), start=line):
-        if text.strip():
-            if row == 0:
-                return number
-            row -= 1
-    return line
+    return scale / step

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
-from kinetograph.formats import _kernels
 from kinetograph.formats.bvh.hierarchy import Hierarchy, parse_hierarchy
 from kinetograph.formats.bvh.reader import motion_of_rows
-from kinetograph.formats.bvh.rows import parse_header
+from kinetograph.formats.bvh.rows import check_count, parse_header
 from kinetograph.formats.bvh.stamp import meaning
+from kinetograph.formats.bvh.table import Table, Wanted
 from kinetograph.formats.conventions import Converted, to_metres_y_up
 from kinetograph.formats.options import ReadOptions
+from kinetograph.formats.stances import with_stance
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
@@ -38,9 +39,11 @@ class MotionStream:
         Of every block.
     fps : float
     frames : int
-        Number of frames, as the file says.
+        Number of frames.
     notes : tuple of str
-        What was guessed, from the first block.
+        What was guessed, from the first block, and what is odd about the file.
+    late_notes : list of str
+        What is odd about single rows; known once all blocks were read.
     """
 
     path: Path
@@ -51,6 +54,8 @@ class MotionStream:
     _hierarchy: Hierarchy
     _begin: tuple[int, int]
     _first: Converted
+    _wanted: Wanted
+    late_notes: list[str] = field(default_factory=list)
 
     def blocks(self) -> Iterator[Motion]:
         """The motion's frames in order, some thousand at a time.
@@ -62,10 +67,11 @@ class MotionStream:
         Raises
         ------
         FormatError
-            The rows are not numbers, are more or fewer than ``frames``, or bones change their length.
+            The file has changed, or bones change their length.
         """
         count = 0
-        for values in _blocks(self.path, self._hierarchy.width, *self._begin):
+        table = Table(self._wanted)
+        for values in _blocks(table, *self._begin):
             count += len(values)
             if count > self.frames:
                 break
@@ -74,8 +80,11 @@ class MotionStream:
             if motion.bones is not None or change > _SAME:
                 raise FormatError(self.path, "its bones change their length: it cannot be streamed; load it whole")
             yield replace(motion, skeleton=self.skeleton)
+        self.late_notes[:] = table.notes()
         if count != self.frames:
-            raise FormatError(self.path, f"Frames: {self.frames}, but there are {count} rows of numbers")
+            raise FormatError(
+                self.path, f"expected {self.frames} rows of numbers, found {count}; has the file changed?"
+            )
 
 
 def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
@@ -95,25 +104,48 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     ------
     FormatError
         The file is one that `read` would refuse, has several ROOTs, or has no line feeds.
+
+    Notes
+    -----
+    Rows that are odd are read as `read` reads them, where there are not as many lines as frames; the file is then
+    read twice.
     """
     path = Path(path)
     options = options or ReadOptions()
     head, position = _head(path)
     hierarchy = parse_hierarchy(path, head)
-    frames, fps, after, line = parse_header(path, head, hierarchy, options)
+    header = parse_header(path, head, hierarchy, options)
     if sum(node.parent < 0 for node in hierarchy.nodes) > 1:
         raise FormatError(path, "several characters: it cannot be streamed; load it whole")
-    room = (path.stat().st_size - after) // max(2 * hierarchy.width, 1) + 1
-    if hierarchy.width == 0 or not 0 < frames <= room:
-        raise FormatError(path, f"Frames: {frames} do not fit into the file; is it cut short?")
-    first = next(_blocks(path, hierarchy.width, position + after, line), np.zeros((0, 0)))
+    if hierarchy.width == 0:
+        raise FormatError(path, "no joint has CHANNELS: it cannot be streamed")
+    wanted = Wanted(path, hierarchy.width, header.frames, options.lenient)
+    begin = (position + header.position, header.line)
+    first = next(_blocks(Table(wanted), *begin), np.zeros((0, 0)))
     if len(first) == 0:
         raise FormatError(path, "expected rows of numbers, found none")
-    motion = motion_of_rows(hierarchy.nodes, first, fps, [])
+    frames = _count(wanted, *begin)
+    notes = [*hierarchy.notes, *header.notes]
+    if frames != header.frames:
+        notes.append(check_count(path, header.frames, frames, lenient=options.lenient))
+    motion = motion_of_rows(hierarchy.nodes, first, header.fps, [])
     units, up = meaning(head, hierarchy.position)
     converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
-    skeleton = converted.motions[0].skeleton
-    return MotionStream(path, skeleton, fps, frames, converted.notes, hierarchy, (position + after, line), converted)
+    skeleton, said = with_stance(converted.motions[0], options.rest)
+    notes += [*converted.notes, *said]
+    return MotionStream(path, skeleton, header.fps, frames, tuple(notes), hierarchy, begin, converted, wanted)
+
+
+def _count(wanted: Wanted, position: int, line: int) -> int:
+    """The number of rows, which are read for it only where the number of lines is not that of frames."""
+    lines, last = 0, b"\n"
+    with wanted.path.open("rb") as file:
+        file.seek(position)
+        while block := file.read(BLOCK):
+            lines, last = lines + block.count(b"\n"), block[-1:]
+    if wanted.frames == lines + (last != b"\n"):
+        return wanted.frames
+    return sum(len(values) for values in _blocks(Table(wanted), position, line))
 
 
 def _head(path: Path) -> tuple[bytes, int]:
@@ -133,25 +165,23 @@ def _head(path: Path) -> tuple[bytes, int]:
     return data[mark:], mark
 
 
-def _blocks(path: Path, width: int, position: int, line: int) -> Iterator[FloatArray]:
+def _blocks(table: Table, position: int, line: int) -> Iterator[FloatArray]:
     """Rows of numbers, shape ``(n, width)``, one array per block of text."""
-    rest = b""
+    rest, path = b"", table.wanted.path
     with path.open("rb") as file:
         file.seek(position)
-        while True:
+        while not table.ended:
             block = file.read(BLOCK)
             data = rest + block
             end = data.rfind(b"\n") + 1 if block else len(data)
             if end == 0 and len(data) > _HEAD:
                 raise FormatError(path, "expected line feeds between frames, found none", line=line)
-            text, rest = data[:end], data[end:]
-            if text.strip():
-                lines = text.count(b"\n")
-                values = np.empty((lines + 1, width))
-                read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, line, values)
-                if status != _kernels.DONE or not np.isfinite(values[:read]).all():
-                    raise FormatError(path, f"expected {width} finite numbers on every line", line=where)
-                line += lines
-                yield values[:read]
+            values, read = table.feed(data[:end], line, last=not block)
+            line, rest = line + data.count(b"\n", 0, read), data[read:]
+            if len(rest) > _HEAD:
+                raise FormatError(path, f"expected a row within {_HEAD} bytes, found none", line=line)
+            if len(values):
+                yield values
             if not block:
-                return
+                break
+    table.finish()

@@ -73,14 +73,18 @@ class Model:
         return bool(self.flag("RotationActive")) and not self.flag("RotationSpaceForLimitOnly")
 
 
-def local_transforms(model: Model, times: FloatArray | None) -> tuple[FloatArray, FloatArray, FloatArray]:
+def local_transforms(
+    model: Model, times: FloatArray | None, zero: bool = False
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The local transforms of a model.
 
     Parameters
     ----------
     model : Model
     times : ndarray, shape (F,), or None
-        Seconds; ``None`` gives one frame with the pose without animation, its rotation zero.
+        Seconds; ``None`` gives one frame with the pose without animation.
+    zero : bool
+        Whether the angles of that pose are zero.
 
     Returns
     -------
@@ -90,6 +94,8 @@ def local_transforms(model: Model, times: FloatArray | None) -> tuple[FloatArray
     """
     order = model.order
     shift, angles, scale = (_property(model, key, order, times) for key in ("Translation", "Rotation", "Scaling"))
+    if zero:
+        angles = np.zeros_like(angles)
     rotation = rot.from_euler(np.radians(angles)[:, ["xyz".index(axis) for axis in order]], order)
     if model.free:
         before, after = (_fixed(model.vector(key)) for key in ("PreRotation", "PostRotation"))
@@ -103,7 +109,7 @@ def _property(model: Model, key: str, order: str, times: FloatArray | None) -> F
     name = f"Lcl {key}"
     still = model.vector(name, 1.0 if key == "Scaling" else 0.0)
     if times is None:
-        return (np.zeros(3) if key == "Rotation" else still)[None]
+        return still[None]
     return animated(model.channels.get(name, []), name, order, still, times)
 
 

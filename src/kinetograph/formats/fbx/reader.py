@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,7 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     times, fps = _times(path, scene, options.fps)
     nodes = scene.nodes(times)
     bind = scene.bind(nodes.names)
-    motions = scenes.motions(nodes, joints, bind, fps)
+    motions = scenes.motions(nodes, joints, bind, fps, scene.rest(nodes.names))
     units = options.units
     if units is None:
         factor = 0.01 * (abs(scene.setting("UnitScaleFactor", 1.0)) or 1.0)
@@ -63,9 +64,17 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     if options.up is None:
         rotation = upright(scene)
         motions = [rotate_world(motion, rotation) for motion in motions] if abs(rotation[0]) < 1.0 else motions
-    converted = to_metres_y_up(motions, units, options.up or "y", options.keep)
-    tracks = converted.tracks([motion.skeleton.names[0] for motion in motions], notes)
-    return Loaded(Take(path.stem, tracks), (*notes, *converted.notes), scene.animations)
+    keep = replace(options.keep, shared=len(scene.animations) > 1)
+    converted = to_metres_y_up(motions, units, options.up or "y", keep)
+    tracks = converted.tracks([_name(nodes, motion.skeleton.names[0]) for motion in motions], notes)
+    take = Take(path.stem, tracks, animation=scene.animation)
+    return Loaded(take, (*notes, *converted.notes), scene.animations)
+
+
+def _name(nodes: scenes.Nodes, root: str) -> str:
+    """What a body is called: the node above its root, which holds the name in files of this package, or the root."""
+    above = int(nodes.parents[nodes.names.index(root)])
+    return nodes.names[above] if above >= 0 else root
 
 
 def _times(path: Path, scene: Scene, given: float | None) -> tuple[FloatArray, float]:

@@ -51,6 +51,7 @@ class Scene:
         self.place = {models[i]: position for position, i in enumerate(order)}
         above = [self.place[models[parents[i]]] if parents[i] >= 0 else -1 for i in order]
         self.models = [self._model(models[i], parent, template) for i, parent in zip(order, above, strict=True)]
+        self.animation = ""
         self.animations: tuple[str, ...] = ()
         self.start = np.inf
         self._animate(document.ticks, animation)
@@ -74,7 +75,7 @@ class Scene:
         if stacks or wanted is not None:
             chosen, self.animations = choose_stack(self.path, stacks, wanted, self.notes)
             by_id = {key: self.models[place] for key, place in self.place.items()}
-            self.start = stacks[chosen].start
+            self.animation, self.start = stacks[chosen].name, stacks[chosen].start
             self.notes += attach(self.path, self.objects, stacks[chosen], by_id, ticks)
         if not any(model.moves for model in self.models):
             self.notes.append("the file has no animation of a node: read its pose")
@@ -96,7 +97,7 @@ class Scene:
 
     def bind(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
         """World positions ``(N, 3)`` and rotations ``(N, 4)`` in the bind pose, or else with local rotations zero."""
-        positions, rotations = (part[0] for part in scenes.world(self._nodes(names, None)))
+        positions, rotations = (part[0] for part in scenes.world(self._nodes(names, None, zero=True)))
         for key, matrix in self._bind_matrices():
             if key in self.place:
                 axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-12)
@@ -105,11 +106,16 @@ class Scene:
                     rotations[self.place[key]] = rot.from_matrix(axes)
         return positions, rotations
 
-    def _nodes(self, names: tuple[str, ...], times: FloatArray | None) -> scenes.Nodes:
+    def rest(self, names: tuple[str, ...]) -> scenes.Rest:
+        """The pose without animation."""
+        positions, rotations = (part[0] for part in scenes.world(self._nodes(names, None)))
+        return scenes.Rest(positions, rotations, shared=len(self.animations) > 1)
+
+    def _nodes(self, names: tuple[str, ...], times: FloatArray | None, zero: bool = False) -> scenes.Nodes:
         frames, count = 1 if times is None else len(times), len(self.models)
         shifts, rotations, scales = (np.empty((frames, count, n)) for n in (3, 4, 3))
         for i, model in enumerate(self.models):
-            shifts[:, i], rotations[:, i], scales[:, i] = local_transforms(model, times)
+            shifts[:, i], rotations[:, i], scales[:, i] = local_transforms(model, times, zero)
             if not max(np.abs(shifts[:, i]).max(), np.abs(scales[:, i]).max()) < LARGEST:
                 raise FormatError(self.path, f"{model.name!r} is moved or scaled beyond any measure")
         if np.all(scales == scales[:1]):

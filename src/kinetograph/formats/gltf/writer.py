@@ -237,9 +237,9 @@ def _add_animation(document: _Document, motion: Motion, first: int) -> None:
         )
     times = document.accessor(seconds, bounds=True)
     document.animate(first, "translation", times, motion.translation.astype(np.float32))
-    rotations = rot.unroll(rot.normalize(motion.rotations))[..., [1, 2, 3, 0]].astype(np.float32)
     placed = placed_joints(motion)
     for joint in range(len(motion.skeleton)):
-        document.animate(first + joint, "rotation", times, rotations[:, joint])
+        rotations = rot.unroll(rot.normalize(motion.rotations[:, joint]))  # joint by joint: a motion may be long
+        document.animate(first + joint, "rotation", times, rotations[:, [1, 2, 3, 0]].astype(np.float32))
         if joint and motion.bones is not None and placed[joint]:
             document.animate(first + joint, "translation", times, motion.bones[:, joint].astype(np.float32))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from kinetograph.errors import RequestError
+from kinetograph.errors import ExistsError, RequestError
 from kinetograph.formats.bvh import GrowingBvh
 from kinetograph.live.items import LOOPBACK
 from kinetograph.live.sinks import vmc
@@ -98,7 +98,7 @@ class BvhSink:
 
     def __post_init__(self) -> None:
         if self.path.exists() and not self.force:
-            raise RequestError(f"{self.path}: exists already; overwrite it with --force or choose another name")
+            raise ExistsError(f"{self.path}: exists already; overwrite it with --force or choose another name")
         if not self.path.parent.is_dir():
             raise RequestError(f"{self.path}: expected a folder that exists, found none")
 
