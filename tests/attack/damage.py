@@ -105,6 +105,8 @@ class Damage:
         kind = " + ".join(kinds)
         if {"catalogue: of_another_library", "frames: of_another_library"} <= set(kinds):
             return Outcome("several", "another library")
+        if {"catalogue: of_another_time", "frames: of_another_time"} <= set(kinds):
+            return Outcome("several", "an older copy")
         shutil.copytree(work, folder / "damaged")
         recoverable = set(shared.truth)
         if any(kind.startswith("frames") for kind in kinds):

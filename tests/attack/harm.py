@@ -25,7 +25,7 @@ def harm(folder: Path, shared: Libraries, rng: Rng) -> list[str]:
         name = str(rng.choice(sorted(KINDS)))
         path = _catalogue(folder) if name.startswith("catalogue") else _frames(folder)
         if path.is_file():
-            with suppress(sqlite3.Error):  # of a catalogue that is harmed already
+            with suppress(sqlite3.Error, UnicodeDecodeError):  # of a catalogue that is harmed already
                 KINDS[name](path, shared, rng)
             done.append(name)
     return done

@@ -378,3 +378,21 @@ def test_a_file_that_is_cut_while_it_is_read_is_refused(library: Library, monkey
 def test_the_checks_find_nothing_in_a_sound_catalogue(library: Library) -> None:
     with catalogue.reading(library.path) as db:
         assert checks.catalogue_faults(db) == ()
+
+
+# ---- writing to a damaged catalogue ----
+
+
+def test_a_catalogue_with_other_tables_is_not_written_to(library: Library) -> None:
+    with catalogue.writing(library.path) as db:
+        db.execute("CREATE TRIGGER forget AFTER INSERT ON takes BEGIN DELETE FROM annotations; END")
+    with pytest.raises(LibraryError, match="its tables are not those of a library"):
+        library.add(take_of("more"))
+    assert len(library.take("walk").annotations) == 1
+
+
+def test_rows_that_damage_left_do_not_become_a_new_takes(library: Library) -> None:
+    edit(library, "INSERT INTO annotations (track, kind, label, start, stop) VALUES (4, 'move', 'old', 0.0, 0.1)")
+    with pytest.raises(LibraryError, match="what was written does not come back"):
+        library.add(take_of("more"))
+    assert library.path.joinpath("frames-1.bin").stat().st_size == headers.SIZE + stored(30 + 31 + 32)

@@ -138,8 +138,8 @@ def add_take(
         found[name] = list(reading.takes(Path(file), file))
     for made in _joined(take, found):
         library.add(made, replace=replace)
-        notes(differing_skeletons(library))
         result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
+    notes(differing_skeletons(library))
 
 
 def _joined(name: str, found: dict[str, list[Take]]) -> list[Take]:

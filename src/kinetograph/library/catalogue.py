@@ -76,6 +76,8 @@ def _transaction(folder: Path, begin: str, mode: str = "rw") -> Iterator[sqlite3
         raise _explain(folder, error) from error
     except Damaged as error:
         raise damaged(folder, error) from error
+    except UnicodeDecodeError as error:  # what SQLite says of a damaged table may quote its bytes
+        raise damaged(folder, "its text is not Unicode") from error
     except UnicodeEncodeError as error:
         raise DataError(f"{folder}: names and labels must be valid Unicode, found {error.object!r}") from error
     finally:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError
-from kinetograph.library import catalogue, frame_files, headers, storage
+from kinetograph.library import catalogue, frame_files, headers, schema, storage
 from kinetograph.library.digests import Damaged
 from kinetograph.library.headers import Header
 from kinetograph.library.storage import Storage
@@ -59,6 +59,8 @@ def changing(folder: Path, appending: bool = False) -> Iterator[Change]:
         The folder cannot be written to, or the files do not belong together.
     """
     with catalogue.writing(folder) as db:
+        if schema.statements(db) not in schema.known():
+            raise Damaged("its tables are not those of a library")
         held = storage.read(db)
         path = folder / held.file
         size, header = _state(path, held)

@@ -68,6 +68,13 @@ def track_arrays(track: Track) -> list[tuple[str, Array]]:
     return arrays
 
 
+def array_names(track: Track) -> tuple[str, ...]:
+    """The names of a track's arrays."""
+    if isinstance(track, Signal):
+        return ("values",) if track.valid.all() else ("values", "valid")
+    return ("translation", "rotations") if track.bones is None else ("translation", "rotations", "bones")
+
+
 def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spans: Iterable[Span]) -> int:
     """Add a track to a take.
 

@@ -96,7 +96,21 @@ def insert(db: sqlite3.Connection, take: Take, spans: Spans, row: int | None = N
     assert take_row is not None
     tracks = {name: records.insert_track(db, take_row, name, track, spans[name]) for name, track in take.tracks.items()}
     records.insert_annotations(db, tracks, take.annotations)
+    _require_stored(db, take_row, take)
     storage.relist(db, digests.seal(db, take_row))
+
+
+def _require_stored(db: sqlite3.Connection, row: int, take: Take) -> None:
+    """Raise Damaged where a take's rows do not come back, as where damage left rows that seem to be the take's."""
+    rows = digests.track_rows(db, row)
+    notes = [tuple(note) for note in digests.note_rows(db, row)]
+    given = [(n.track, n.kind, n.label, float(n.start), float(n.stop)) for n in take.annotations]
+    arrays = [len(records.array_names(track)) for track in take.tracks.values()]
+    if notes != given or [(one[1], len(one[9])) for one in rows] != list(zip(take.tracks, arrays, strict=True)):
+        raise digests.Damaged("what was written does not come back")
+    for one in rows:
+        if one[8] is not None:
+            records.read_skeleton(db, one[8])
 
 
 def delete(db: sqlite3.Connection, take: int) -> None:
