@@ -20,11 +20,20 @@ TABLES = (
     "bvh",
     "markers",
     "retarget",
+    "rests",
     "startup",
     "quality",
     "steering",
 )
-ON_REQUEST = ("stream", "large", "live", "sessions", "studio")  # 800 MB on disk; some minutes each; a browser
+ON_REQUEST = (
+    "stream",
+    "large",
+    "live",
+    "sessions",
+    "studio",
+    "endless",
+    "long",
+)  # 800 MB on disk; some minutes each; a browser
 
 
 def main() -> None:

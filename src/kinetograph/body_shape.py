@@ -8,6 +8,7 @@ lengths are most like a person's is taken.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -20,7 +21,11 @@ from kinetograph.skeleton import Skeleton
 
 _ALIKE = 0.06  # relative difference of the lengths of two sides
 _UNEVEN = 2.5  # thigh over shank, upper arm over forearm, and their inverses, stay below this
-_LONGEST = 14  # joints of a chain that are looked at
+_LONGEST = 12  # joints of a chain that are looked at
+_MOST_CHAINS, _MOST_LIMBS = (
+    16,
+    4,
+)  # the longest chains of a joint, and the likeliest limbs of a chain, that are looked at
 _MOST_PAIRS = 60  # of limbs
 _WORST = 30.0  # sum of squares, in standard deviations, beyond which no pair of pairs is a person
 _TOP_OF_HEAD = 0.16  # of a leg: the last bone of a neck is longer where it ends at the top of the head
@@ -58,8 +63,8 @@ class Limb:
         Hip, knee and ankle, or shoulder, elbow and wrist.
     tip : ndarray, shape (3,)
         Where the chain goes on from the lower joint; that joint where it ends there.
-    length : float
-        Of the two bones.
+    length, thick : float
+        Of the two bones, and of the upper one.
     cost : float
         How unlike a person's it is.
     """
@@ -70,6 +75,7 @@ class Limb:
     lower: int
     tip: FloatArray
     length: float
+    thick: float
     cost: float
 
 
@@ -237,9 +243,10 @@ def _pairs(tree: _Tree, kind: _Kind) -> list[_Pair]:
         starts = [child for child in tree.skeleton.children[top] if tree.skeleton.children[child]]
         if len(starts) < 2:
             continue
+        starts = sorted(starts, key=lambda child: -tree.reach[child])[:_MOST_CHAINS]
         limbs = {start: _limbs(tree, start, kind) for start in starts}
         for a, b in combinations(starts, 2):
-            like = [(m, n) for m in limbs[a] for n in limbs[b] if _alike(tree, m, n)]
+            like = [(m, n) for m in limbs[a] for n in limbs[b] if _alike(m, n)]
             if like:
                 best = min(like, key=lambda pair: pair[0].cost + pair[1].cost)
                 out.append((top, *best))
@@ -247,32 +254,39 @@ def _pairs(tree: _Tree, kind: _Kind) -> list[_Pair]:
     return out[:_MOST_PAIRS]
 
 
-def _alike(tree: _Tree, a: Limb, b: Limb) -> bool:
-    upper = [np.linalg.norm(tree.places[limb.middle] - tree.places[limb.upper]) for limb in (a, b)]
-    same = abs(upper[0] - upper[1]) <= _ALIKE * max(upper)
-    return len(a.before) == len(b.before) and abs(a.length - b.length) <= _ALIKE * max(a.length, b.length) and same
+def _alike(a: Limb, b: Limb) -> bool:
+    pairs = ((a.length, b.length), (a.thick, b.thick))
+    return len(a.before) == len(b.before) and all(abs(x - y) <= _ALIKE * max(x, y) for x, y in pairs)
 
 
 def _limbs(tree: _Tree, start: int, kind: _Kind) -> list[Limb]:
     """The limbs that a chain may be, one for every choice of its three joints that is not unlikely."""
     chain = tree.chain(start)
     at = tree.places[chain]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1))])
+    along = [0.0, *np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1)).tolist()]
     ends = tree.skeleton.end_offsets[tree.skeleton.end_parents == chain[-1]]
     whole = along[-1] + (float(np.linalg.norm(ends[0])) if len(ends) else 0.0)
-    limbs = []
-    for i, j, k in combinations(range(len(chain)), 3):
-        upper, lower = along[j] - along[i], along[k] - along[j]
-        if max(upper, lower) >= _UNEVEN * min(upper, lower):
-            continue
-        size = upper + lower
-        cost = _squared(np.log(upper / lower), _HALVES) + (_beside(at[i : j + 1]) + _beside(at[j : k + 1])) ** 2
-        cost += _squared(along[i] / size, kind.before) + min(_squared((whole - along[k]) / size, kind.after), _HELD)
-        cost += _SKIPPED * (k - i - 2)
+    limbs: list[Limb] = []
+    for cost, i, j, k in sorted(_choices(along, whole, kind)):
+        if len(limbs) == _MOST_LIMBS:
+            break
+        cost += (_beside(at[i : j + 1]) + _beside(at[j : k + 1])) ** 2
         if cost < _WORST:
-            tip = _tip(tree, chain, k)
-            limbs.append(Limb(tuple(chain[:i]), chain[i], chain[j], chain[k], tip, float(size), float(cost)))
+            tip, sizes = _tip(tree, chain, k), (along[k] - along[i], along[j] - along[i])
+            limbs.append(Limb(tuple(chain[:i]), chain[i], chain[j], chain[k], tip, *sizes, cost))
     return limbs
+
+
+def _choices(along: list[float], whole: float, kind: _Kind) -> Iterator[tuple[float, int, int, int]]:
+    """Choices of three joints of a chain, by how far along it they are, with what the lengths cost."""
+    for i, j, k in combinations(range(len(along)), 3):
+        upper, lower = along[j] - along[i], along[k] - along[j]
+        if 0.0 < max(upper, lower) < _UNEVEN * min(upper, lower):
+            size = upper + lower
+            cost = _squared(math.log(upper / lower), _HALVES) + _squared(along[i] / size, kind.before)
+            cost += min(_squared((whole - along[k]) / size, kind.after), _HELD) + _SKIPPED * (k - i - 2)
+            if cost < _WORST:
+                yield cost, i, j, k
 
 
 def _tip(tree: _Tree, chain: list[int], k: int) -> FloatArray:
@@ -293,8 +307,9 @@ def _beside(points: FloatArray) -> float:
     length = float(np.linalg.norm(bone))
     if len(points) < 3 or length == 0.0:
         return 0.0
-    away = np.linalg.norm(np.cross(points[1:-1] - points[0], bone / length), axis=1).max()
-    return float(away) / length / _BENT_PIECES
+    inner = points[1:-1] - points[0]
+    away = inner - np.outer(inner @ bone, bone / length**2)
+    return math.sqrt(float(np.einsum("ij,ij->i", away, away).max())) / length / _BENT_PIECES
 
 
 def _best_pairs(tree: _Tree, leg_pairs: list[_Pair], arm_pairs: list[_Pair]) -> tuple[_Pair, _Pair] | None:

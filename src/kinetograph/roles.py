@@ -327,6 +327,7 @@ def _end(skeleton: Skeleton, joint: int) -> Landmark | None:
 # ---- the shape of the tree ----
 
 _MOST_POSES = 15  # of a motion that are looked at
+_MANY = 3000  # joints in them, all together, that are looked at
 
 
 def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, int], Pose]:
@@ -349,7 +350,8 @@ def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, i
 
 def _poses(motion: Motion) -> list[Pose]:
     """A few poses of a motion."""
-    frames = np.unique(np.linspace(0, len(motion) - 1, _MOST_POSES).astype(np.int64))
+    count = min(_MOST_POSES, max(_MANY // len(motion.skeleton), 3))
+    frames = np.unique(np.linspace(0, len(motion) - 1, count).astype(np.int64))
     bones = None if motion.bones is None else motion.bones[frames]
     few = replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
     return [Pose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]

@@ -65,6 +65,8 @@ class Take:
         At least one.
     annotations : tuple of Annotation, optional
         Each on one of the tracks.
+    animation : str, optional
+        What the animation is called in the file that the take was read from; empty where it has no name.
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Take:
     name: str
     tracks: Mapping[str, Track]
     annotations: tuple[Annotation, ...] = field(default=())
+    animation: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tracks", MappingProxyType(dict(self.tracks)))
@@ -88,7 +91,8 @@ class Take:
                 )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Take, (self.name, dict(self.tracks), self.annotations)  # a read-only view of a dict does not pickle
+        # a read-only view of a dict does not pickle
+        return Take, (self.name, dict(self.tracks), self.annotations, self.animation)
 
     def _repr_html_(self) -> str:
         return notebook_html(self)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from kinetograph.errors import KinetographError
-from kinetograph.library import Library, annotations_of, contents, labels
+from kinetograph.library import Library, annotations_of, contents, labels, skeletons
 from kinetograph.library.catalogue import FILE_NAME
 from kinetograph.take import Take
 
@@ -30,18 +30,26 @@ def reads(path: Path, shared: Libraries) -> tuple[dict[str, Take], set[str]]:
     names = {name for takes in shared.takes for name in takes}
     with suppress(KinetographError):
         library = Library.open(path)
-        for count in (library.info, lambda: contents(library), lambda: labels(library)):
-            with suppress(KinetographError):
-                count()
         with suppress(KinetographError):
             names |= set(library.names())
         for name in sorted(names):
             try:
                 found[name] = library.take(name)
-                annotations_of(library, name)
             except KinetographError as error:
                 errors.add(" ".join(str(error).replace(str(path), "").split()[:4]))
     return found, errors
+
+
+def counts(path: Path, shared: Libraries) -> None:
+    """All else that is asked of a library; errors are ours or faults."""
+    with suppress(KinetographError):
+        library = Library.open(path)
+        for count in (library.info, lambda: contents(library), lambda: labels(library), lambda: skeletons(library)):
+            with suppress(KinetographError):
+                count()
+        for name in shared.truth:
+            with suppress(KinetographError):
+                annotations_of(library, name)
 
 
 def wrong(found: dict[str, Take], shared: Libraries) -> str:
@@ -98,8 +106,11 @@ class Damage:
         if {"catalogue: of_another_library", "frames: of_another_library"} <= set(kinds):
             return Outcome("several", "another library")
         shutil.copytree(work, folder / "damaged")
-        shutil.copytree(work, spare)
-        recoverable = put_back(spare, shared)
+        recoverable = set(shared.truth)
+        if any(kind.startswith("frames") for kind in kinds):
+            shutil.copytree(work, spare)
+            recoverable = put_back(spare, shared)
+        counts(work, shared)
         found, errors = reads(work, shared)
         fault = wrong(found, shared) or checked(work, shared, repair=False)
         fault = fault or _used(work, shared, rng) or checked(work, shared, repair=True)

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-SLOW = 10.0  # seconds for one attempt
+SLOW = 30.0  # seconds for one attempt; about a hundred times what any takes
 
 
 @dataclass(frozen=True)

@@ -32,15 +32,20 @@ import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 
+import fbx_files
 import numpy as np
 
+import gltf_files
 from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError
-from kinetograph.formats import read, save
+from kinetograph.formats import read, read_character, save
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
 SLOW = 5.0  # seconds
+CHARACTERS = (".glb", ".vrm")
+"""Suffixes of files that are read as characters too."""
+
 _SPECIAL = (
     *(b"\x00" * 4, b"\xff" * 4, b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f"),
     *(b"1e999", b"nan", b"-1", b"{", b"}", b"\n"),
@@ -92,6 +97,55 @@ def mutate_archive(data: bytes, rng: np.random.Generator) -> bytes:
     return out.getvalue()
 
 
+_ODD: tuple[object, ...] = (
+    *(None, True, False, -1, 0, 1, 2, 3, 255, 10**6, 2**31, 2**63, 10**30, 1e300, 0.5, "", "x", "1", "MAT4", [], [[]]),
+    *({}, {"a": []}, [-1], [1, "a", None], [[1.0] * 16] * 3, ["a"] * 4, [1e300] * 4, [0] * 3, [0] * 16, [None] * 16),
+)
+
+
+def mutate_json(data: bytes, rng: np.random.Generator) -> bytes:
+    """JSON with one or two values, anywhere in it, of another type or size, taken out, or put elsewhere."""
+    document = json.loads(data)
+    for _ in range(int(rng.integers(1, 3))):
+        holders = [document]
+        for holder in holders:  # which grows meanwhile
+            inside = holder.values() if isinstance(holder, dict) else holder
+            holders += [value for value in inside if isinstance(value, dict | list) and value]
+        holder = holders[int(rng.integers(len(holders)))]
+        keys = list(holder) if isinstance(holder, dict) else list(range(len(holder)))
+        if not keys:
+            continue
+        key, pick = keys[int(rng.integers(len(keys)))], int(rng.integers(len(_ODD) + 8))
+        if pick < len(_ODD):
+            holder[key] = json.loads(json.dumps(_ODD[pick]))
+        elif pick < len(_ODD) + 4:
+            del holder[key]
+        else:
+            holder[key] = json.loads(json.dumps(holders[int(rng.integers(len(holders)))]))
+    return json.dumps(document).encode()
+
+
+def mutate_glb(data: bytes, rng: np.random.Generator) -> bytes:
+    """A GLB file with its JSON chunk changed as by `mutate_json`."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    text = mutate_json(data[20 : 20 + length], rng)
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    return data[:8] + struct.pack("<3I", 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
+
+
+def mutant(good: bytes, rng: np.random.Generator) -> bytes:
+    """A damaged file: its bytes changed or, of archives and of glTF, mostly what is in them."""
+    inside = rng.random() < 0.7
+    if inside and good[:2] == b"PK":
+        return mutate_archive(good, rng)
+    if inside and good[:4] == b"glTF":
+        return mutate_glb(good, rng)
+    if inside and good[:1] == b"{":
+        return mutate_json(good, rng)
+    return mutate(good, rng)
+
+
 def fuzz(name: str, good: bytes, count: int, seed: int, folder: Path) -> tuple[int, int, float]:
     """Read ``count`` damaged files: how many were still motions, how many were refused, and the slowest in seconds."""
     rng = np.random.default_rng(seed)
@@ -99,12 +153,13 @@ def fuzz(name: str, good: bytes, count: int, seed: int, folder: Path) -> tuple[i
     slowest, one_line = 0.0, True
     path = folder / name
     for number in range(count):
-        inside = good[:2] == b"PK" and rng.random() < 0.7
-        data = mutate_archive(good, rng) if inside else mutate(good, rng)
+        data = mutant(good, rng)
         path.write_bytes(data)
         start = time.perf_counter()
         try:
             read(path)
+            if path.suffix in CHARACTERS:
+                read_character(path)
             fine += 1
         except KinetographError as error:
             refused += 1
@@ -132,6 +187,11 @@ def small_motion(frames: int = 5) -> Motion:
     rotations = rot.exp(np.random.default_rng(5).normal(0, 0.2, (frames, len(names), 3)))
     path = np.column_stack([np.zeros(frames), np.full(frames, 0.9), np.linspace(0, 0.1, frames)])
     return Motion(Skeleton(names, parents, offsets), path, rotations, 30.0)
+
+
+def rng_places() -> np.ndarray:
+    """Positions of 22 joints in three frames."""
+    return np.random.default_rng(6).normal(0, 0.4, (3, 22, 3))
 
 
 ASF = """:version 1.10
@@ -194,6 +254,7 @@ def c3d_bytes(frames: int = 4, points: int = 3) -> bytes:
     body += parameter(1, b"UNITS", -1, b"\x02", b"mm") + parameter(1, b"LABELS", -1, b"\x04\x03", b"HEADHIP FOOT")
     rows = np.zeros((frames, points, 4), dtype="<f4")
     rows[..., :3] = np.arange(points)[::-1, None] * 700.0 + np.arange(frames)[:, None, None]
+    rows[0, -1, 0] = 0.5  # not at the very origin, where a marker is taken as missing
     return header + body.ljust(512, b"\x00") + rows.tobytes()
 
 
@@ -228,6 +289,31 @@ def gltf_text() -> str:
     return json.dumps(document, indent=1)
 
 
+def fbx_scenes() -> dict[str, bytes]:
+    """A small scene with layers and curves of every kind, in text and of version 6, in text and binary."""
+    cubic = [fbx_files.CUBIC | fbx_files.USER | 0x3000000, fbx_files.CUBIC | fbx_files.AUTO | 0x4000, 0x208, 0x102]
+    data = [[1.0, -1.0, fbx_files.weights(0.5, 0.2), 0.0]] * 4
+    soft = fbx_files.Keys([0.0, 0.1, 0.3, 0.4], [0.0, 20.0, 10.0, 5.0], cubic, data, "M")
+    layers = [
+        fbx_files.Layer({(bone, "Lcl Rotation", axis): soft for bone in (0, 1) for axis in "XYZ"}, {"Weight": 100.0}),
+        fbx_files.Layer({(1, "Lcl Scaling", "X"): fbx_files.Keys([0.0, 1.0], [1.0, 2.0])}, {"BlendMode": 2}),
+    ]
+    arm = {"Lcl Translation": (0.0, 1.0, 0.0), "InheritType": 2, "RotationOrder": 3, "RotationActive": 1}
+    bones = [
+        fbx_files.Bone("hips", -1, {"PreRotation": (0.0, 10.0, 90.0), "Lcl Scaling": (1.0, 2.0, 1.5)}),
+        *(fbx_files.Bone(f"bone{i}", i, arm) for i in range(3)),
+    ]
+    stacks = [fbx_files.Stack("walk", layers), fbx_files.Stack("run", layers[:1])]
+    scene = fbx_files.scene(bones, stacks, {"UnitScaleFactor": 2.54, "UpAxis": 2, "FrontAxis": 1, "FrontAxisSign": -1})
+    old = fbx_files.as_version_6(scene)
+    return {
+        "layers.fbx": fbx_files.binary(scene, 7500),
+        "text.fbx": fbx_files.text(scene),
+        "text6.fbx": fbx_files.text(old, 6100),
+        "binary6.fbx": fbx_files.binary(old, 6100),
+    }
+
+
 def good_files(folder: Path) -> dict[str, bytes]:
     """A good file a reader, by the name to give it; an ``.asf`` lies in the folder for the ``.amc``."""
     (folder / "small.asf").write_text(ASF)
@@ -236,13 +322,23 @@ def good_files(folder: Path) -> dict[str, bytes]:
         path = folder / f"good.{suffix}"
         save(small_motion(), path)
         files[f"small.{suffix}"] = path.read_bytes()
+    files |= fbx_scenes()
     side = [1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0.1]
     rows = [[0.1, 0, 0.9, 0, 1, 0, 0, 0, *[1, 0, 0, 0] * 2, *side, *side]] * 3
     files["clip.json"] = ('{"Loop": "none", "Frames": ' + str(rows) + "}").encode()
     files["sparse.gltf"] = gltf_text().encode()
+    files["avatar.vrm"] = json.dumps(gltf_files.avatar(gltf_files.VRM1)).encode()
+    files["old_avatar.vrm"] = json.dumps(gltf_files.avatar(gltf_files.VRM0, -1.0)).encode()
+    files["two.gltf"] = json.dumps(gltf_files.two_animations()).encode()
     pose = folder / "pose.npz"
     np.savez_compressed(pose, poses=np.full((4, 66), 0.1), trans=np.zeros((4, 3)), mocap_framerate=np.array(30.0))
     files["pose.npz"] = pose.read_bytes()
+    positions = folder / "positions.npy"
+    np.save(positions, rng_places())
+    files["positions.npy"] = positions.read_bytes()
+    aist = {"smpl_poses": np.full((3, 72), 0.1), "smpl_trans": np.full((3, 3), 90.0), "smpl_scaling": np.full(1, 93.0)}
+    np.savez(folder / "aist.npz", **aist)
+    files["aist.npz"] = (folder / "aist.npz").read_bytes()
     return files
 
 
@@ -330,7 +426,7 @@ def memory(count: int = 300) -> None:
         for file, good in small.items():
             most = 0
             for _ in range(count):
-                data = mutate_archive(good, rng) if good[:2] == b"PK" and rng.random() < 0.7 else mutate(good, rng)
+                data = mutant(good, rng)
                 (folder / file).write_bytes(data)
                 most = max(most, peak(folder / file) - 10 * len(data))
             size = f"{len(good)} bytes"

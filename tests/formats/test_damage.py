@@ -17,9 +17,22 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, byte
 
 
 NAMES = ("small.amc", "skeleton.asf", "path.csv", "markers.c3d", "small.bvh", "small.glb", "small.fbx", "small.npz")
+OTHERS = (
+    "clip.json",
+    "pose.npz",
+    "aist.npz",
+    "positions.npy",
+    "sparse.gltf",
+    "two.gltf",
+    "avatar.vrm",
+    "old_avatar.vrm",
+)
 
 
-@pytest.mark.parametrize("name", [*NAMES, "clip.json", "pose.npz", "sparse.gltf"])
+SCENES = ("layers.fbx", "text.fbx", "text6.fbx", "binary6.fbx")
+
+
+@pytest.mark.parametrize("name", [*NAMES, *SCENES, *OTHERS])
 def test_damaged_files_are_read_or_refused(good: tuple[Path, dict[str, bytes]], name: str) -> None:
     folder, files = good
     (folder / name).write_bytes(files[name])

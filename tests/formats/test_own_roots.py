@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trees import controller, on_the_ground, under, walker
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.formats import ReadOptions, load, read, save, stream
+from kinetograph.formats import ReadOptions, load, read, read_character, save, stream
 from kinetograph.formats.ancestors import last_ancestor, with_ancestors
 from kinetograph.formats.bodies import Keep, choose_bodies
 from kinetograph.formats.bvh.growing import GrowingBvh
@@ -21,6 +20,7 @@ from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion, cut
 from kinetograph.skeleton import Ancestor, Skeleton
 from kinetograph.take import Take
+from trees import controller, on_the_ground, under, walker
 
 FORMATS = (".bvh", ".glb", ".fbx", ".usda", ".npz")
 HELPERS = ("ik_foot_root", "ik_hand_gun")
@@ -257,3 +257,18 @@ def test_a_lone_skeleton_with_nothing_above_is_written_as_before() -> None:
     body = walker(4)
     assert with_ancestors(body) is body
     assert isinstance(body.skeleton, Skeleton)
+
+
+def test_a_character_under_a_root_is_a_body_from_its_hips_on(tmp_path: Path) -> None:
+    whole, _ = TREES["a game's root"]
+    save(whole, tmp_path / "game.glb")
+    save(walker(), tmp_path / "alone.glb")
+    under_root, alone = read_character(tmp_path / "game.glb"), read_character(tmp_path / "alone.glb")
+    assert under_root.skeleton.names[0] == "Hips"
+    assert [node.name for node in under_root.skeleton.ancestors] == ["root"]
+    assert set(np.unique(under_root.skin.joints)) <= set(range(len(alone.skeleton)))
+    for joint in (1, 7, 15):  # the same parts of the body at the same places around the hips
+        name = alone.skeleton.names[joint]
+        mine = under_root.skin.points[under_root.skin.joints[:, 0] == under_root.skeleton.index(name)]
+        wanted = alone.skin.points[alone.skin.joints[:, 0] == joint]
+        np.testing.assert_allclose(mine.mean(axis=0), wanted.mean(axis=0), atol=0.05)

@@ -175,7 +175,7 @@ def test_sparse_numbers_replace_rows(tmp_path: Path, dense: bool) -> None:
     motion = read(written(tmp_path, content), ReadOptions(fps=1.0, units="metre", up="y")).take.motion()
     np.testing.assert_allclose(motion.translation, [[0, 0, 0], [5, 6, 7]])
     for change, expected in (
-        ({"count": 3}, "expected count to be an index below 3"),
+        ({"count": 3}, "expected at most 2 sparse rows, found 3"),
         ({"indices": {"bufferView": 3, "componentType": 5126}}, "expected whole numbers as indices"),
         ({"indices": {"bufferView": 0, "componentType": 5123}, "count": 2}, "expected rising indices below 2"),
     ):
@@ -183,7 +183,7 @@ def test_sparse_numbers_replace_rows(tmp_path: Path, dense: bool) -> None:
         with pytest.raises(FormatError, match=expected):
             load(written(tmp_path, content))
     content["accessors"][1] = {"componentType": 5126, "count": 10**9, "type": "VEC3", "sparse": sparse}
-    with pytest.raises(FormatError, match="1000000000 rows of zeros are too many"):
+    with pytest.raises(FormatError, match="numbers are too many for a file of its size"):
         load(written(tmp_path, content))
 
 
@@ -200,8 +200,7 @@ def test_a_tree_ten_thousand_deep_is_read(tmp_path: Path) -> None:
     nodes = [{"children": [i + 1]} for i in range(10_000)] + [{}]
     content = document(nodes=nodes)
     assert len(load(written(tmp_path, content), up="y").motion().skeleton) == 1
-    text = "[" * 100_000
-    (tmp_path / "deep.gltf").write_text(text)
+    (tmp_path / "deep.gltf").write_text('{"asset":' + "[" * 100_000)
     with pytest.raises(FormatError, match="expected the JSON of a glTF file"):
         load(tmp_path / "deep.gltf")
 
@@ -225,16 +224,13 @@ def test_models_in_a_ring_are_refused(tmp_path: Path) -> None:
         load(fbx(tmp_path, make("Objects", children=objects), make("Connections", children=links)))
 
 
-def test_other_bytes_and_text_fbx_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.fbx").write_text("; FBX 7.4.0 project file\n")
-    with pytest.raises(FormatError, match="in text; only binary FBX is read"):
-        load(tmp_path / "a.fbx")
+def test_other_bytes_and_versions_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.fbx").write_bytes(b"\x89PNG")
-    with pytest.raises(FormatError, match="expected a binary FBX file"):
+    with pytest.raises(FormatError, match="expected an FBX file, binary or in text"):
         load(tmp_path / "a.fbx")
     data = fbx(tmp_path, make("Objects", children=[make("Model", np.int64(1), "m", "LimbNode")])).read_bytes()
-    (tmp_path / "b.fbx").write_bytes(data[:23] + struct.pack("<I", 6100) + data[27:])
-    with pytest.raises(FormatError, match="expected FBX version 7000 to 7999, found 6100"):
+    (tmp_path / "b.fbx").write_bytes(data[:23] + struct.pack("<I", 5000) + data[27:])
+    with pytest.raises(FormatError, match="expected FBX version 6000 to 8999, found 5000"):
         load(tmp_path / "b.fbx")
 
 
@@ -321,8 +317,8 @@ def test_usd_there_and_back(tmp_path: Path) -> None:
     moved = Motion(motion.skeleton, motion.translation + np.eye(3)[0], motion.rotations, motion.fps)
     save(Take("pair", {"a b": motion, "b": moved}), tmp_path / "a.usdc")
     take = load(tmp_path / "a.usdc")
-    assert list(take.tracks) == ["a_b", "b"]
-    for track, wanted in (("a_b", motion), ("b", moved)):
+    assert list(take.tracks) == ["a b", "b"]
+    for track, wanted in (("a b", motion), ("b", moved)):
         back = take.motion(track)
         assert (back.fps, back.skeleton.names) == (30.0, motion.skeleton.names)
         np.testing.assert_allclose(joint_positions(back), joint_positions(wanted), atol=1e-5)

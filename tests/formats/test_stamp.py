@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from trees import walker
 
 from kinetograph.formats import ReadOptions, WriteOptions, read, save, stream
 from kinetograph.formats.bvh.stamp import meaning, read_stamp, stamped
 from kinetograph.formats.conventions import UNITS, UPS
 from kinetograph.kinematics import joint_positions
+from trees import walker
 
 
 @pytest.mark.parametrize("up", UPS)

@@ -224,15 +224,20 @@ def test_a_marker_on_the_sacrum_in_place_of_two(truth: Motion, clean: MarkerFit)
         Signal(np.concatenate([rest.values, sacrum, sacrum], axis=1), (*rest.names, "SACR", "RACKET"), "m", 50.0)
     )
     np.testing.assert_allclose(role_positions(fit.motion, ["hips"]), role_positions(clean.motion, ["hips"]), atol=0.012)
-    assert fit.notes == ("not of the Plug-in-Gait set, left out: RACKET",)
+    assert fit.notes == ("markers of Plug-in-Gait: 38 are there", "not of the set, left out: RACKET")
+
+
+def test_legs_that_lack_a_marker_are_fitted_by_the_table(truth: Motion) -> None:
+    fit = fit_markers(without(markers(truth), "LKNE", "RKNE"))
+    assert len(fit.motion.skeleton.roles) == 21
+    assert misplaced_part(truth, fit, "left_knee") < 40
+    assert misplaced_part(truth, fit, "left_foot") < 25
 
 
 def test_what_is_refused(truth: Motion) -> None:
     signal = markers(truth)
-    with pytest.raises(RequestError, match=r"missing the markers LKNE, RKNE; found C7, T10"):
-        fit_markers(without(signal, "LKNE", "RKNE"))
-    with pytest.raises(RequestError, match=r"missing the markers LASI, .*; found A, B$"):
-        fit_markers(Signal(np.zeros((2, 2, 3)), ("A", "B"), "m", 50.0))
+    with pytest.raises(RequestError, match=r"no five markers of any known set .*; found A, B; give your own set with"):
+        fit_markers(Signal(np.ones((2, 2, 3)), ("A", "B"), "m", 50.0))
     with pytest.raises(RequestError, match=r"LASI and RASI are 250 m apart, as on no body; give the file's units"):
         fit_markers(replace(signal, values=1000 * signal.values))
     with pytest.raises(RequestError, match="no frame shows LASI and RASI at once"):

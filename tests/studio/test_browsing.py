@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import kinetograph as kg
+from gltf_files import animated, spun, written
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion, cut, place
@@ -181,6 +182,21 @@ def test_a_recording_is_added_once_and_another_of_its_name_beside_it(tmp_path: P
     assert list(project.libraries.items()) == [("walks", "walks"), ("recordings", "recordings")]
     assert with_recordings(project) is project
     assert _ask(room, AskTakes(1, "recordings"), project).tags == ()
+
+
+def test_every_animation_of_a_file_is_a_recording(tmp_path: Path) -> None:
+    room = Room(tmp_path)
+    (tmp_path / "files").mkdir()
+    nodes = [{"name": "a", "children": [1]}, {"name": "b", "translation": [0, 1, 0]}]
+    for suffix in ("gltf", "vrm"):
+        written(tmp_path / "files" / f"two.{suffix}", animated(nodes, [("Idle", [spun(0)]), ("Turn", [spun(90)])]))
+        said = add_recording(room, f"two.{suffix}")
+        assert len(said) == len(set(said))
+        add_recording(room, f"two.{suffix}")
+    names = ("two:Idle", "two:Turn", "two.vrm:Idle", "two.vrm:Turn")
+    assert kg.Library.open(tmp_path / "recordings").names() == names
+    shown = _ask(room, AskTakes(1, "recordings"), with_recordings(PROJECT))
+    assert [row.name for row in shown.rows] == list(names)
 
 
 def test_what_is_no_motion_is_refused(tmp_path: Path) -> None:

@@ -96,8 +96,8 @@ def body(name: str | None, onto: Path | None = None) -> Body:
     if name == "human":
         return _human()
     path = Path(str(name))
-    if path.suffix.lower() not in (".glb", ".gltf"):
-        raise RequestError(f"unknown character {name!r}; expected human, capsules or a .glb file with a skin")
+    if path.suffix.lower() not in (".glb", ".gltf", ".vrm"):
+        raise RequestError(f"unknown character {name!r}; expected human, capsules or a .glb or .vrm file with a skin")
     from kinetograph.formats import read_character
 
     left_out: list[str] = []
@@ -130,12 +130,12 @@ def _skeleton(path: Path) -> Skeleton:
 
 def with_handholds(take: Take, source: str | None) -> Take:
     """The take with the handholds and contacts of a CSV, or with the handholds detected between its two motions."""
-    from kinetograph.take import Take
+    from dataclasses import replace
 
     if source is None:
         return take
     added = _detected(take) if source == "find" else _annotated(take, source)
-    return Take(take.name, take.tracks, (*take.annotations, *added))
+    return replace(take, annotations=(*take.annotations, *added))
 
 
 def _annotated(take: Take, source: str) -> Sequence[Annotation]:
@@ -184,10 +184,11 @@ def dressed(take: Take, worn: Body, path: Path | None = None, scale: float | Non
         if path is not None or scale is not None:
             raise RequestError("--joint-table and --scale go with --retarget or --character")
         return take
+    from dataclasses import replace
+
     from kinetograph.motion import Motion
     from kinetograph.post import joint_table, read_table
     from kinetograph.skeleton import Skeleton
-    from kinetograph.take import Take
 
     known = read_table(path) if path and path.exists() else None
     tracks: dict[str, Track] = {}
@@ -201,7 +202,7 @@ def dressed(take: Take, worn: Body, path: Path | None = None, scale: float | Non
         if path and known is None:
             write_text(str(pairs), path, force=False)
             note(f"wrote {path}: edit it and run again to map other joints")
-    return Take(take.name, tracks, take.annotations)
+    return replace(take, tracks=tracks)
 
 
 def _retargeted(take: Take, name: str, target: Character | Skeleton, pairs: JointTable, scale: float | None) -> Track:

@@ -11,8 +11,8 @@ import typer
 from kinetograph.cli.characters import AnotherBody, body, dressed, with_handholds
 from kinetograph.cli.markers import fitted, list_residuals, residuals, wants_motion
 from kinetograph.cli.options import AsJson, Force, add, options
-from kinetograph.cli.output import notes, refuse_existing, result, table
-from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Reading, read_file
+from kinetograph.cli.output import note, notes, refuse_existing, result, table
+from kinetograph.cli.reading import Everything, FitMarkers, Lenient, LenientReading, Markers, Reading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def info(
     joints: Annotated[bool, typer.Option("--joints", help="List every joint with its parent and role.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show what is in files: skeleton, roles, frames, rate, duration, units and axes.
+    """Show what is in files: skeleton, roles, frames, rate, duration, units and axes, and the names of animations.
 
     Example: kinetograph info out/walk.bvh --joints
     """
@@ -45,10 +45,12 @@ def info(
     for path in files:
         loaded = read(path, reading.read_options)
         for name, track in loaded.take.tracks.items():
-            rows.append(_describe(path, name, track))
+            rows.append(_describe(path, name, track) | ({"animations": list(loaded.animations)} if as_json else {}))
             if joints and not as_json:
                 _list_joints(track)
         notes((*loaded.notes, *_missing_roles(loaded.take)), path)
+        if reading.animation is not None and len(loaded.animations) > 1:
+            note(f"{path}: its animations are {', '.join(map(repr, loaded.animations))}")
     table(rows, as_json)
 
 
@@ -133,6 +135,7 @@ class SourceReading(Reading):
     skeleton: Annotated[Path | None, typer.Option(help="File with the bones of an .amc or of AMASS poses.")] = None
     lenient: Lenient = False
     everything: Everything = False
+    markers: Markers = None
 
 
 def convert(
@@ -155,7 +158,7 @@ def convert(
     worn = body(another.character, another.onto)
     take = read_file(source, reading, root_motion=not worn.other)
     bodily = changes.fit_markers or wants_motion(target) or worn.other or writing.values == "angles"
-    take, fits = fitted(take, source) if bodily else (take, {})
+    take, fits = fitted(take, source, reading.markers) if bodily else (take, {})
     if not writing.as_json:
         list_residuals(fits)
     if another.handholds is not None and not worn.other:
@@ -171,9 +174,10 @@ def convert(
 
 
 def _edited(take: Take, changes: Changes) -> Take:
+    from dataclasses import replace
+
     from kinetograph.motion import Motion
     from kinetograph.signal import resample_signal
-    from kinetograph.take import Take
 
     tracks: dict[str, Track] = {}
     for name, track in take.tracks.items():
@@ -184,7 +188,8 @@ def _edited(take: Take, changes: Changes) -> Take:
         else:
             tracks[name] = resample_signal(track, changes.resampled) if changes.resampled else track
     span = max(track.duration for track in tracks.values())
-    return Take(take.name, tracks, edited_annotations(take.annotations, changes.start, span, changes.mirror))
+    annotations = edited_annotations(take.annotations, changes.start, span, changes.mirror)
+    return replace(take, tracks=tracks, annotations=annotations)
 
 
 def _edited_motion(motion: Motion, changes: Changes) -> Motion:

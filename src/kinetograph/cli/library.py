@@ -1,7 +1,8 @@
-"""Commands on libraries: create, add, remove, info, annotate, check; segment, label, tap are in rooms of their own."""
+"""Commands on libraries: create, add, remove, info, annotate, check, backup; others have rooms of their own."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,7 @@ import typer
 from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
 from kinetograph.cli.options import AsJson, Force, LibraryArgument, add, options
-from kinetograph.cli.output import notes, progress_bar, refuse_existing, result, table
+from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
@@ -32,7 +33,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, label, tap, info, annotate, check):
+    for command in (remove, segment, label, tap, info, annotate, check, backup):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
@@ -44,13 +45,15 @@ class RecordingReading(LenientReading):
     role: Role = None
     fit_markers: FitMarkers = False
 
-    def take(self, path: Path, name: object) -> Take:
-        """What is in a file; what was guessed is said of ``name``."""
-        from kinetograph.pipeline import read_take
+    def takes(self, path: Path, name: object) -> Iterator[Take]:
+        """Every animation in a file, or the one that is named, as a take; what was guessed is said of ``name``."""
+        from kinetograph.pipeline import read_takes
 
-        take, guesses = read_take(path, self.read_options, parse_roles(self.role))
-        notes(guesses, name)
-        return fitted(take, path)[0] if self.fit_markers else take
+        said: set[str] = set()
+        for take, guesses in read_takes(path, self.read_options, parse_roles(self.role)):
+            notes((guess for guess in guesses if guess not in said), name)
+            said.update(guesses)
+            yield fitted(take, path, self.markers)[0] if self.fit_markers else take
 
 
 def create(
@@ -60,24 +63,42 @@ def create(
     reading: RecordingReading,
     as_json: AsJson = False,
 ) -> None:
-    """Make a library and add files, one take per file, named after it.
+    """Make a library and add files, one take per file, named after it, or per animation of a file, FILE:ANIMATION.
+
+    Interrupted, or given a file that cannot be read, it goes on where it stopped when it is run again.
 
     Example: kinetograph library create out/mine.library out/walk.bvh out/rise.bvh
     """
-    from kinetograph.library import Library
-    from kinetograph.pipeline import recordings_in
+    from kinetograph.pipeline import creating, differing_skeletons, recordings_in
 
     paths = recordings_in(files) if files else []
-    roles = parse_roles(reading.role)
-    library = Library.create(folder)
+    with creating(folder) as library:
+        try:
+            _fill(library, paths, reading)
+        except BaseException:
+            count = len(library.names())
+            note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
+            raise
+    notes(differing_skeletons(library))
+    _summary(folder, as_json)
+
+
+def _fill(library: Library, paths: list[Path], reading: RecordingReading) -> None:
+    """Add files whose takes are not there yet."""
+    there = set(library.names())
+    if there:
+        note(f"{library.path}: goes on from an interrupted command, takes so far: {len(there)}")
     with progress_bar("reading") as progress:
         for done, path in enumerate(paths, start=1):
-            if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not roles:
+            if path.stem in there:
+                continue
+            if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not parse_roles(reading.role):
                 _add_long(library, path, reading.read_options)
                 continue
-            library.add(reading.take(path, path.name))
+            for take in reading.takes(path, path.name):
+                if take.name not in there:
+                    library.add(take)
             progress(done, len(paths))
-    _summary(folder, as_json)
 
 
 def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
@@ -100,27 +121,46 @@ def add_take(
     replace: Annotated[bool, typer.Option("--replace", help="Replace a take of this name.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Add a take of one or several synchronised tracks.
+    """Add a take of one or several synchronised tracks; of a file with several animations, a take of each, TAKE:NAME.
 
     Example: kinetograph library add out/clips.library --take walk motion=out/walk.bvh path=out/path.csv
 
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
     """
-    from kinetograph.methods.performance import only_track
-    from kinetograph.pipeline import open_library
-    from kinetograph.take import Annotation, Take
+    from kinetograph.pipeline import differing_skeletons, open_library
 
     library = open_library(folder)
-    added, annotations = {}, []
+    found: dict[str, list[Take]] = {}
     for item in tracks:
         name, separator, file = item.partition("=")
         if not separator:
             raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}")
-        read = reading.take(Path(file), file)
-        added[name] = only_track(read)
-        annotations += [Annotation(name, n.kind, n.label, n.start, n.stop) for n in read.annotations]
-    library.add(Take(take, added, tuple(annotations)), replace=replace)
-    result({"take": take, "tracks": list(added), "seconds": max(t.duration for t in added.values())}, as_json)
+        found[name] = list(reading.takes(Path(file), file))
+    for made in _joined(take, found):
+        library.add(made, replace=replace)
+        notes(differing_skeletons(library))
+        result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
+
+
+def _joined(name: str, found: dict[str, list[Take]]) -> list[Take]:
+    """A take of the named tracks, or one for every animation where all files have the same ones."""
+    from dataclasses import replace
+
+    from kinetograph.methods.performance import only_track
+    from kinetograph.take import Take
+
+    called = {track: [take.animation for take in takes] for track, takes in found.items()}
+    first = next(iter(called.values()))
+    for track, animations in called.items():
+        if len(animations) != len(first) or (len(first) > 1 and animations != first):
+            raise RequestError(f"{track} has the animations {', '.join(animations)}: choose one with --animation")
+    made = []
+    for number, animation in enumerate(first):
+        parts = {track: takes[number] for track, takes in found.items()}
+        annotations = [replace(note, track=track) for track, take in parts.items() for note in take.annotations]
+        tracks = {track: only_track(take) for track, take in parts.items()}
+        made.append(Take(f"{name}:{animation}" if len(first) > 1 else name, tracks, tuple(annotations)))
+    return made
 
 
 def remove(folder: LibraryArgument, take: TakeName) -> None:
@@ -180,21 +220,66 @@ def annotate(
 
 def check(
     folder: LibraryArgument,
-    repair: Annotated[bool, typer.Option("--repair", help="Remove bytes that no take uses.")] = False,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Free the bytes of removed takes, and move aside what no take uses.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Check every take, and find the bytes that an interrupted command left.
+    """Check the catalogue and every take, and find the bytes that an interrupted command left.
+
+    A repair deletes only what was removed; all else that no take uses is moved to the folder lost. It puts back arrays
+    whose bytes are found. Nothing is touched where the catalogue is damaged: put a copy of it back, or see backup.
 
     Example: kinetograph library check out/walks.library --repair
     """
     from kinetograph.pipeline import open_library
 
     report = open_library(folder).check(repair=repair)
-    result(
-        {"sound": report.sound, "orphaned_bytes": report.orphaned, "freed": report.freed, "damaged": report.damaged},
-        as_json,
-    )
+    values = {
+        "sound": report.sound,
+        "orphaned_bytes": report.orphaned,
+        "freed": report.freed,
+        "damaged": report.damaged,
+        "moved": report.moved,
+        "restored": report.restored,
+        "mismatch": report.mismatch,
+    }
+    always = ("sound", "orphaned_bytes", "freed", "damaged")
+    result({name: value for name, value in values.items() if as_json or value or name in always}, as_json)
+    if report.moved:
+        note(f"{folder / 'lost'}: what no take of this catalogue uses; delete it when all takes are there")
     if report.damaged:
+        raise typer.Exit(1)
+
+
+def backup(
+    folder: LibraryArgument,
+    copy: Annotated[Path, typer.Argument(help="The folder of the copy.")],
+    salvage: Annotated[
+        bool, typer.Option("--salvage", help="Copy the takes that can be read, from a damaged library.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a library that is there.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Copy a library, while others may write to it, and check the copy.
+
+    Example: kinetograph library backup out/walks.library out/backup.library
+    """
+    from kinetograph.library import back_up
+    from kinetograph.library import salvage as save
+    from kinetograph.pipeline import open_library
+
+    library = open_library(folder)
+    left_out: dict[str, str] = {}
+    with progress_bar("copying") as progress:
+        if salvage:
+            _, left_out = save(library, copy, force=force, progress=progress)
+        else:
+            back_up(library, copy, force=force, progress=progress)
+    notes((why for take, why in left_out.items() if not take), folder)
+    notes(f"take {take!r} left out: {why}" for take, why in left_out.items() if take)
+    _summary(copy, as_json)
+    if left_out:
         raise typer.Exit(1)
 
 

@@ -19,16 +19,25 @@ def wants_motion(target: Path) -> bool:
     return target.suffix.lower() in _ONLY_MOTIONS
 
 
-def fitted(take: Take, source: Path) -> tuple[Take, dict[str, MarkerFit]]:
-    """The take with its markers made motions, where it has markers and no motion; notes go to stderr."""
+def fitted(take: Take, source: Path, markers: str | None = None) -> tuple[Take, dict[str, MarkerFit]]:
+    """The take with its markers made motions, where it has markers and no motion; notes go to stderr.
+
+    Parameters
+    ----------
+    take : Take
+    source : Path
+        Where it is from.
+    markers : str, optional
+        The set of the markers; found by their names unless given.
+    """
     from kinetograph.markers import fitted_take, subjects
     from kinetograph.signal import Signal
 
     signals = [track for track in take.tracks.values() if isinstance(track, Signal)]
-    marked = source.suffix.lower() == ".c3d" or any(subjects(signal) for signal in signals)
+    marked = markers is not None or source.suffix.lower() == ".c3d" or any(subjects(signal) for signal in signals)
     if len(signals) < len(take.tracks) or not marked:
         return take, {}
-    take, fits = fitted_take(take)
+    take, fits = fitted_take(take, markers)
     for name, fit in fits.items():
         whole = fit.residuals()[-1]
         note(

@@ -29,7 +29,12 @@ Everything = Annotated[
     bool, typer.Option("--everything", help="Keep what is no body: controllers, helper bones, props, roots.")
 ]
 FitMarkers = Annotated[
-    bool, typer.Option("--fit-markers", help="Fit a body to markers of the Plug-in-Gait set (as in C3D files).")
+    bool,
+    typer.Option("--fit-markers", help="Fit a body to markers of any known set, or of --markers (as in C3D files)."),
+]
+Markers = Annotated[
+    str | None,
+    typer.Option(help="Set of markers, or of joints of an .npy: a name, or your table.toml; found unless given."),
 ]
 
 
@@ -39,6 +44,9 @@ class Reading:
 
     units: Units = None
     up: Up = None
+    animation: Annotated[
+        str | None, typer.Option(help="Which of several animations in a file: a name, or a number from 1.")
+    ] = None
     rest: Rest = None
 
     @property
@@ -65,6 +73,7 @@ class LenientReading(TimedReading):
 
     lenient: Lenient = False
     everything: Everything = False
+    markers: Markers = None
 
 
 def read_file(path: Path, reading: Reading, root_motion: bool = False) -> Take:

@@ -9,7 +9,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.options import AsJson, LibraryArgument, options
-from kinetograph.cli.output import note, progress_bar, table
+from kinetograph.cli.output import note, notes, progress_bar, table
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
@@ -75,9 +75,10 @@ def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json
         table(_grown(library, growing, as_json), as_json)
         return
     with progress_bar("cutting") as progress:
-        counts = segment_library(library, cutting.by, cutting.settings, progress=progress)
-    table([{"take": name, "cuts": count} for name, count in counts.items()], as_json)
-    looping = [name for name, count in counts.items() if count == 0 and _loops(library, name)]
+        done = segment_library(library, cutting.by, cutting.settings, progress=progress)
+    table([{"take": name, "cuts": done.cuts.get(name, 0)} for name in library.names()], as_json)
+    notes(f"take {name!r} was not cut: {why}" for name, why in done.uncut.items())
+    looping = [name for name, count in done.cuts.items() if count == 0 and _loops(library, name)]
     if looping and cutting.by == "footplants":
         note(f"{', '.join(looping)}: clips that loop are cut when they are used, over several cycles")
 

@@ -77,7 +77,7 @@ def view(
     _refuse_unknown(picture.output)
     take, guesses = read_take(file, reading.read_options, parse_roles(reading.role))
     notes(guesses, file)
-    take, _ = fitted(take, file)
+    take, _ = fitted(take, file, reading.markers)
     if picture.output.suffix.lower() in PAGES:
         _write_page(take, picture, sheet, file.name)
     elif picture.character is not None or picture.output.suffix.lower() in FILMS:
@@ -120,15 +120,16 @@ def _write_page(take: Take, picture: Picture, sheet: Sheet, title: str) -> None:
 
 def _with_contacts(take: Take) -> Take:
     """The take with its contacts, detected where none are annotated."""
+    from dataclasses import replace
+
     from kinetograph.motion import Motion
     from kinetograph.segmentation import detect_contacts
-    from kinetograph.take import Take
 
     if any(annotation.kind == "contact" for annotation in take.annotations):
         return take
     motions = {name: track for name, track in take.tracks.items() if isinstance(track, Motion)}
     contacts = [contact for name, motion in motions.items() for contact in detect_contacts(motion, track=name)]
-    return Take(take.name, take.tracks, (*take.annotations, *contacts))
+    return replace(take, annotations=(*take.annotations, *contacts))
 
 
 def _draw_character(take: Take, picture: Picture) -> None:

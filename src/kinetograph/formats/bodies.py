@@ -39,10 +39,13 @@ class Keep:
         Every tree of joints as the file has it.
     root_motion : bool
         A joint above the hips that moves, such as the root of a game's character, as the root of its body.
+    shared : bool
+        The skeleton as it is, as other animations of the file share it, where bones have another length throughout.
     """
 
     everything: bool = False
     root_motion: bool = False
+    shared: bool = False
 
 
 BODIES = Keep()
@@ -104,7 +107,10 @@ def choose_bodies(motions: Sequence[Motion], keep: Keep = BODIES) -> Bodies:
     if keep.everything:
         return Bodies(tuple(found), tuple(range(len(found))), (None,) * len(found), ())
     roots = [find_own_root(motion, keep.root_motion) for motion in found]
-    whole = [motion if root is None else with_own_root(motion, root) for motion, root in zip(found, roots, strict=True)]
+    whole = [
+        motion if root is None else with_own_root(motion, root, keep.shared)
+        for motion, root in zip(found, roots, strict=True)
+    ]
     people = [i for i, motion in enumerate(whole) if is_body(motion.skeleton)]
     tall = max((whole[i].skeleton.height for i in people), default=0.0)
     people = [i for i in people if whole[i].skeleton.height >= _SMALL * tall]
@@ -161,7 +167,7 @@ def find_own_root(motion: Motion, root_motion: bool = False) -> OwnRoot | None:
     return OwnRoot(tuple(joints), _ancestors(motion, above, _STILL * leg))
 
 
-def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
+def with_own_root(motion: Motion, own: OwnRoot, shared: bool = False) -> Motion:
     """The motion of a body alone, in the world.
 
     Parameters
@@ -169,6 +175,8 @@ def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
     motion : Motion
         Of the whole tree.
     own : OwnRoot
+    shared : bool
+        See `Keep`.
 
     Returns
     -------
@@ -190,8 +198,11 @@ def with_own_root(motion: Motion, own: OwnRoot) -> Motion:
         longest = float(np.abs(bones[:, 1:]).max(initial=0.0))
         middle = bones.mean(axis=0)
         if np.abs(bones[:, 1:] - middle[1:]).max(initial=0.0) <= _RIGID * longest:
-            middle[0] = skeleton.offsets[0]
-            skeleton, bones = replace(skeleton, offsets=middle), None
+            # the skeleton's own where they are the same, so that all animations of a file have one skeleton
+            alike = np.abs(middle - skeleton.offsets)[1:].max(initial=0.0) <= _RIGID * longest
+            offsets = np.concatenate([skeleton.offsets[:1], (skeleton.offsets if alike else middle)[1:]])
+            if alike or not shared:
+                skeleton, bones = replace(skeleton, offsets=offsets), None
     return Motion(skeleton, at, rotations, motion.fps, bones)
 
 
@@ -290,7 +301,8 @@ def _sampled(motion: Motion) -> Motion:
 
 
 def _with_roles(motion: Motion) -> Motion:
-    if len(motion.skeleton) > _MOST_BONES:
+    """The motion with the roles found, unless a file has given them."""
+    if motion.skeleton.roles or len(motion.skeleton) > _MOST_BONES:
         return motion
     return replace(motion, skeleton=with_found_roles(motion.skeleton, motion))
 

@@ -12,7 +12,7 @@ from kinetograph.character import Character, Skin, skin_heights
 from kinetograph.errors import RequestError
 from kinetograph.formats.capsules import TOE, rest_positions, stature
 from kinetograph.formats.surface import body_surface
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.stance import standing_character, to_standing
@@ -21,6 +21,7 @@ from kinetograph.take import Take
 # linear colours: a light grey, blue and vermilion, which colour-blind people can tell apart
 _PALETTE = (("middle", (0.55, 0.55, 0.55)), ("left", (0.03, 0.22, 0.50)), ("right", (0.62, 0.13, 0.03)))
 
+_BLOCK = 4096  # frames whose soles are looked at together
 _SOLES = (-0.02, 0.1)  # of the stature: a planted toe joint between these heights is over a floor at y = 0
 
 
@@ -162,12 +163,14 @@ def sole_depth(motion: Motion) -> float | None:
         roles = [f"{side}_foot", f"{side}_toe"]
         if set(roles) <= skeleton.roles.keys():
             contacts = [note for note in detect_contacts(motion) if note.label in roles]
-            planted = np.any(
-                [np.zeros(len(times)), *((times >= n.start) & (times <= n.stop) for n in contacts)], axis=0
-            )
+            planted = np.zeros(len(times), dtype=np.bool_)
+            for note in contacts:
+                planted[np.searchsorted(times, note.start) : np.searchsorted(times, note.stop, side="right")] = True
             joints = [skeleton.roles[role].joint for role in roles]
             points = np.flatnonzero(np.isin(body.skin.joints[:, 0], joints))
-            heights.append(skin_heights(motion, body.skin, points).min(axis=1)[planted])
+            for first in range(0, len(motion), _BLOCK):
+                block = cut(motion, first, min(first + _BLOCK, len(motion)))
+                heights.append(skin_heights(block, body.skin, points).min(axis=1)[planted[first : first + _BLOCK]])
     together = np.concatenate(heights)
     if not len(together):
         return None
@@ -188,7 +191,7 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
     Returns
     -------
     name : str
-        The take's, or ``"motion"``.
+        That of the take's animation where it has one, else the take's, or ``"motion"``.
     motions : dict of str to Motion
         By track.
 
@@ -206,4 +209,4 @@ def named_motions(what: Take | Motion | Signal, kind: str) -> tuple[str, dict[st
         raise RequestError(
             f"{kind} files hold motions, but take {what.name!r} has only the signals {', '.join(what.tracks)}"
         )
-    return what.name, motions
+    return what.animation or what.name, motions

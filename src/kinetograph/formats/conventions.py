@@ -17,7 +17,7 @@ from kinetograph.errors import RequestError
 from kinetograph.formats.bodies import BODIES, Keep, OwnRoot, choose_bodies, with_own_root
 from kinetograph.formats.names import unique
 from kinetograph.kinematics import end_positions, joint_positions, role_positions
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, transform
 from kinetograph.roles import is_body
 from kinetograph.skeleton import Ancestor, Skeleton
 
@@ -40,6 +40,7 @@ _TYPICAL = 1.65
 _RARITY = {"metre": 0.0, "centimetre": 0.0, "millimetre": 0.0, "inch": 0.3, "foot": 0.6, "cmu": 0.3}
 _STEADY = 0.02  # of the body's size: how much the lowest point varies on a floor
 _FLOOR_WEIGHT = 0.6  # chosen so that clips of getting up and of walking along an axis are both recognised
+_UPSIDE_DOWN = -0.5  # how far feet are above heads, in the mean, of the length between them
 _SAMPLES = 64  # frames looked at for a guess
 _TO_Y_UP: dict[str, FloatArray] = {
     "x": rot.about("z", np.pi / 2),
@@ -215,6 +216,26 @@ def guess_up(motions: Sequence[Motion]) -> tuple[str, str]:
     return UPS[best], f"up axis not given: guessed {UPS[best]}, from where heads, feet and the floor are"
 
 
+def righted(motion: Motion) -> tuple[Motion, list[str]]:
+    """A motion in a world with Y up, rotated by half a circle about x where the body is upside down, and a note.
+
+    Poses that come from video are often in the axes of a camera, whose y points down.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    motion : Motion
+    notes : list of str
+    """
+    if _upward(motion)[1] > _UPSIDE_DOWN:
+        return motion, []
+    note = "the body is upside down in most frames, as in a camera's axes: rotated by half a circle about x"
+    return transform(motion, rot.about("x", np.pi), np.zeros(3)), [note]
+
+
 def scale_motion(motion: Motion, factor: float) -> Motion:
     """The motion with every length multiplied by ``factor``."""
     if factor == 1.0:
@@ -246,7 +267,7 @@ def from_up(motion: Motion, up: str) -> Motion:
     -------
     Motion
     """
-    return motion if up == "y" else _rotate_root(motion, _TO_Y_UP[up])
+    return motion if up == "y" else rotate_world(motion, _TO_Y_UP[up])
 
 
 def points_from_up(points: FloatArray, up: str) -> FloatArray:
@@ -271,7 +292,7 @@ def points_from_up(points: FloatArray, up: str) -> FloatArray:
 
 def to_up(motion: Motion, up: str) -> Motion:
     """A motion with Y up in a world whose axis ``up`` points up: the inverse of `from_up`."""
-    return motion if up == "y" else _rotate_root(motion, rot.conjugate(_TO_Y_UP[up]))
+    return motion if up == "y" else rotate_world(motion, rot.conjugate(_TO_Y_UP[up]))
 
 
 def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Ancestor, ...]:
@@ -283,7 +304,8 @@ def _rotated(ancestors: tuple[Ancestor, ...], rotation: FloatArray) -> tuple[Anc
     return (at, *ancestors[1:])
 
 
-def _rotate_root(motion: Motion, rotation: FloatArray) -> Motion:
+def rotate_world(motion: Motion, rotation: FloatArray) -> Motion:
+    """A motion in a world rotated about its origin by a unit quaternion, shape ``(4,)``."""
     offsets = motion.skeleton.offsets.copy()
     offsets[0] = rot.rotate(rotation, offsets[0])
     rotations = motion.rotations.copy()
@@ -316,7 +338,12 @@ def _stature(motion: Motion) -> float:
 
 
 def _uprightness(motion: Motion) -> FloatArray:
-    """Mean over frames of the direction from the feet to the head, shape ``(3,)``, without its sign.
+    """The direction from the feet to the head, shape ``(3,)``, without its sign."""
+    return np.abs(_upward(motion))
+
+
+def _upward(motion: Motion) -> FloatArray:
+    """Mean over frames of the direction from the feet to the head, shape ``(3,)``.
 
     Zero where the skeleton has no head or no feet.
     """
@@ -328,7 +355,7 @@ def _uprightness(motion: Motion) -> FloatArray:
     positions = role_positions(_sampled(motion), [*heads, *feet])
     body = positions[:, 0] - positions[:, 1:].mean(axis=1)
     length = np.linalg.norm(body, axis=-1, keepdims=True)
-    return np.asarray(np.abs(np.mean(body / np.maximum(length, 1e-9), axis=0)))
+    return np.asarray(np.mean(body / np.maximum(length, 1e-9), axis=0))
 
 
 def _floor_change(motion: Motion) -> FloatArray:

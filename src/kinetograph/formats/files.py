@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -31,11 +32,14 @@ READERS: dict[str, str] = {
     ".glb": "gltf",
     ".gltf": "gltf",
     ".json": "deepmimic",
+    ".npy": "npy",
     ".npz": "npz",
     ".txt": "deepmimic",
     ".usd": "usd",
     ".usda": "usd",
     ".usdc": "usd",
+    ".vrm": "gltf",
+    ".vrma": "gltf",
 }
 """Suffix -> module with ``read(path, options) -> Loaded``."""
 
@@ -50,6 +54,8 @@ WRITERS: dict[str, str] = {
     ".usdc": "usd",
 }
 """Suffix -> module with ``write(what, path, options)``, which writes to exactly that path."""
+
+_PICKLED = (".pkl", ".pickle", ".p", ".joblib", ".pt", ".pth")
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
@@ -79,6 +85,9 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     options = options or ReadOptions()
     with _opening(path):
         loaded: Loaded = module.read(path, options)
+    if options.animation is not None and not loaded.animations:
+        note = f"the file holds one motion without a name: read that, not {options.animation[:80]!r}"
+        loaded = replace(loaded, notes=(*loaded.notes, note))
     return with_stances(loaded, options.rest)
 
 
@@ -89,6 +98,7 @@ def load(
     up: str | None = None,
     fps: float | None = None,
     lenient: bool = False,
+    animation: str | None = None,
 ) -> Take:
     """Read a file as a take in metres, Y up.
 
@@ -105,6 +115,8 @@ def load(
         Frames per second, in place of the file's own rate.
     lenient : bool
         Take what can be read of a damaged file.
+    animation : str, optional
+        Which of several animations in a file: a name, or a number from 1; the first unless given.
 
     Returns
     -------
@@ -130,7 +142,7 @@ def load(
     ...     load(path).signal().fps
     2.0
     """
-    return read(path, ReadOptions(units, up, fps, lenient)).take
+    return read(path, ReadOptions(units, up, fps, lenient, animation=animation)).take
 
 
 def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream:
@@ -164,7 +176,7 @@ def stream(path: str | Path, options: ReadOptions | None = None) -> MotionStream
 
 
 def read_character(path: str | Path, notes: list[str] | None = None) -> Character:
-    """Read the body in a ``.glb`` or ``.gltf`` file with one skin.
+    """Read the body in a ``.glb``, ``.gltf`` or ``.vrm`` file of one character.
 
     Parameters
     ----------
@@ -237,6 +249,11 @@ def _module(path: Path, table: dict[str, str], verb: str) -> ModuleType:
     try:
         name = table[path.suffix.lower()]
     except KeyError:
+        if path.suffix.lower() in _PICKLED:
+            raise RequestError(
+                f"{path}: {path.suffix} files hold pickled objects, which can run programs, and are not read; save "
+                "their arrays by name with numpy.savez, where you trust the file, and read the .npz"
+            ) from None
         known = ", ".join(sorted(table))
         raise RequestError(f"{path}: cannot {verb} files of kind {path.suffix!r}; expected one of {known}") from None
     return importlib.import_module(f"kinetograph.formats.{name}")

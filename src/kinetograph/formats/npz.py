@@ -4,12 +4,11 @@ Own files have for each track ``track/names``, ``parents``, ``offsets``, ``end_p
 ``translation``, ``rotations``, ``fps`` and, where bones change, ``bones``: metres, Y up, quaternions w, x, y, z; and
 ``stance`` and ``ancestor_names``, ``ancestor_translations``, ``ancestor_rotations`` of skeletons that have these. AMASS
 files have ``poses`` (rotation vectors, three numbers per joint), ``trans`` and a rate; Z is up, and the rest pose is a
-T pose that faces z.
+T pose that faces z. `kinetograph.formats.smpl_poses` has the other names and forms of such poses.
 """
 
 from __future__ import annotations
 
-import ast
 import struct
 import zipfile
 import zlib
@@ -21,9 +20,11 @@ import numpy.typing as npt
 
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.body import named_motions
-from kinetograph.formats.conventions import to_metres_y_up
+from kinetograph.formats.conventions import righted, to_metres_y_up
+from kinetograph.formats.numpy_arrays import LONGEST_HEADER, ArrayHeader, Arrays, parse_header, values_of
 from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.smpl import motion_of_poses
+from kinetograph.formats.smpl_poses import SMPL_ARRAYS
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Ancestor, Skeleton
@@ -31,14 +32,8 @@ from kinetograph.take import Take
 
 _FIELDS = ("names", "parents", "offsets", "end_parents", "end_offsets", "translation", "rotations", "fps", "bones")
 _MORE = ("stance", "ancestor_names", "ancestor_translations", "ancestor_rotations")
-_POSES = ("poses", "pose_body", "root_orient", "trans", "transl", "joint_offsets")
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
-_ROOM, _SWELL = 64 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
-_MAGIC = b"\x93NUMPY"
+_ROOM, _SWELL = 16 * 2**20, 10  # bytes that arrays may take, whatever the file's size, and times its size
 _LARGEST = 1e12
-_LONGEST_HEADER = 10_000
-
-Arrays = dict[str, npt.NDArray[Any]]
 
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
@@ -67,13 +62,14 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
         if any(name.endswith("/rotations") for name in arrays):
             take = Take(path.stem, _tracks(path, arrays, options))
             return Loaded(take)
-        motion, notes = motion_of_poses(path, arrays, options)
+        motion, up, notes = motion_of_poses(path, arrays, options)
     except (FormatError, RequestError):
         raise
     except (ValueError, TypeError, KeyError) as error:
         raise FormatError(path, f"its arrays do not make a motion: {str(error)[:120]}") from None
-    converted = to_metres_y_up([motion], options.units or "metre", options.up or "z")
-    return Loaded(Take(path.stem, {"motion": converted.motions[0]}), (*notes, *converted.notes))
+    converted = to_metres_y_up([motion], "metre", options.up or up)
+    motion, flipped = righted(converted.motions[0])
+    return Loaded(Take(path.stem, {"motion": motion}), (*notes, *converted.notes, *flipped))
 
 
 def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions | None = None) -> None:
@@ -157,10 +153,11 @@ def _arrays(path: Path) -> Arrays:
             size = path.stat().st_size
             if any(member.compress_size > size for member in members):  # else memory would be taken before it is missed
                 raise FormatError(path, "an array is longer than the file; is it cut short?")
-            limit = _ROOM + _SWELL * size
-            if sum(member.file_size for member in members) > limit:
-                raise FormatError(path, f"its arrays unpack to over {limit} bytes; is the file malicious?")
-            return {m.filename.removesuffix(".npy"): _array(path, m.filename, archive.read(m)) for m in members}
+            headers = {member.filename: _header(path, archive, member) for member in members}
+            numbers = sum(max(header.count * 8, header.size) for header in headers.values())  # they are made doubles
+            if numbers > _ROOM + _SWELL * size:
+                raise FormatError(path, f"its arrays unpack to {numbers} bytes, too many for a file of {size} bytes")
+            return {m.filename.removesuffix(".npy"): _array(path, archive, m, headers[m.filename]) for m in members}
     except FormatError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, struct.error, ValueError) as error:
@@ -168,27 +165,18 @@ def _arrays(path: Path) -> Arrays:
 
 
 def _wanted(name: str) -> bool:
-    return name in (*_POSES, *_RATES) or name.rpartition("/")[2] in _FIELDS + _MORE
+    return name in SMPL_ARRAYS or name.rpartition("/")[2] in _FIELDS + _MORE
 
 
-def _array(path: Path, name: str, data: bytes) -> npt.NDArray[Any]:
-    """An array from its bytes; numpy's own reader takes memory before it checks that the bytes are there."""
-    if data[:6] != _MAGIC or len(data) < 12:
-        raise FormatError(path, f"{name}: expected a NumPy array")
-    wide = data[6] > 1
-    start = 12 if wide else 10
-    length = struct.unpack_from("<I" if wide else "<H", data, 8)[0]
-    try:
-        header = ast.literal_eval(data[start : start + min(length, _LONGEST_HEADER)].decode("latin-1").strip())
-        dtype, shape, fortran = np.dtype(header["descr"]), header["shape"], header["fortran_order"]
-        count = 1
-        for side in shape:
-            if not isinstance(side, int) or side < 0:
-                raise TypeError(f"a side of {side!r}")
-            count *= side
-    except (ValueError, SyntaxError, TypeError, KeyError, OverflowError, MemoryError, RecursionError) as error:
-        raise FormatError(path, f"{name}: the header of an array is damaged: {str(error)[:60]}") from None
-    body = data[start + length :]
-    if dtype.hasobject or dtype.kind not in "fiuUS" or count * dtype.itemsize != len(body) or count < 0:
-        raise FormatError(path, f"{name}: expected {str(shape)[:40]} numbers or names, found {len(body)} bytes")
-    return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C") if count else np.zeros(shape, dtype)
+def _header(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> ArrayHeader:
+    with archive.open(member) as file:
+        return parse_header(path, member.filename, file.read(LONGEST_HEADER), member.file_size)
+
+
+def _array(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader) -> npt.NDArray[Any]:
+    with archive.open(member) as file:
+        file.read(header.start)
+        body = file.read(header.size)
+    if len(body) != header.size:
+        raise FormatError(path, f"{member.filename}: expected {header.size} bytes, found {len(body)}")
+    return values_of(header, body)

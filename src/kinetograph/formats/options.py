@@ -28,13 +28,16 @@ class ReadOptions:
         A file with the bones that the file's rotations belong to, for formats that keep them apart (the ``.asf`` of an
         ``.amc``, a body for AMASS poses).
     animation : str, optional
-        Which of the animations in a file; the first unless given.
+        Which of several animations in a file: one of `Loaded.animations`, or a number from 1; the first unless given.
     rest : int, optional
         A frame in which the body stands upright, for files whose rest pose does not.
     everything : bool
         Every tree of joints as the file has it; else only bodies, each from its own root, at the hips, on.
     root_motion : bool
         Keep a joint above the hips that moves, as in games, as the root of its body.
+    markers : str or Path, optional
+        The set that the points in a file are of: one of the package's by name or, for markers, a ``.toml`` file with
+        one's own; found from the file unless given.
     """
 
     units: str | None = None
@@ -46,6 +49,7 @@ class ReadOptions:
     rest: int | None = None
     everything: bool = False
     root_motion: bool = False
+    markers: str | Path | None = None
 
     @property
     def keep(self) -> Keep:

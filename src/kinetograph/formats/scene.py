@@ -14,13 +14,17 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.formats.inheritance import FULL, Scales
 from kinetograph.formats.timing import bracket_times
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
-_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 1_000_000, 4
+_MOST_VALUES, _ROOM, _SWELL = 40_000_000, 250_000, 4
 _BLOCK = 1024  # frames
+_BLOCK_VALUES = 1_000_000  # nodes times frames
 _RIGID = 1e-4  # of the body's size: bones that change by less are rigid, to the precision of single precision
+_WHOLE = 0.5  # of the bones' lengths: the least that a rest pose has
+_SAME = 1e-5  # of the body's size: bones that differ by less from those at rest are those, to the last bit
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +37,11 @@ class Nodes:
     parents : ndarray of int, shape (N,)
         -1 at the top.
     translations : ndarray, shape (F or 1, N, 3)
-        Stretched by the scales of the ancestors.
+        Stretched and sheared by the scales of the ancestors.
     rotations : ndarray, shape (F or 1, N, 4)
     scales : ndarray, shape (F or 1, N, 3)
+    inherits : ndarray of int, shape (N,), optional
+        How each node inherits its parent's scale, of `kinetograph.formats.inheritance`; ``FULL`` without it.
     """
 
     names: tuple[str, ...]
@@ -43,6 +49,25 @@ class Nodes:
     translations: FloatArray
     rotations: FloatArray
     scales: FloatArray
+    inherits: IntArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A file's rest pose, whose bones are the skeleton's, so that all animations of a file have one skeleton.
+
+    Parameters
+    ----------
+    positions, rotations : ndarray, shapes (N, 3) and (N, 4)
+        Of all nodes, in the world.
+    shared : bool
+        Whether several animations share it: bones that have another length throughout one are then that motion's own,
+        and else the skeleton's.
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+    shared: bool = False
 
 
 def most_values(size: int) -> int:
@@ -73,19 +98,27 @@ def world(nodes: Nodes) -> tuple[FloatArray, FloatArray]:
     count = len(nodes.names)
     positions = np.empty((frames, count, 3))
     rotations = np.empty((frames, count, 4))
-    scales = np.empty((max(len(nodes.scales), 1), count, 3))
+    modes = [FULL] * count if nodes.inherits is None else nodes.inherits.tolist()
+    scales = Scales(nodes.parents, nodes.scales, modes)
     for node, parent in enumerate(nodes.parents.tolist()):
-        shift, rotation, scale = nodes.translations[:, node], nodes.rotations[:, node], nodes.scales[:, node]
+        shift, rotation = nodes.translations[:, node], nodes.rotations[:, node]
+        scales.add(node, rotation)
         if parent < 0:
-            positions[:, node], rotations[:, node], scales[:, node] = shift, rotation, scale
+            positions[:, node], rotations[:, node] = shift, rotation
         else:
-            positions[:, node] = positions[:, parent] + rot.rotate(rotations[:, parent], shift * scales[:, parent])
+            moved = scales.stretch(parent, shift)
+            positions[:, node] = positions[:, parent] + rot.rotate(rotations[:, parent], moved)
             rotations[:, node] = rot.multiply(rotations[:, parent], rotation)
-            scales[:, node] = scales[:, parent] * scale
     return positions, rotations
 
 
-def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatArray], fps: float) -> list[Motion]:
+def motions(
+    nodes: Nodes,
+    joints: Sequence[int],
+    bind: tuple[FloatArray, FloatArray],
+    fps: float,
+    still: Rest | None = None,
+) -> list[Motion]:
     """A motion for every tree among the joints.
 
     Parameters
@@ -96,6 +129,8 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
     bind : tuple of ndarray, shapes (N, 3) and (N, 4)
         World positions and rotations of all nodes in the bind pose.
     fps : float
+    still : Rest, optional
+        Whose bones are the skeleton's; without it they are the mean over the frames.
 
     Returns
     -------
@@ -110,17 +145,22 @@ def motions(nodes: Nodes, joints: Sequence[int], bind: tuple[FloatArray, FloatAr
         trees.setdefault(top[joint], []).append(joint)
     frames = max(len(nodes.translations), len(nodes.rotations), len(nodes.scales))
     characters = [_Tree(tree, above, frames) for tree in trees.values()]
-    for start in range(0, frames, _BLOCK):  # all frames in the world at once would take many times the file
-        block = slice(start, min(start + _BLOCK, frames))
+    size = max(min(_BLOCK, _BLOCK_VALUES // len(nodes.names)), 1)
+    for start in range(0, frames, size):  # all frames in the world at once would take many times the file
+        block = slice(start, min(start + size, frames))
         positions, rotations = world(_cut(nodes, block))
         for character in characters:
             character.fill(block, positions, rotations, bind[1])
+    if still is not None:
+        for character in characters:
+            character.rest(still, bind[1])
     return [character.motion(nodes.names, bind[0], fps) for character in characters]
 
 
 def _cut(nodes: Nodes, block: slice) -> Nodes:
     parts = (nodes.translations, nodes.rotations, nodes.scales)
-    return Nodes(nodes.names, nodes.parents, *(part[block] if len(part) > 1 else part for part in parts))
+    shifts, rotations, scales = (part[block] if len(part) > 1 else part for part in parts)
+    return Nodes(nodes.names, nodes.parents, shifts, rotations, scales, nodes.inherits)
 
 
 def _above(parents: IntArray, chosen: set[int], joint: int) -> int:
@@ -140,6 +180,8 @@ class _Tree:
         self.translation = np.empty((frames, 3))
         self.local = np.empty((frames, len(joints), 4))
         self.bones = np.empty((frames, len(joints), 3))
+        self.still: FloatArray | None = None
+        self.shared = False
 
     def fill(self, block: slice, positions: FloatArray, rotations: FloatArray, bind: FloatArray) -> None:
         """Take a block of frames in the world, relative to the bind pose."""
@@ -151,14 +193,26 @@ class _Tree:
         self.translation[block], self.local[block] = at[:, 0], rot.normalize(local)
         self.bones[block] = rot.rotate(rot.conjugate(rotation[:, up]), at - at[:, up])
 
+    def rest(self, still: Rest, bind: FloatArray) -> None:
+        """Take the bones of a rest pose in the world."""
+        up = np.maximum(self.parents, 0)
+        at = still.positions[self.joints]
+        rotation = rot.multiply(still.rotations[self.joints], rot.conjugate(bind[self.joints]))
+        self.still, self.shared = rot.rotate(rot.conjugate(rotation[up]), at - at[up]), still.shared
+
     def motion(self, names: tuple[str, ...], bind: FloatArray, fps: float) -> Motion:
         """The motion; its bones are rigid unless they change."""
         middle = self.bones.mean(axis=0)
-        offsets = middle.copy()
-        offsets[0] = bind[self.joints[0]]
         size = max(float(np.abs(middle).max()), 1e-9)
         changes = (float(np.abs(self.bones[:, j] - middle[j]).max()) for j in range(1, len(self.joints)))
         loose = max(changes, default=0.0) > _RIGID * size
+        offsets = middle.copy()
+        if self.still is not None:
+            apart = float(np.abs(self.still - middle)[1:].max(initial=0.0))
+            whole = np.abs(self.still[1:]).sum() > _WHOLE * np.abs(middle[1:]).sum()  # some files have no rest pose
+            if loose or apart < _SAME * size or (self.shared and whole):
+                offsets, loose = self.still.copy(), loose or apart >= _SAME * size
+        offsets[0] = bind[self.joints[0]]
         for joint in range(len(self.joints)):
             self.local[:, joint] = rot.unroll(self.local[:, joint])
         skeleton = Skeleton(tuple(names[joint] for joint in self.joints), self.parents, offsets)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats.conventions import unit_factor
+from kinetograph.formats.numpy_arrays import Arrays
 from kinetograph.formats.options import ReadOptions
+from kinetograph.formats.smpl_poses import Poses, read_poses, read_rate
+from kinetograph.kinematics import joint_positions
 from kinetograph.motion import Motion
 from kinetograph.roles import read_names
 from kinetograph.skeleton import Skeleton
@@ -42,12 +45,22 @@ _BODY: tuple[tuple[str, int, tuple[float, float, float]], ...] = (
     ("right_wrist", 19, (-0.25, 0.01, 0.0)),
 )
 _LARGEST = 1e6
+_CANDIDATES = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001}
+_BODIES = (0.5, 2.0)  # sizes of people, in that of the average body
+_FEET = ("left_ankle", "right_ankle", "left_foot", "right_foot")
+_STEPPING = 0.3  # metres per second: a foot that moves faster against the hips, in most frames, steps
+_CLEARLY = 0.6  # of the feet's slide in the likely unit: a unit with less is taken
+_NEAR = 0.05  # metres: a body that stays so near the origin says nothing on its unit
 
-Arrays = dict[str, npt.NDArray[Any]]
+
+def average_body() -> Skeleton:
+    """The skeleton of an average body of 1.70 m with SMPL's first 22 joints."""
+    parents = np.array([parent for _, parent, _ in _BODY])
+    return Skeleton(tuple(name for name, _, _ in _BODY), parents, np.array([offset for _, _, offset in _BODY]))
 
 
-def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[Motion, list[str]]:
-    """The motion of the body's 22 joints in the file's own axes, and notes; fingers and face are left out.
+def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[Motion, str | None, list[str]]:
+    """The motion of the body's 22 joints in the file's own axes, its upward axis, and notes.
 
     Parameters
     ----------
@@ -56,11 +69,14 @@ def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[M
     arrays : dict of str to ndarray
         The file's arrays.
     options : ReadOptions
-        A rate, and a file with the joints' offsets.
+        A rate, the unit of the translation, and a file with the joints' offsets.
 
     Returns
     -------
     motion : Motion
+        In metres; fingers and face are left out.
+    up : {"y", "z"} or None
+        As in other files of the same origin; None where that is not known.
     notes : list of str
 
     Raises
@@ -71,50 +87,56 @@ def motion_of_poses(path: Path, arrays: Arrays, options: ReadOptions) -> tuple[M
         The file with the offsets lacks a joint.
     """
     notes: list[str] = []
-    poses, translation = _poses(path, arrays, notes)
-    fps = options.fps or next(
-        (float(arrays[key]) for key in ("mocap_framerate", "mocap_frame_rate", "fps") if key in arrays), 0
-    )
-    if not (np.isfinite(fps) and 0 < fps < 1e5):
-        raise FormatError(path, "the file gives no rate (mocap_framerate); give it with --fps")
+    poses = read_poses(path, arrays, notes)
+    fps = read_rate(path, arrays, options.fps, poses.kind, notes)
     skeleton = _skeleton(path, arrays, options, notes)
-    rotations = rot.unroll(rot.exp(poses))
-    return Motion(skeleton, translation + skeleton.offsets[0], rotations, fps), notes
+    rotations = rot.unroll(poses.rotations)
+    size, unit = _sizes(Motion(skeleton, poses.translation, rotations, fps), poses, options.units, notes)
+    skeleton = replace(skeleton, offsets=skeleton.offsets * size)
+    up = {"amass": "z", "aist": "y"}.get(poses.kind)
+    if up is not None and options.up is None and poses.kind == "aist":
+        notes.append("up axis not given: y, as in AIST++; say another with --up")
+    return Motion(skeleton, poses.translation * unit + skeleton.offsets[0], rotations, fps), up, notes
 
 
-def _poses(path: Path, arrays: Arrays, notes: list[str]) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors ``(F, 22, 3)`` and translations ``(F, 3)``."""
-    if "poses" in arrays:
-        flat = arrays["poses"]
-    elif "pose_body" in arrays and "root_orient" in arrays:
-        parts = [arrays[key] for key in ("root_orient", "pose_body")]
-        if any(part.ndim != 2 for part in parts) or len(parts[0]) != len(parts[1]):
-            raise FormatError(path, f"expected rows of poses, found {[part.shape for part in parts]}")
-        flat = np.concatenate(parts, axis=1)
-    else:
-        raise FormatError(path, "expected poses and trans, or this package's own arrays; found neither")
-    flat = flat.reshape(len(flat), -1).astype(np.float64) if flat.ndim else flat
-    count = len(_BODY)
-    if flat.ndim != 2 or len(flat) == 0 or flat.shape[1] < 3 * count or flat.shape[1] % 3:
-        raise FormatError(path, f"expected poses (F, {3 * count} or more), found {flat.shape}")
-    moved = next((arrays[key] for key in ("trans", "transl") if key in arrays), None)
-    if moved is None:
-        notes.append("the file has no translation: the body stays where it is")
-        moved = np.zeros((len(flat), 3))
-    moved = np.asarray(moved, dtype=np.float64)
-    if moved.shape != (len(flat), 3):
-        raise FormatError(path, f"expected trans ({len(flat)}, 3), found {moved.shape}")
-    if not (np.all(np.abs(flat) < _LARGEST) and np.all(np.abs(moved) < _LARGEST)):
-        raise FormatError(path, "expected finite numbers as poses and translations")
-    if flat.shape[1] > 3 * count:
-        notes.append(f"{flat.shape[1] // 3} joints: the body's {count} are read, not fingers and face")
-    return flat[:, : 3 * count].reshape(-1, count, 3), moved
+def _sizes(motion: Motion, poses: Poses, units: str | None, notes: list[str]) -> tuple[float, float]:
+    """The size of the body, which is in metres, and the metres in a unit of the translation."""
+    scaled = {name: poses.scale * metres for name, metres in _CANDIDATES.items()} if poses.scale else {}
+    likely = next((name for name, size in scaled.items() if _BODIES[0] < size < _BODIES[1]), None)
+    if units is not None:
+        size = (poses.scale or 1.0) * unit_factor(units)
+        return (size if poses.scale and _BODIES[0] < size < _BODIES[1] else 1.0), unit_factor(units)
+    size = scaled[likely] if likely else 1.0
+    found = "metre" if poses.kind == "amass" else _translation_units(motion, size, likely or "metre")
+    if poses.scale:
+        notes.append(f"the body is {size:.3g} times its size, by the file's scaling of {poses.scale:.4g}")
+    if found != "metre" or poses.scale:
+        notes.append(f"units of the translation not given: guessed {found}, from how feet stand and how far it goes")
+    return size, _CANDIDATES[found]
+
+
+def _translation_units(motion: Motion, size: float, likely: str) -> str:
+    """The unit in which feet that stand move least; of a body that does not step, the one that puts it near by."""
+    moved = np.diff(motion.translation, axis=0)
+    still = replace(motion, translation=np.zeros_like(motion.translation))
+    feet = joint_positions(still)[:, [motion.skeleton.index(name) for name in _FEET]] * size
+    steps = np.diff(feet, axis=0)
+    far = float(np.median(np.linalg.norm(motion.translation, axis=1)))
+    if len(steps) and np.median(np.linalg.norm(steps, axis=-1).max(axis=1)) * motion.fps > _STEPPING:
+        slides = {
+            name: float(np.median(np.linalg.norm(steps + metres * moved[:, None], axis=-1).min(axis=1)))
+            for name, metres in _CANDIDATES.items()
+        }
+        best = min(slides, key=lambda name: slides[name])
+        return best if slides[best] < _CLEARLY * slides[likely] else likely
+    if far * _CANDIDATES["metre"] < _NEAR:
+        return likely if far * _CANDIDATES[likely] > _NEAR else "metre"
+    return min(_CANDIDATES, key=lambda name: abs(np.log(far * _CANDIDATES[name])))
 
 
 def _skeleton(path: Path, arrays: Arrays, options: ReadOptions, notes: list[str]) -> Skeleton:
-    names = tuple(name for name, _, _ in _BODY)
-    parents = np.array([parent for _, parent, _ in _BODY])
-    offsets = np.array([offset for _, _, offset in _BODY])
+    body = average_body()
+    names, offsets = body.names, body.offsets
     if options.skeleton is not None:
         offsets = _offsets_of(Path(options.skeleton), names)
     elif "joint_offsets" in arrays:
@@ -123,7 +145,7 @@ def _skeleton(path: Path, arrays: Arrays, options: ReadOptions, notes: list[str]
             raise FormatError(path, f"expected joint_offsets ({len(names)}, 3), found {offsets.shape}")
     else:
         notes.append("joint offsets not given: an average body of 1.70 m; give yours with --skeleton")
-    return Skeleton(names, parents, offsets)
+    return replace(body, offsets=offsets)
 
 
 def _offsets_of(path: Path, names: tuple[str, ...]) -> FloatArray:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from kinetograph.library.annotations_csv import export_annotations, import_annotations, read_annotations, read_times
+from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.info import Info, TrackInfo
-from kinetograph.library.store import Library, annotations_of, contents, labels
+from kinetograph.library.store import UNFINISHED, Library, annotations_of, contents, labels, skeletons
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
+    "UNFINISHED",
     "Info",
     "Library",
     "Report",
@@ -16,10 +18,13 @@ __all__ = [
     "TrackInfo",
     "add_stream",
     "annotations_of",
+    "back_up",
     "contents",
     "export_annotations",
     "import_annotations",
     "labels",
     "read_annotations",
     "read_times",
+    "salvage",
+    "skeletons",
 ]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from kinetograph.errors import DataError, LibraryError
@@ -95,6 +95,12 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
     """A transaction that no other writer shares, committed at the end of the block. Raises LibraryError."""
     with _transaction(folder, "BEGIN IMMEDIATE") as db:
         yield db
+
+
+def abandon(db: sqlite3.Connection) -> None:
+    """End a transaction without a commit, which fails where the file is damaged."""
+    with suppress(sqlite3.Error):
+        db.execute("ROLLBACK")
 
 
 def require_room(folder: Path) -> None:

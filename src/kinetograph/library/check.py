@@ -79,6 +79,7 @@ def look(folder: Path) -> Report:
     with checking(folder), catalogue.reading(folder) as db:
         faults = catalogue_faults(db)
         if faults:
+            catalogue.abandon(db)
             return Report(0, 0, faults)
         held, used = storage.read(db), list(used_arrays(db))
     with checking(folder):

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from kinetograph.library import catalogue, storage
 from kinetograph.library.digests import Damaged
+from kinetograph.library.records import read_skeleton
+
+_TYPES = (str, str, str, float, int, int)
 
 
 @dataclass(frozen=True)
@@ -87,15 +92,14 @@ def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:
             "json_array_length(skeletons.body, '$.names')) FROM tracks JOIN takes ON takes.id = tracks.take "
             "LEFT JOIN skeletons ON skeletons.id = tracks.skeleton ORDER BY takes.id, tracks.id"
         )
-        return tuple(_track_info(*row) for row in rows)
+        return tuple(_track_info(row) for row in rows)
 
 
-def _track_info(take: object, name: object, kind: object, fps: object, frames: object, columns: object) -> TrackInfo:
-    """The row as it should be. Raises Damaged where it has other types, or no skeleton."""
-    match take, name, kind, fps, frames, columns:
-        case str(), str(), str(), float(), int(), int() if fps > 0 < frames:
-            return TrackInfo(take, name, kind, fps, frames, columns)
-    raise Damaged(f"the rows of take {take!r} have changed since they were written")
+def _track_info(row: tuple[Any, ...]) -> TrackInfo:
+    """A row as it should be. Raises Damaged where it has other types, or no skeleton."""
+    if tuple(map(type, row)) != _TYPES or row[3] <= 0:
+        raise Damaged(f"the rows of take {row[0]!r} have changed since they were written")
+    return TrackInfo(*row)
 
 
 def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -111,3 +115,30 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
                 raise Damaged(f"the annotations of take {take!r} have changed since they were written")
             found.setdefault(take, []).append((kind, label))
     return {take: tuple(pairs) for take, pairs in found.items()}
+
+
+def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
+    """The motions of the library in a folder by their joints, without reading frames. Raises LibraryError.
+
+    Returns
+    -------
+    dict of str to list of tuple of int and list of str
+        By name of the track, one for each different set of joints: the number of joints, and the takes in order.
+    """
+    found: dict[str, dict[str, tuple[int, list[str]]]] = {}
+    with catalogue.reading(folder) as db:
+        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
+        rows = db.execute(
+            "SELECT tracks.name, takes.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
+            "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
+        )
+        for track, take, skeleton in rows:
+            names, parents = joints.get(skeleton, ((), ()))
+            of_joints = found.setdefault(str(track), {}).setdefault(repr((names, parents)), (len(names), []))
+            of_joints[1].append(str(take))
+    return {track: list(groups.values()) for track, groups in found.items()}
+
+
+def _joints(db: sqlite3.Connection, digest: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    skeleton = read_skeleton(db, digest)
+    return skeleton.names, tuple(skeleton.parents.tolist())

@@ -85,6 +85,7 @@ def _repair(folder: Path) -> Report:
     with catalogue.writing(folder) as db:  # no one else may append meanwhile
         faults = check.catalogue_faults(db)
         if faults:
+            catalogue.abandon(db)
             return Report(0, 0, faults)
         work = _Repair(folder, db, storage.read(db), list(check.used_arrays(db)))
         before = check.orphaned_bytes(folder, work.held, work.used)

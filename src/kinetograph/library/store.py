@@ -16,12 +16,15 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, frame_files, headers, schema, storage, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
-from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_tracks
+from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
 from kinetograph.library.repair import examine
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
+UNFINISHED = "unfinished"
+"""A file in the folder of a library that a command has begun to fill."""
 _FIRST_FRAMES = "frames-1.bin"
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED}
 
 
 @dataclass(frozen=True)
@@ -73,8 +76,8 @@ class Library:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             catalogue.require_room(folder)
-            others = {p.name for p in folder.iterdir()} - {_FIRST_FRAMES, catalogue.FILE_NAME}
-            if others - {f"{catalogue.FILE_NAME}-journal"}:
+            others = {p.name for p in folder.iterdir()} - _OWN
+            if others:
                 raise LibraryError(f"{folder}: a library needs a folder of its own, found {min(others)} in it")
             first = schema.first_storage(_FIRST_FRAMES)
             (folder / _FIRST_FRAMES).write_bytes(headers.pack(headers.Header(first.identity, first.sequence)))
@@ -229,6 +232,11 @@ class Library:
 def contents(library: Library) -> tuple[TrackInfo, ...]:
     """Every track of a library, by take, without reading its frames."""
     return list_tracks(library.path)
+
+
+def skeletons(library: Library) -> dict[str, list[tuple[int, list[str]]]]:
+    """The motions of a library by their joints: of each name of a track, the number of joints and the takes."""
+    return list_skeletons(library.path)
 
 
 def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:

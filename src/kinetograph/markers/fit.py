@@ -1,32 +1,37 @@
-"""A skeleton's motion from the markers of the Plug-in-Gait set, by inverse kinematics.
+"""A skeleton's motion from markers, by inverse kinematics.
 
-The body is first estimated from joint centres and axes in single frames: medians over the take of the bones and of the
-markers' places on them. Then two fits alternate: of the poses of some frames to the markers, and of bones and places
-to those poses, by linear least squares with the first estimate as a prior. Last, every frame is fitted, beginning with
-the pose of the frame before it. A joint whose markers are hidden is drawn to rotations between those before and after,
-so weakly that the markers that are seen decide where they can.
+The body is first estimated: for Plug-in-Gait, from joint centres and axes in single frames, medians over the take of
+the bones and of the markers' places on them; for other sets, from the places that a table gives on a reference body,
+which is scaled. Then two fits alternate: of the poses of some frames to the markers, and of bones and places to those
+poses, by linear least squares with the first estimate as a prior. Last, every frame is fitted, beginning with the pose
+of the frame before it. A joint whose markers are hidden is drawn to rotations between those before and after, so weakly
+that the markers that are seen decide where they can.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from kinetograph import rotations as rot
-from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import landmark_positions
-from kinetograph.markers.plug_in_gait import MARKERS, Segment, leg_length, missing, segments
+from kinetograph.markers.conventional import conventional_body
+from kinetograph.markers.people import Person, find_people
+from kinetograph.markers.plug_in_gait import MARKERS, missing
+from kinetograph.markers.sets import MarkerSet, marker_sets, read_set
 from kinetograph.markers.solver import ROUNDS, Solver, measured
+from kinetograph.markers.template import first_body
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
 from kinetograph.signal import Signal
-from kinetograph.skeleton import Landmark, Skeleton
+from kinetograph.skeleton import Landmark
 from kinetograph.take import Take, Track
 
 _STRAY = 0.1  # metres: a marker that misses by more is noted
-_TIPS = {"toe": (0.0, 0.0, 0.06), "head": (0.0, 0.21, 0.0), "hand": (0.2, 0.0, 0.0)}  # of the leg's length; the left's
+_LISTED = 8  # names in a note
+_SPELLINGS = {"LFRA": "LFRM", "RFRA": "RFRM"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +60,25 @@ class MarkerFit:
         return [*rows, _row("all", self.misses.reshape(-1))]
 
 
-def fit_markers(signal: Signal, subject: str | None = None, *, rounds: int = ROUNDS) -> MarkerFit:
-    """The motion of a body that wears the Plug-in-Gait markers.
+def fit_markers(
+    signal: Signal,
+    subject: str | None = None,
+    *,
+    markers: str | Path | None = None,
+    rounds: int = ROUNDS,
+) -> MarkerFit:
+    """The motion of a body that wears markers of a known set.
 
     Parameters
     ----------
     signal : Signal
-        Points in metres, Y up, named as in the set, with or without a subject's name and a colon in front.
+        Points in metres, Y up, named as in the set, with or without a subject's name and a colon, underscore or space
+        in front.
     subject : str, optional
         Whose markers to fit, where they are of several people.
+    markers : str or Path, optional
+        The set: one of the package's by name, or a ``.toml`` file with one's own (see `kinetograph.markers.read_set`).
+        Unless given, the one of which most markers are there.
     rounds : int
         How often the body is measured; with 0, bones and joint centres are those of the first estimate.
 
@@ -79,36 +94,38 @@ def fit_markers(signal: Signal, subject: str | None = None, *, rounds: int = ROU
 
     Notes
     -----
-    The markers of pelvis and legs are needed. Trunk, head and arms are fitted where their markers are there; additional
-    markers on thighs, arms and back improve the fit.
+    Three markers of the pelvis are needed; legs, trunk, head and arms are fitted where they have markers. With those of
+    the legs of Plug-in-Gait, joint centres are first those of gait laboratories; for other sets they are those of a
+    reference body, scaled.
 
     References
     ----------
     Davis, Ounpuu, Tyburski, Gage: A gait analysis data collection and reduction technique. Human Movement Science 10,
     1991.
     """
-    names, columns, notes = _own(signal, subject)
-    points = np.where(signal.valid[..., None], signal.values, np.nan)[:, columns]
-    body = segments({name: points[:, i] for i, name in enumerate(names)})
-    wanted = [i for i, name in enumerate(names) if _segment_of(name) in body]
-    names, points = [names[i] for i in wanted], points[:, wanted]
-    seen: BoolArray = np.isfinite(points[..., 0])
-    solver = Solver(_skeleton(body, names, points), np.nan_to_num(points), seen, _joints(body, names), _guess(body))
-    places, solver = measured(solver, _places(body, names, points), rounds)
+    if not signal.spatial:
+        raise RequestError("markers are points (F, P, 3), found channels")
+    person = _person(signal, subject, None if markers is None else read_set(markers))
+    names, notes = _worn(person, signal)
+    points = np.where(signal.valid[..., None], signal.values, np.nan)[:, [person.columns[name] for name in names]]
+    solver, places, names = _first(person, names, points, rounds)
     motion = solver.motion(places, signal.fps)
     on_body = {name: Landmark(int(j), places[i]) for i, (name, j) in enumerate(zip(names, solver.joints, strict=True))}
     fitted = landmark_positions(motion, list(on_body.values()))
+    seen = solver.seen
     misses = np.where(seen, np.linalg.norm(fitted - solver.points, axis=-1), np.nan)
     return MarkerFit(motion, on_body, misses, (*notes, *_gaps(names, seen, signal.fps), *_strays(names, misses)))
 
 
-def fitted_take(take: Take) -> tuple[Take, dict[str, MarkerFit]]:
+def fitted_take(take: Take, markers: str | Path | None = None) -> tuple[Take, dict[str, MarkerFit]]:
     """Replace the markers in a take by motions.
 
     Parameters
     ----------
     take : Take
         Its motions, and signals that are not points, stay as they are.
+    markers : str or Path, optional
+        See `fit_markers`.
 
     Returns
     -------
@@ -128,103 +145,80 @@ def fitted_take(take: Take) -> tuple[Take, dict[str, MarkerFit]]:
         if not isinstance(track, Signal) or not track.spatial:
             tracks[name] = track
             continue
-        people = subjects(track) or [""]
-        for person in people:
+        people: list[str | None] = [*subjects(track, markers)]
+        for person in people or [None]:
             key = "motion" if len(people) < 2 else person or name
-            fits[key] = fit_markers(track, person)
+            fits[key] = fit_markers(track, person, markers=markers)
             tracks[key] = fits[key].motion
-    return Take(take.name, tracks, take.annotations if not fits else ()), fits
+    return replace(take, tracks=tracks, annotations=take.annotations if not fits else ()), fits
 
 
-def subjects(signal: Signal) -> list[str]:
-    """The names in front of the colon of markers of the set; ``""`` where a marker's name has no colon."""
-    known = {name for group in MARKERS.values() for name in group}
-    split = [_split(name) for name in signal.names]
-    return list(dict.fromkeys(person for person, name in split if name in known))
+def subjects(signal: Signal, markers: str | Path | None = None) -> list[str]:
+    """The names in front of the markers of people in a recording; ``""`` where there is none.
 
+    Parameters
+    ----------
+    signal : Signal
+    markers : str or Path, optional
+        See `fit_markers`.
 
-def _split(name: str) -> tuple[str, str]:
-    person, _, marker = name.rpartition(":")
-    return person, marker.strip().upper()
-
-
-def _own(signal: Signal, subject: str | None) -> tuple[list[str], list[int], list[str]]:
-    """The names of a body's markers, without the subject's name, their columns, and notes."""
-    if not signal.spatial:
-        raise RequestError("markers are points (F, P, 3), found channels")
-    people = subjects(signal)
-    if subject is None and len(people) > 1:
-        raise RequestError(f"markers of {len(people)} people ({', '.join(people)}); name one of them")
-    subject = (people or [""])[0] if subject is None else subject
-    known = {name for group in MARKERS.values() for name in group}
-    own = {marker: i for i, (person, marker) in enumerate(map(_split, signal.names)) if person == subject}
-    never = {name for name, i in own.items() if not signal.valid[:, i].any()}
-    lost = missing(own.keys() - never)
-    if lost:
-        some = ", ".join(list(own)[:8]) + (", ..." if len(own) > 8 else "")
-        raise RequestError(f"no Plug-in-Gait body: missing the markers {', '.join(lost)}; found {some or 'none'}")
-    others = [name for name in own if name not in known]
-    names = [name for name in own if name in known and name not in never]
-    if "SACR" in names:
-        names = [name for name in names if name not in ("LPSI", "RPSI")]
-    notes = [f"not of the Plug-in-Gait set, left out: {', '.join(others)}"] if others else []
-    return names, [own[name] for name in names], notes
-
-
-def _segment_of(name: str) -> str:
-    return next(segment for segment, group in MARKERS.items() if name in group)
-
-
-def _joints(body: dict[str, Segment], names: list[str]) -> IntArray:
-    order = list(body)
-    return np.array([order.index(_segment_of(name)) for name in names], dtype=np.int64)
-
-
-def _in_axes(segment: Segment, points: FloatArray, name: str) -> FloatArray:
-    """The median place, ``(3,)``, of points ``(F, 3)`` on a segment."""
-    local = np.einsum("fba,fb->fa", segment.axes, points - segment.origin)
-    known = local[np.isfinite(local).all(axis=1)]
-    if len(known) == 0:
-        raise RequestError(f"no frame shows {name} together with the markers next to it; too much is hidden")
-    return np.asarray(np.median(known, axis=0))
-
-
-def _places(body: dict[str, Segment], names: list[str], points: FloatArray) -> FloatArray:
-    """Where the markers are on their segments, ``(M, 3)``."""
-    return np.array([_in_axes(body[_segment_of(name)], points[:, i], name) for i, name in enumerate(names)])
-
-
-def _skeleton(body: dict[str, Segment], names: list[str], points: FloatArray) -> Skeleton:
-    order = list(body)
-    parents = np.array([order.index(segment.parent) if segment.parent else -1 for segment in body.values()])
-    offsets = np.zeros((len(order), 3))
-    for i, (name, segment) in enumerate(body.items()):
-        if segment.parent:
-            offsets[i] = _in_axes(body[segment.parent], segment.origin, f"the joint {name}")
-    leg = leg_length({name: points[:, i] for i, name in enumerate(names)})
-    tips = [(i, name) for i, name in enumerate(order) if name.rpartition("_")[2] in _TIPS]
-    ends = np.array([_TIPS[name.rpartition("_")[2]] for _, name in tips]) * leg
-    ends[:, 0] *= [-1.0 if name.startswith("right") else 1.0 for _, name in tips]
-    tip_parents = np.array([i for i, _ in tips], dtype=np.int64)
-    return with_found_roles(Skeleton(tuple(order), parents, offsets, tip_parents, ends))
-
-
-def _guess(body: dict[str, Segment]) -> tuple[FloatArray, FloatArray]:
-    """Every frame's pose from its own markers: roots ``(F, 3)`` and local rotations ``(F, J, 4)``.
-
-    Where markers are missing, a joint is in its rest pose and the root as in the frame before.
+    Returns
+    -------
+    list of str
+        Empty where there are no five markers of a known set.
     """
-    frames = np.arange(len(body["hips"].origin))
-    known = np.flatnonzero(np.isfinite(body["hips"].axes).all(axis=(1, 2)))
-    held = known[np.maximum(np.searchsorted(known, frames, side="right") - 1, 0)]
-    world: dict[str, FloatArray] = {"": np.broadcast_to(np.eye(3), (len(frames), 3, 3))}
-    local = []
-    for name, segment in body.items():
-        above = world[segment.parent]
-        own = segment.axes if segment.parent else segment.axes[held]
-        world[name] = np.where(np.isfinite(own.sum(axis=(1, 2), keepdims=True)), own, above)
-        local.append(rot.from_matrix(np.einsum("fba,fbc->fac", above, world[name])))
-    return body["hips"].origin[held], np.stack(local, axis=1)
+    chosen = None if markers is None else read_set(markers)
+    return [person.name for person in find_people(_seen(signal), chosen)]
+
+
+def _person(signal: Signal, subject: str | None, markers: MarkerSet | None) -> Person:
+    people = find_people(_seen(signal), markers)
+    if not people:
+        wanted = f"the set {markers.title}" if markers else f"any known set ({', '.join(marker_sets())})"
+        found = _listed([name for name in _seen(signal) if name])
+        raise RequestError(f"no five markers of {wanted}; found {found or 'none'}; give your own set with --markers")
+    if subject is None and len(people) > 1:
+        names = ", ".join(person.name for person in people)
+        raise RequestError(f"markers of {len(people)} people ({names}); name one of them")
+    chosen = next((person for person in people if subject in (None, person.name)), None)
+    if chosen is None:
+        raise RequestError(f"no markers of {subject!r}; found those of {', '.join(one.name for one in people)}")
+    return chosen
+
+
+def _worn(person: Person, signal: Signal) -> tuple[list[str], list[str]]:
+    """The markers of a person that are ever seen, and notes on the others."""
+    names = list(person.columns)
+    notes = [f"markers of {person.markers.title}: {len(names)} are there"]
+    mine = [(i, name) for i, name in enumerate(_seen(signal)) if name and name.startswith(person.name)]
+    if others := [name[len(person.name) :].lstrip(":_ ") for i, name in mine if i not in person.columns.values()]:
+        notes.append(f"not of the set, left out: {_listed(others)}")
+    return names, notes
+
+
+def _seen(signal: Signal) -> list[str]:
+    """The names of points, empty for those that are never seen."""
+    return [name if signal.valid[:, i].any() else "" for i, name in enumerate(signal.names)]
+
+
+def _first(person: Person, names: list[str], points: FloatArray, rounds: int) -> tuple[Solver, FloatArray, list[str]]:
+    """A measured body, the places of its markers, and their names."""
+    gait = [_SPELLINGS.get(name.upper(), name.upper()) for name in names]
+    known = {name for group in MARKERS.values() for name in group}
+    if person.markers.name == "plug_in_gait" and not missing(set(gait)) and set(gait) <= known:
+        if "SACR" in gait:
+            kept = [i for i, name in enumerate(gait) if name not in ("LPSI", "RPSI")]
+            gait, points, names = [gait[i] for i in kept], points[:, kept], [names[i] for i in kept]
+        solver, places, used = conventional_body(gait, points)
+        places, solver = measured(solver, places, rounds)
+        return solver, places, [gait[i] for i in used]
+    solver, places, spread = first_body([person.place(name) for name in names], points)
+    places, solver = measured(solver, places, rounds, spread)
+    return solver, places, names
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")
 
 
 def _gaps(names: list[str], seen: BoolArray, fps: float) -> list[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class Solver:
         The joint that each marker is on.
     guess : tuple of ndarray, shapes (F, 3) and (F, J, 4)
         Roots and local rotations from which each frame may begin.
+    ranges : mapping of str to tuple of float, optional
+        More of what joints resist: by the last word of a joint's name, radians about x, y and z.
     """
 
     skeleton: Skeleton
@@ -51,6 +54,7 @@ class Solver:
     seen: BoolArray
     joints: IntArray
     guess: tuple[FloatArray, FloatArray]
+    ranges: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
     def poses(self, places: FloatArray, prior: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Solve the poses, beginning with the frame that shows most markers, forwards and then backwards.
@@ -86,7 +90,8 @@ class Solver:
     def rest(self) -> tuple[FloatArray, FloatArray]:
         """The rest pose as a prior, so weak that it only decides what no marker does; see ``poses``."""
         frames, joints = len(self.points), len(self.skeleton)
-        ranges = np.array([_RANGES.get(name.rpartition("_")[2], (9.0,) * 3) for name in self.skeleton.names])
+        known = {**_RANGES, **self.ranges}
+        ranges = np.array([known.get(name.rpartition("_")[2], (9.0,) * 3) for name in self.skeleton.names])
         weights = np.broadcast_to((_SKIN / ranges) ** 2, (frames, joints, 3)).copy()
         weights[:, 0] = 0.0
         return rot.identity(frames, joints), weights
@@ -122,7 +127,8 @@ class Solver:
         """The joints whose rotations the markers of their segments determine, ``(F, J)``."""
         known = np.ones((len(self.points), len(self.skeleton)), dtype=np.bool_)
         for joint, name in enumerate(self.skeleton.names):
-            own = self.joints == self.skeleton.index(_SEEN_WITH.get(name, name))
+            other = _SEEN_WITH.get(name, name)
+            own = self.joints == self.skeleton.index(other if other in self.skeleton.names else name)
             needed = min(_NEEDED.get(name, 2), int(own.sum()))
             known[:, joint] = self.seen[:, own].sum(axis=1) >= needed
         return known
@@ -138,7 +144,16 @@ def _bridged(rotations: FloatArray, known: BoolArray, joint: int) -> FloatArray:
     return rot.slerp(rotations[low, joint], rotations[high, joint], share)
 
 
-def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[FloatArray, Solver]:
+def sampled(solver: Solver) -> Solver:
+    """The solver of some frames, spread over the take, from which the body is measured."""
+    chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
+    guess = (solver.guess[0][chosen], solver.guess[1][chosen])
+    return replace(solver, points=solver.points[chosen], seen=solver.seen[chosen], guess=guess)
+
+
+def measured(
+    solver: Solver, places: FloatArray, rounds: int = ROUNDS, spread: FloatArray | float = _PLACE
+) -> tuple[FloatArray, Solver]:
     """Fit bones and the markers' places to the movement of some frames.
 
     Parameters
@@ -148,6 +163,8 @@ def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[
     places : ndarray, shape (M, 3)
         A first estimate of the markers' places in the frames of their joints, metres.
     rounds : int
+    spread : ndarray, shape (M,), or float
+        Metres: standard deviations of the first estimates of places.
 
     Returns
     -------
@@ -155,25 +172,28 @@ def measured(solver: Solver, places: FloatArray, rounds: int = ROUNDS) -> tuple[
     solver : Solver
         With the fitted bones.
     """
-    chosen = np.unique(np.linspace(0, len(solver.points) - 1, _SAMPLES).astype(np.int64))
-    guess = (solver.guess[0][chosen], solver.guess[1][chosen])
-    some = Solver(solver.skeleton, solver.points[chosen], solver.seen[chosen], solver.joints, guess)
+    some = sampled(solver)
     first = (solver.skeleton.offsets, places)
     for _ in range(rounds):
         roots, rotations = some.poses(places, some.rest())
         motion = Motion(some.skeleton, roots, rot.normalize(rotations), 1.0)
-        offsets, places = _refined(some, motion, places, first)
+        offsets, places = _refined(some, motion, places, first, spread)
         some = replace(some, skeleton=replace(some.skeleton, offsets=offsets))
     return places, replace(solver, skeleton=some.skeleton)
 
 
 def _refined(
-    solver: Solver, motion: Motion, places: FloatArray, first: tuple[FloatArray, FloatArray]
+    solver: Solver,
+    motion: Motion,
+    places: FloatArray,
+    first: tuple[FloatArray, FloatArray],
+    spread: FloatArray | float,
 ) -> tuple[FloatArray, FloatArray]:
     """Bones ``(J, 3)`` and places ``(M, 3)`` that fit the markers best in given poses, near a first estimate."""
-    rows, misses = _linear(solver, motion, places)
+    rows, misses = derivatives(solver, motion, places)
     joints, markers = len(solver.skeleton), len(places)
-    held = np.repeat([_CENTRE, _PLACE], [3 * joints, 3 * markers]) ** -2.0
+    deviations = np.concatenate([np.full(joints, _CENTRE), np.broadcast_to(spread, markers)])
+    held = np.repeat(deviations, 3) ** -2.0
     now = np.concatenate([solver.skeleton.offsets.reshape(-1), places.reshape(-1)])
     start = np.concatenate([first[0].reshape(-1), first[1].reshape(-1)])
     noise = _SKIN**2 * len(motion) / _INDEPENDENT
@@ -182,8 +202,23 @@ def _refined(
     return now[: 3 * joints].reshape(-1, 3), now[3 * joints :].reshape(-1, 3)
 
 
-def _linear(solver: Solver, motion: Motion, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The markers' derivatives by bones and places, ``(3 F M, 3 J + 3 M)``, and what they miss, ``(3 F M,)``."""
+def derivatives(solver: Solver, motion: Motion, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How markers move with bones and places, and what they miss, both without the movement of a whole frame.
+
+    Parameters
+    ----------
+    solver : Solver
+    motion : Motion
+        With the solver's skeleton and frames.
+    places : ndarray, shape (M, 3)
+
+    Returns
+    -------
+    rows : ndarray, shape (3 F M, 3 J + 3 M)
+        Derivatives by the offsets of joints and the places of markers.
+    misses : ndarray, shape (3 F M,)
+        Metres.
+    """
     positions, rotations = forward(motion)
     matrices = rot.to_matrix(rotations)
     joints, markers = len(solver.skeleton), len(places)

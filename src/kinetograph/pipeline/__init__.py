@@ -17,9 +17,12 @@ _ROOMS = {
     "Found": "finding",
     "GrowingSettings": "growing",
     "Labelled": "labelling",
+    "Segmented": "segmenting",
     "Smoothing": "performing",
     "couple_of": "labelling",
+    "creating": "libraries",
     "cut_by_hand": "segmenting",
+    "differing_skeletons": "libraries",
     "find_alike": "finding",
     "grow_library": "growing",
     "has_partners": "libraries",
@@ -34,6 +37,7 @@ _ROOMS = {
     "perform_with": "performing",
     "read_rows": "sensing",
     "read_take": "libraries",
+    "read_takes": "libraries",
     "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
     "segment_library": "segmenting",
@@ -50,9 +54,12 @@ __all__ = [
     "Found",
     "GrowingSettings",
     "Labelled",
+    "Segmented",
     "Smoothing",
     "couple_of",
+    "creating",
     "cut_by_hand",
+    "differing_skeletons",
     "find_alike",
     "grow_library",
     "has_partners",
@@ -67,6 +74,7 @@ __all__ = [
     "perform_with",
     "read_rows",
     "read_take",
+    "read_takes",
     "recordings_in",
     "refuse_cuts",
     "segment_library",
@@ -92,7 +100,15 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
-    from kinetograph.pipeline.libraries import has_partners, open_library, read_take, recordings_in
+    from kinetograph.pipeline.libraries import (
+        creating,
+        differing_skeletons,
+        has_partners,
+        open_library,
+        read_take,
+        read_takes,
+        recordings_in,
+    )
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,
@@ -104,6 +120,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,
+        Segmented,
         cut_by_hand,
         refuse_cuts,
         segment_library,

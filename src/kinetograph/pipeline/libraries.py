@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.formats import READERS, ReadOptions, read, with_stances
-from kinetograph.library import Library, contents
+from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
+from kinetograph.library import UNFINISHED, Library, contents, skeletons
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
@@ -31,6 +32,68 @@ def open_library(path: str | Path) -> Library:
                 f"make one with: kinetograph library create LIB {folder}"
             )
     return Library.open(folder)
+
+
+@contextmanager
+def creating(path: str | Path) -> Iterator[Library]:
+    """Make a library to be filled in the block, or go on with one that was not filled to the end.
+
+    Parameters
+    ----------
+    path : str or Path
+        A folder that is new or empty, or of a library that an interrupted block left; it is empty or marked.
+
+    Yields
+    ------
+    Library
+
+    Raises
+    ------
+    LibraryError
+        The folder has a library that is complete, or something else.
+    """
+    marker = Path(path) / UNFINISHED
+    library = Library.open(path) if _unfinished(Path(path)) else Library.create(path)
+    try:
+        marker.touch()
+    except OSError as error:
+        raise LibraryError(f"{path}: cannot make a library here: {error.strerror}") from error
+    yield library
+    marker.unlink(missing_ok=True)
+
+
+def _unfinished(folder: Path) -> bool:
+    try:
+        return (folder / UNFINISHED).exists() or not Library.open(folder).names()
+    except LibraryError:
+        return False
+
+
+def differing_skeletons(library: Library) -> tuple[str, ...]:
+    """Say which takes have different joints, since a method uses recordings of the same joints only.
+
+    Parameters
+    ----------
+    library : Library
+
+    Returns
+    -------
+    tuple of str
+        One line for each track's name whose motions differ.
+    """
+    return tuple(
+        f"{library.path}: the takes' skeletons ({track}) have different joints: "
+        + "; ".join(f"{joints} joints in {_listed(takes)}" for joints, takes in groups)
+        + "; methods use recordings of the same joints only: retarget the others (kinetograph convert --retarget), "
+        "or make a library of each"
+        for track, groups in skeletons(library).items()
+        if len(groups) > 1
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return ", ".join(names[:3]) + more
 
 
 def has_partners(library: Library, target: str | None) -> bool:
@@ -109,15 +172,51 @@ def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = N
     notes : tuple of str
         What was guessed.
     """
+    return _named(read(path, options), path.stem, options, roles)
+
+
+def read_takes(
+    path: Path, options: ReadOptions, roles: dict[str, str] | None = None
+) -> Iterator[tuple[Take, tuple[str, ...]]]:
+    """Read every animation in a file as a take, or the one that is named.
+
+    Parameters
+    ----------
+    path : Path
+    options : ReadOptions
+    roles : dict of str to str, optional
+        Joint names by role, put in place of those that are found.
+
+    Yields
+    ------
+    take : Take
+        Named after the file, and where that has several animations after both: ``"file:animation"``.
+    notes : tuple of str
+        What was guessed.
+    """
     loaded = read(path, options)
-    take = Take(path.stem, loaded.take.tracks, loaded.take.annotations)
+    several = len(loaded.animations) > 1
+    if not several or options.animation is not None:
+        name = f"{path.stem}:{loaded.take.animation}" if several else path.stem
+        yield _named(loaded, name, options, roles)
+        return
+    for animation in loaded.animations:
+        loaded = read(path, replace(options, animation=animation))
+        yield _named(loaded, f"{path.stem}:{animation}", options, roles)
+
+
+def _named(
+    loaded: Loaded, name: str, options: ReadOptions, roles: dict[str, str] | None
+) -> tuple[Take, tuple[str, ...]]:
+    """A take of another name, with roles in place of those found, and what was guessed."""
+    take = replace(loaded.take, name=name)
     if not roles:
         return take, loaded.notes
     tracks = {
-        name: replace(track, skeleton=replace(with_roles(track.skeleton, roles), stance=None))
-        if isinstance(track, Motion)
-        else track
-        for name, track in take.tracks.items()
+        track: replace(what, skeleton=replace(with_roles(what.skeleton, roles), stance=None))
+        if isinstance(what, Motion)
+        else what
+        for track, what in take.tracks.items()
     }
     named = with_stances(replace(loaded, take=replace(take, tracks=tracks)), options.rest)
     return named.take, tuple(dict.fromkeys(named.notes))

@@ -63,6 +63,22 @@ class CutSettings:
             raise RequestError(f"beats are divided or left out, not both; found {self.parts} parts, every {self.every}")
 
 
+@dataclass(frozen=True)
+class Segmented:
+    """How the takes of a library were cut.
+
+    Parameters
+    ----------
+    cuts : dict of str to int
+        Number of cuts by take.
+    uncut : dict of str to str
+        Why a take could not be cut, by take.
+    """
+
+    cuts: dict[str, int]
+    uncut: dict[str, str]
+
+
 def segment_take(take: Take, track: str, by: str, settings: CutSettings | None = None) -> tuple[Annotation, ...]:
     """Cuts and contacts of one motion, and the handholds with the take's other motion.
 
@@ -124,11 +140,11 @@ def segment_library(
     settings: CutSettings | None = None,
     *,
     progress: Progress | None = None,
-) -> dict[str, int]:
+) -> Segmented:
     """Cut every motion of a library and store cuts, contacts and handholds.
 
-    Takes that loop are left as they are where they are cut by footplants: they are cut when they are used, over several
-    cycles.
+    A take that cannot be cut is left as it is, and the others are cut. Takes that loop are left as they are where they
+    are cut by footplants: they are cut when they are used, over several cycles.
 
     Parameters
     ----------
@@ -141,24 +157,44 @@ def segment_library(
 
     Returns
     -------
-    dict of str to int
-        Number of cuts by take.
+    Segmented
+
+    Raises
+    ------
+    RequestError
+        For another word, and where no take can be cut.
     """
+    if by not in CUT_BY:
+        raise RequestError(f"cut by one of {', '.join(CUT_BY)}, examples; found {by!r}")
     names = library.names()
-    counts: dict[str, int] = {}
-    for done, name in enumerate(names):
-        take = library.take(name)
-        counts[name] = 0
-        for track, value in take.tracks.items():
-            if not isinstance(value, Motion) or (by == "footplants" and take.annotated(track, "loop")):
-                continue
-            notes = segment_take(take, track, by, settings)
-            for kind in ("contact", "handhold", "cut"):
-                library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
-            counts[name] += sum(n.kind == "cut" for n in notes)
+    cuts: dict[str, int] = {}
+    uncut: dict[str, str] = {}
+    for done, name in enumerate(names, start=1):
+        try:
+            cuts[name] = _segment(library, name, by, settings)
+        except RequestError as error:
+            uncut[name] = str(error)
         if progress:
-            progress(done + 1, len(names))
-    return counts
+            progress(done, len(names))
+    if uncut and not cuts:
+        name, why = next(iter(uncut.items()))
+        raise RequestError(f"take {name!r}: {why}")
+    return Segmented(cuts, uncut)
+
+
+def _segment(library: Library, name: str, by: str, settings: CutSettings | None) -> int:
+    """Cut the motions of one take, all or none; the number of cuts."""
+    take = library.take(name)
+    tracks = [
+        track
+        for track, value in take.tracks.items()
+        if isinstance(value, Motion) and not (by == "footplants" and take.annotated(track, "loop"))
+    ]
+    found = {track: segment_take(take, track, by, settings) for track in tracks}
+    for track, notes in found.items():
+        for kind in ("contact", "handhold", "cut"):
+            library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
+    return sum(note.kind == "cut" for notes in found.values() for note in notes)
 
 
 def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:

@@ -215,8 +215,8 @@ def add_recording(room: Room, name: str) -> tuple[str, ...]:
     ----------
     room : Room
     name : str
-        Of a motion file. Its take is named after it, with its suffix where another file's take has the name; a file
-        that is there already is left as it is.
+        Of a motion file. Its take is named after it, with its suffix where another file's take has the name, and of
+        several animations each is a take, ``file:animation``; a file that is there already is left as it is.
 
     Returns
     -------
@@ -229,22 +229,25 @@ def add_recording(room: Room, name: str) -> tuple[str, ...]:
         For a file that is no motion.
     """
     from kinetograph.formats import ReadOptions
-    from kinetograph.pipeline import read_take
+    from kinetograph.pipeline import read_takes
 
     path = room.file(name)
-    take, notes = read_take(path, ReadOptions())
-    if not any(isinstance(track, Motion) for track in take.tracks.values()):
-        raise RequestError(f"{name}: expected a motion, found only {', '.join(take.tracks)}; it is no recording")
+    read = list(read_takes(path, ReadOptions()))
+    tracks = [track for take, _ in read for track in take.tracks.values()]
+    if not any(isinstance(track, Motion) for track in tracks):
+        raise RequestError(f"{name}: expected a motion, found only {', '.join(read[0][0].tracks)}; it is no recording")
     with _ADDING:
         folder = room.folder / RECORDINGS
         library = Library.open(folder) if folder.exists() else Library.create(folder)
         known = labels(library)
         if any((SOURCE, name) in notes for notes in known.values()):
             return ()
-        source = Annotation(next(iter(take.tracks)), SOURCE, name, 0.0, 0.0)
-        kept = name if take.name in known else take.name
-        library.add(Take(kept, take.tracks, (*take.annotations, source)))
-    return tuple(f"{name}: {note}" for note in notes)
+        for take, _ in read:
+            source = Annotation(next(iter(take.tracks)), SOURCE, name, 0.0, 0.0)
+            kept = take.name.replace(path.stem, name, 1) if take.name in known else take.name
+            library.add(Take(kept, take.tracks, (*take.annotations, source)))
+    said = dict.fromkeys(note for _, notes in read for note in notes)
+    return tuple(f"{name}: {note}" for note in said)
 
 
 def with_recordings(project: Project) -> Project:

@@ -15,11 +15,12 @@ from kinetograph.formats.ancestors import placed_joints, with_ancestors
 from kinetograph.formats.bvh.stamp import stamped
 from kinetograph.formats.conventions import check_up, scale_motion, to_up, unit_factor
 from kinetograph.formats.options import WriteOptions
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, cut
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
 
+_BLOCK = 4096  # frames that are written together
 ANGLE_DECIMALS = 7  # 1e-9 rad: far below a micrometre at the end of an arm
 
 
@@ -52,18 +53,28 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
         raise RequestError(f"Euler order must name x, y and z once each, as in 'zxy', found {options.order!r}")
     factor = 1.0 / unit_factor(options.units)
     up = check_up(options.up)
-    motions = [to_up(scale_motion(motion, factor), up) for motion in _motions(what)]
+    given = _motions(what)
+    motions = [to_up(scale_motion(cut(motion, 0, 1), factor), up) for motion in given]
     decimals = max(3, 7 + int(np.ceil(np.log10(1.0 / factor))))
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:
         file.write("HIERARCHY\n")
         for motion in motions:
             file.writelines(f"{line}\n" for line in hierarchy(motion, options.order, decimals))
         step = stamped(motions[0].fps, options.units, up)
-        file.write(f"MOTION\nFrames: {len(motions[0])}\nFrame Time: {step}\n")
-        columns = [_columns(motion, options.order) for motion in motions]
-        formats = [f"%.{decimals}f" if placed else f"%.{ANGLE_DECIMALS}f" for _, kinds in columns for placed in kinds]
-        values = np.concatenate([values for values, _ in columns], axis=1)
-        np.savetxt(file, np.where(np.abs(values) < 0.5 * 10.0**-ANGLE_DECIMALS, 0.0, values), fmt=" ".join(formats))
+        file.write(f"MOTION\nFrames: {len(given[0])}\nFrame Time: {step}\n")
+        before: list[FloatArray | None] = [None] * len(given)
+        for first in range(0, len(given[0]), _BLOCK):
+            block = [cut(motion, first, min(first + _BLOCK, len(motion))) for motion in given]
+            columns = [
+                _columns(to_up(scale_motion(motion, factor), up), options.order, last)
+                for motion, last in zip(block, before, strict=True)
+            ]
+            before = [angles for _, _, angles in columns]
+            placed = [each for _, kinds, _ in columns for each in kinds]
+            formats = [f"%.{decimals}f" if each else f"%.{ANGLE_DECIMALS}f" for each in placed]
+            values = np.concatenate([values for values, _, _ in columns], axis=1)
+            small = np.abs(values) < 0.5 * 10.0**-ANGLE_DECIMALS
+            np.savetxt(file, np.where(small, 0.0, values), fmt=" ".join(formats))
 
 
 def _motions(what: Take | Motion | Signal) -> list[Motion]:
@@ -112,12 +123,18 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         todo.extend((child, depth + 1) for child in reversed(children))
 
 
-def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
-    """Channels, shape ``(F, C)``, joints depth-first, and for each whether it is a position."""
+def _columns(motion: Motion, order: str, before: FloatArray | None = None) -> tuple[FloatArray, list[bool], FloatArray]:
+    """Channels, shape ``(F, C)``, joints depth-first, whether each is a position, and the last angles.
+
+    before: the angles ``(2, J, 3)`` in radians of the frame before the first, and their whole revolutions.
+    """
     placed = placed_joints(with_ancestors(motion), len(motion.skeleton.ancestors))
     motion = with_ancestors(motion)
     # unwrapped, as importers that interpolate angles would spin between two frames
-    angles = np.degrees(np.unwrap(rot.to_euler(motion.rotations, order), axis=0))
+    raw = rot.to_euler(motion.rotations, order)
+    first, whole = (raw[:1], 0.0) if before is None else (before[:1], before[1])
+    turned = np.unwrap(np.concatenate([first, raw]), axis=0)[1:] + whole
+    angles = np.degrees(turned)
     blocks, kinds = [], []
     for joint in depth_first(motion.skeleton):
         if placed[joint]:
@@ -125,7 +142,7 @@ def _columns(motion: Motion, order: str) -> tuple[FloatArray, list[bool]]:
             kinds += [True] * 3
         blocks.append(angles[:, joint])
         kinds += [False] * 3
-    return np.concatenate(blocks, axis=1), kinds
+    return np.concatenate(blocks, axis=1), kinds, np.stack([raw[-1], turned[-1] - raw[-1]])
 
 
 def depth_first(skeleton: Skeleton) -> Iterator[int]:

@@ -71,7 +71,8 @@ def _points(
     real = scale < 0
     width = 4 if real else 2
     row = (4 * count + parameters.analog) * width
-    start = (int(parameters.number("POINT", "DATA_START", parameters.data_block)) - 1) * _BLOCK
+    start = (int(parameters.number("POINT", "DATA_START", 0)) or parameters.data_block) - 1
+    start *= _BLOCK  # some programs write 0 into the parameter
     if count <= 0 or frames <= 0 or start < _BLOCK or not np.isfinite(scale):
         raise FormatError(path, f"expected markers and frames, found {count} markers in {frames} frames")
     present = max(len(data) - start, 0) // row
@@ -82,11 +83,11 @@ def _points(
         notes.append(f"{message}: took {present} frames")
         frames = present
     raw = np.frombuffer(data, np.uint8, frames * row, start).reshape(frames, row)[:, : 4 * count * width]
-    return _numbers(path, raw, count, scale, parameters.processor)
+    return _numbers(path, raw, count, scale, parameters.processor, notes)
 
 
 def _numbers(
-    path: Path, raw: npt.NDArray[np.uint8], count: int, scale: float, processor: int
+    path: Path, raw: npt.NDArray[np.uint8], count: int, scale: float, processor: int, notes: list[str]
 ) -> tuple[FloatArray, BoolArray]:
     frames = len(raw)
     if scale < 0:
@@ -98,6 +99,10 @@ def _numbers(
         values, flags = whole[..., :3] * scale, whole[..., 3]
     with np.errstate(invalid="ignore"):
         valid: BoolArray = (flags >= 0) & np.all(np.abs(values) < _LARGEST, axis=-1)
+    nowhere = valid & ~values.any(axis=-1)
+    if nowhere.any():
+        notes.append(f"{nowhere.any(axis=0).sum()} markers are at the very origin at times: taken as not seen there")
+        valid = valid & ~nowhere
     if not valid.any():
         raise FormatError(path, "expected markers somewhere, found none in any frame")
     return np.where(valid[..., None], values, 0.0), valid

@@ -1,26 +1,19 @@
-"""The nodes of an FBX scene: their properties, curves and local transforms."""
+"""The nodes of an FBX scene: their properties and local transforms."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import FormatError
-from kinetograph.formats.fbx.nodes import Node
-from kinetograph.formats.fbx.times import TICKS
+from kinetograph.formats.fbx.curves import LARGEST
+from kinetograph.formats.fbx.layers import Channel, animated
+from kinetograph.formats.fbx.objects import Properties
+from kinetograph.formats.inheritance import COMPONENTWISE, FULL, UNSCALED
 
-LARGEST = 1e12
-"""Numbers beyond this are damage."""
-
-_ORDERS = ("zyx", "yzx", "xzy", "zxy", "yxz", "xyz")  # of RotationOrder 0 to 5, the outermost rotation first
-
-Properties = dict[str, list[Any]]
-Curve = tuple[FloatArray, FloatArray]
+_ORDERS = ("zyx", "yzx", "xzy", "zxy", "yxz", "xyz", "zyx")  # of RotationOrder 0 to 6, the outermost rotation first
 
 
 @dataclass
@@ -35,15 +28,15 @@ class Model:
     properties : dict of str to list
     parent : int
         Its parent among the models, -1 at the top.
-    curves : dict of (str, int) to tuple of ndarray
-        Times and values by what they move, ``"translation"``, ``"rotation"`` or ``"scale"``, and axis.
+    channels : dict of str to list of Channel
+        What moves it, from the lowest layer up, by the property that it moves, ``"Lcl Rotation"``, ...
     """
 
     name: str
     kind: str
     properties: Properties
     parent: int
-    curves: dict[tuple[str, int], Curve]
+    channels: dict[str, list[Channel]]
 
     def vector(self, key: str, default: float = 0.0) -> FloatArray:
         """A property of three numbers."""
@@ -51,34 +44,47 @@ class Model:
         good = len(values) == 3 and all(isinstance(v, int | float) and abs(v) < LARGEST for v in values)
         return np.array(values, dtype=np.float64) if good else np.full(3, default)
 
-    def flag(self, key: str) -> int:
-        """A property of one whole number, 0 where there is none."""
-        values = self.properties.get(key, [0])
-        return int(values[0]) if values and isinstance(values[0], int | float) and abs(values[0]) < LARGEST else 0
+    def flag(self, key: str, default: int = 0) -> int:
+        """A property of one whole number."""
+        values = self.properties.get(key, [default])
+        good = values and isinstance(values[0], int | float) and abs(values[0]) < LARGEST
+        return int(values[0]) if good else default
+
+    @property
+    def moves(self) -> bool:
+        """Whether a curve moves it."""
+        return any(curve is not None for part in self.channels.values() for channel in part for curve in channel.curves)
+
+    @property
+    def inherits(self) -> int:
+        """How it inherits its parent's scale."""
+        mode = self.flag("InheritType", FULL)
+        return mode if mode in (COMPONENTWISE, UNSCALED) else FULL
+
+    @property
+    def order(self) -> str:
+        """The order of its Euler angles, the outermost rotation first."""
+        order = self.flag("RotationOrder")
+        return _ORDERS[order] if self.free and 0 <= order < len(_ORDERS) else _ORDERS[0]
+
+    @property
+    def free(self) -> bool:
+        """Whether its order and its rotations before and after count."""
+        return bool(self.flag("RotationActive")) and not self.flag("RotationSpaceForLimitOnly")
 
 
-def parse_curve(path: Path, node: Node) -> Curve:
-    """Times in seconds and values of an AnimationCurve. Raises FormatError."""
-    keys, values = node.child("KeyTime"), node.child("KeyValueFloat")
-    arrays = [part.values[0] for part in (keys, values) if part and part.values]
-    if len(arrays) != 2 or not all(isinstance(a, np.ndarray) for a in arrays) or len(arrays[0]) != len(arrays[1]):
-        raise FormatError(path, "expected an animation curve to have as many times as values")
-    times, numbers = arrays[0].astype(np.float64) / TICKS, arrays[1].astype(np.float64)
-    if len(times) == 0 or np.any(np.diff(times) <= 0) or np.abs(times).max() > 1e6:
-        raise FormatError(path, "expected the times of an animation curve to increase")
-    if not (np.isfinite(numbers).all() and np.abs(numbers).max() < LARGEST):
-        raise FormatError(path, "expected finite numbers in an animation curve")
-    return times, numbers
-
-
-def local_transforms(model: Model, times: FloatArray | None) -> tuple[FloatArray, FloatArray, FloatArray]:
+def local_transforms(
+    model: Model, times: FloatArray | None, zero: bool = False
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The local transforms of a model.
 
     Parameters
     ----------
     model : Model
     times : ndarray, shape (F,), or None
-        Seconds; ``None`` gives one frame with the pose without animation, its rotation zero.
+        Seconds; ``None`` gives one frame with the pose without animation.
+    zero : bool
+        Whether the angles of that pose are zero.
 
     Returns
     -------
@@ -86,13 +92,12 @@ def local_transforms(model: Model, times: FloatArray | None) -> tuple[FloatArray
     rotations : ndarray, shape (F, 4)
     scales : ndarray, shape (F, 3)
     """
-    shift = _animated(model, "translation", model.vector("Lcl Translation"), times)
-    scale = _animated(model, "scale", model.vector("Lcl Scaling", 1.0), times)
-    angles = _animated(model, "rotation", np.zeros(3) if times is None else model.vector("Lcl Rotation"), times)
-    active = model.flag("RotationActive")
-    order = _ORDERS[model.flag("RotationOrder") % 6] if active else "zyx"
+    order = model.order
+    shift, angles, scale = (_property(model, key, order, times) for key in ("Translation", "Rotation", "Scaling"))
+    if zero:
+        angles = np.zeros_like(angles)
     rotation = rot.from_euler(np.radians(angles)[:, ["xyz".index(axis) for axis in order]], order)
-    if active:
+    if model.free:
         before, after = (_fixed(model.vector(key)) for key in ("PreRotation", "PostRotation"))
         rotation = rot.multiply(rot.multiply(before, rotation), rot.conjugate(after))
     pivot, scale_pivot = model.vector("RotationPivot"), model.vector("ScalingPivot")
@@ -100,14 +105,13 @@ def local_transforms(model: Model, times: FloatArray | None) -> tuple[FloatArray
     return shift + model.vector("RotationOffset") + pivot + rot.rotate(rotation, inside), rotation, scale
 
 
+def _property(model: Model, key: str, order: str, times: FloatArray | None) -> FloatArray:
+    name = f"Lcl {key}"
+    still = model.vector(name, 1.0 if key == "Scaling" else 0.0)
+    if times is None:
+        return still[None]
+    return animated(model.channels.get(name, []), name, order, still, times)
+
+
 def _fixed(degrees: FloatArray) -> FloatArray:
     return rot.from_euler(np.radians(degrees)[::-1], "zyx")
-
-
-def _animated(model: Model, what: str, still: FloatArray, times: FloatArray | None) -> FloatArray:
-    out = np.tile(still, (1 if times is None else len(times), 1))
-    for axis in range(3):
-        if times is not None and (what, axis) in model.curves:
-            keys, values = model.curves[what, axis]
-            out[:, axis] = np.interp(times, keys, values)
-    return out

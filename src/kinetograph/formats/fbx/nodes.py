@@ -16,21 +16,27 @@ from kinetograph.errors import FormatError
 
 MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 VERSION = 7400
+VERSIONS = (6000, 9000)
+"""The first version that is read, and the first that is not."""
+
+DEEPEST = 64
+"""Nodes within nodes that a file may have."""
+
+MOST_NODES = 2_000_000
 _FILE_ID = bytes.fromhex("28b32aebb624ccc2bfc8b02aa92bfcf1")
 _FOOTER = bytes.fromhex("fabcab09d0c8d466b176fb831cf7267e")
 _LAST = bytes.fromhex("f85a8c6adef5d97eece90ce3758f290b")
-_SCALARS = {b"Y": "<h", b"C": "<?", b"B": "<?", b"I": "<i", b"F": "<f", b"D": "<d", b"L": "<q"}
-_ARRAYS = {b"f": "<f4", b"d": "<f8", b"l": "<i8", b"i": "<i4", b"b": "u1", b"c": "u1"}
+_SCALARS = {b"Y": "h", b"C": "B", b"B": "B", b"I": "i", b"F": "f", b"D": "d", b"L": "q", b"Z": "b"}
+_ARRAYS = {b"f": "f4", b"d": "f8", b"l": "i8", b"i": "i4", b"b": "u1", b"c": "u1"}
+_LONG = 64  # scalars of one kind from here on are an array: files before version 7000 have no others
 _WRITTEN = {"<f4": b"f", "<f8": b"d", "<i8": b"l", "<i4": b"i"}
-_DEEPEST = 64
-_MOST_NODES = 2_000_000
 _ROOM = 16 * 2**20  # bytes that arrays may unpack to, whatever the file's size ...
 _SWELL = 8  # ... and times the file's size
 
 Value = Any
 
 
-@dataclass
+@dataclass(slots=True)
 class Node:
     """A node.
 
@@ -54,15 +60,31 @@ class Node:
         """The children of a name."""
         return (node for node in self.children if node.name == name)
 
+    def numbers(self, name: str) -> npt.NDArray[Any] | None:
+        """The numbers of the first child of a name, an array or one after the other; ``None`` where it has others."""
+        values = node.values if (node := self.child(name)) else []
+        if len(values) == 1 and isinstance(values[0], np.ndarray):
+            return values[0]
+        good = values and all(isinstance(value, int | float) for value in values)
+        out = np.array(values) if good else None
+        return out if out is not None and out.dtype.kind in "if" else None
 
-def parse(path: Path) -> Node:
-    """The nodes of a binary FBX 7 file, below a node without a name. Raises FormatError."""
-    data = path.read_bytes()
-    if data[:18] == b"; FBX 7.4.0 projec" or data.lstrip()[:5] == b"; FBX":
-        raise FormatError(path, "this is an FBX file in text; only binary FBX is read: export it as binary")
-    if not data.startswith(MAGIC) or len(data) < 27:
-        raise FormatError(path, "expected a binary FBX file, found other bytes")
+    def text(self) -> str:
+        """The first value where it is a string, or else nothing."""
+        return self.values[0] if self.values and isinstance(self.values[0], str) else ""
+
+
+def parse(path: Path, data: bytes) -> Node:
+    """The nodes of a binary file, below a node without a name. Raises FormatError."""
     return _Parser(path, data).run()
+
+
+def check_version(path: Path, version: int) -> int:
+    """``version`` itself. Raises FormatError unless it is one that is read."""
+    if not VERSIONS[0] <= version < VERSIONS[1]:
+        wanted = f"expected FBX version {VERSIONS[0]} to {VERSIONS[1] - 1}, found {version}"
+        raise FormatError(path, f"{wanted}: convert it with Autodesk's FBX Converter")
+    return version
 
 
 class _Parser:
@@ -70,10 +92,10 @@ class _Parser:
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data
-        (version,) = struct.unpack_from("<I", data, 23)
-        if not 7000 <= version < 8000:
-            raise FormatError(path, f"expected FBX version 7000 to 7999, found {version}")
-        self.head = struct.Struct("<3QB" if version >= 7500 else "<3IB")
+        self.order = ">" if data[22] else "<"
+        version = check_version(path, struct.unpack_from(f"{self.order}I", data, 23)[0])
+        self.head = struct.Struct(f"{self.order}3QB" if version >= 7500 else f"{self.order}3IB")
+        self.scalars = {kind: struct.Struct(self.order + code) for kind, code in _SCALARS.items()}
         self.room = _ROOM + _SWELL * len(data)
         self.nodes = 0
 
@@ -94,7 +116,7 @@ class _Parser:
                 continue
             start = position + self.head.size + name_size
             self.nodes += 1
-            if not start + size <= end <= stop or len(stack) > _DEEPEST or self.nodes > _MOST_NODES:
+            if not start + size <= end <= stop or len(stack) > DEEPEST or self.nodes > MOST_NODES:
                 raise self.error(f"node {self.nodes} at byte {position} leads outside; is the file damaged?")
             node = Node(self.data[start - name_size : start].decode("ascii", "replace"))
             node.values = self.properties(start, start + size, count)
@@ -113,6 +135,13 @@ class _Parser:
         values: list[Value] = []
         if count > stop - position:
             raise self.error(f"{count} properties in {stop - position} bytes")
+        kind = self.data[position : position + 1]
+        if count >= _LONG and kind in _SCALARS:
+            rows = np.dtype([("kind", "S1"), ("value", self.order + _SCALARS[kind])])
+            if stop - position == count * rows.itemsize:
+                table = np.frombuffer(self.data, rows, count, position)
+                if (table["kind"] == kind).all():
+                    return [np.ascontiguousarray(table["value"])]
         for _ in range(count):
             value, position = self.property(position, stop)
             values.append(value)
@@ -120,22 +149,23 @@ class _Parser:
 
     def property(self, position: int, stop: int) -> tuple[Value, int]:
         kind, position = self.data[position : position + 1], position + 1
-        if kind in _SCALARS:
-            size = struct.calcsize(_SCALARS[kind])
-            self.need(position + size, stop)
-            return struct.unpack_from(_SCALARS[kind], self.data, position)[0], position + size
+        if kind in self.scalars:
+            scalar = self.scalars[kind]
+            self.need(position + scalar.size, stop)
+            (value,) = scalar.unpack_from(self.data, position)
+            return (_character(value) if kind in b"CB" else value), position + scalar.size
         if kind in (b"S", b"R"):
             self.need(position + 4, stop)
-            (size,) = struct.unpack_from("<I", self.data, position)
+            (size,) = struct.unpack_from(f"{self.order}I", self.data, position)
             self.need(position + 4 + size, stop)
             raw = self.data[position + 4 : position + 4 + size]
             return raw.decode("utf-8", "replace") if kind == b"S" else raw, position + 4 + size
         if kind in _ARRAYS:
             self.need(position + 12, stop)
-            length, packed, size = struct.unpack_from("<3I", self.data, position)
+            length, packed, size = struct.unpack_from(f"{self.order}3I", self.data, position)
             self.need(position + 12 + size, stop)
             raw = self.data[position + 12 : position + 12 + size]
-            return self.array(raw, length, packed, np.dtype(_ARRAYS[kind])), position + 12 + size
+            return self.array(raw, length, packed, np.dtype(self.order + _ARRAYS[kind])), position + 12 + size
         raise self.error(f"a property of unknown kind {kind!r}")
 
     def array(self, raw: bytes, length: int, packed: int, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
@@ -158,6 +188,10 @@ class _Parser:
 
     def error(self, message: str) -> FormatError:
         return FormatError(self.path, message)
+
+
+def _character(value: int) -> bool | str:
+    return bool(value) if value < 2 else chr(value)
 
 
 # ---- writing ----

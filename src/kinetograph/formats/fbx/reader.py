@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,19 +10,18 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import scene as scenes
-from kinetograph.formats.conventions import UPS, scale_motion, to_metres_y_up
-from kinetograph.formats.fbx.nodes import parse
+from kinetograph.formats.conventions import rotate_world, scale_motion, to_metres_y_up
+from kinetograph.formats.fbx.axes import upright
+from kinetograph.formats.fbx.document import read_document
 from kinetograph.formats.fbx.scene import Scene
 from kinetograph.formats.fbx.times import rate_of_keys
 from kinetograph.formats.options import Loaded, ReadOptions
 from kinetograph.formats.timing import check_fps
 from kinetograph.take import Take
 
-_LIMBS = ("LimbNode", "Limb", "Root", "Effector")
-
 
 def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
-    """Read a binary FBX file as a take in metres, Y up, with one motion per skeleton.
+    """Read an FBX file, binary or in text, as a take in metres, Y up, with one motion per skeleton.
 
     Parameters
     ----------
@@ -36,42 +36,52 @@ def read(path: str | Path, options: ReadOptions | None = None) -> Loaded:
     Raises
     ------
     FormatError
-        The file is not binary FBX 7, is damaged, or has no joints.
+        The file is not FBX of version 6 or later, is damaged, or has no joints.
+    RequestError
+        It has no animation of the name in ``options``.
 
     Notes
     -----
-    Joints are the limb nodes, or else the nodes that move. Their rest pose is the bind pose that the file gives, or
-    else the pose with all rotations zero. Of several layers of animation the one with the most curves is read, linearly
-    between its keys.
+    Joints are the limb nodes and what skins are bound to, or else the nodes that move. Their rest pose is the bind pose
+    that the file gives, or else the pose with all rotations zero. The layers of an animation are combined by their
+    modes and weights.
     """
     path = Path(path)
     options = options or ReadOptions()
-    document = parse(path)
-    scene = Scene(path, document)
+    scene = Scene(path, read_document(path), options.animation)
     notes = scene.notes
-    joints = [i for i, m in enumerate(scene.models) if m.kind in _LIMBS]
-    joints = joints or [i for i, m in enumerate(scene.models) if m.curves]
+    joints = scene.joints()
     if not joints:
         raise FormatError(path, "expected a skeleton or nodes that move, found neither")
     times, fps = _times(path, scene, options.fps)
     nodes = scene.nodes(times)
     bind = scene.bind(nodes.names)
-    motions = scenes.motions(nodes, joints, bind, fps)
+    motions = scenes.motions(nodes, joints, bind, fps, scene.rest(nodes.names))
     units = options.units
     if units is None:
-        factor = 0.01 * scene.setting("UnitScaleFactor", 1.0)
+        factor = 0.01 * (abs(scene.setting("UnitScaleFactor", 1.0)) or 1.0)
         motions, units = [scale_motion(motion, factor) for motion in motions], "metre"
-    up = options.up or UPS[int(scene.setting("UpAxis", 1.0)) % 3]
-    converted = to_metres_y_up(motions, units, up, options.keep)
-    tracks = converted.tracks([motion.skeleton.names[0] for motion in motions], notes)
-    return Loaded(Take(path.stem, tracks), (*notes, *converted.notes))
+    if options.up is None:
+        rotation = upright(scene)
+        motions = [rotate_world(motion, rotation) for motion in motions] if abs(rotation[0]) < 1.0 else motions
+    keep = replace(options.keep, shared=len(scene.animations) > 1)
+    converted = to_metres_y_up(motions, units, options.up or "y", keep)
+    tracks = converted.tracks([_name(nodes, motion.skeleton.names[0]) for motion in motions], notes)
+    take = Take(path.stem, tracks, animation=scene.animation)
+    return Loaded(take, (*notes, *converted.notes), scene.animations)
+
+
+def _name(nodes: scenes.Nodes, root: str) -> str:
+    """What a body is called: the node above its root, which holds the name in files of this package, or the root."""
+    above = int(nodes.parents[nodes.names.index(root)])
+    return nodes.names[above] if above >= 0 else root
 
 
 def _times(path: Path, scene: Scene, given: float | None) -> tuple[FloatArray, float]:
     """The times to sample at, and their rate."""
     if given is not None:
         check_fps(path, given)
-    keys = [times for model in scene.models for times, _ in model.curves.values() if len(times) > 1]
+    keys = [curve.times for curve in scene.curves() if len(curve.times) > 1]
     start = min((float(times[0]) for times in keys), default=0.0)
     stop = max((float(times[-1]) for times in keys), default=0.0)
     fps = given or _rate(scene, keys)

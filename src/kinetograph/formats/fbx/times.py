@@ -9,12 +9,18 @@ from kinetograph.arrays import FloatArray
 TICKS = 46_186_158_000
 """Units of FBX time in a second."""
 
-TIME_MODES = {1: 120.0, 2: 100.0, 3: 60.0, 4: 50.0, 5: 48.0, 6: 30.0, 7: 30.0, 8: 30 / 1.001, 9: 30 / 1.001, 10: 25.0}
-TIME_MODES |= {11: 24.0, 12: 1000.0, 13: 24 / 1.001, 15: 96.0, 16: 72.0, 17: 60 / 1.001, 18: 120 / 1.001}
+NEW_TICKS = 141_120_000
+"""Units of time in a second in files that say so."""
+
+TIME_MODES = {1: 120.0, 2: 100.0, 3: 60.0, 4: 50.0, 5: 48.0, 6: 30.0, 7: 30.0, 10: 25.0, 11: 24.0, 12: 1000.0}
+TIME_MODES |= {8: 30_000 / 1001, 9: 30_000 / 1001, 13: 24_000 / 1001, 15: 96.0, 16: 72.0, 17: 60_000 / 1001}
+TIME_MODES |= {18: 120_000 / 1001}
 """Frames per second by the number of GlobalSettings' TimeMode."""
 
 CUSTOM_MODE = 14
 """The TimeMode whose rate is CustomFrameRate."""
+
+_FEWEST = 10.0  # keys per second that record a motion; fewer were set by hand
 
 
 def rate_of_keys(keys: list[FloatArray], mode: int, custom: float) -> tuple[float, list[str]]:
@@ -40,6 +46,8 @@ def rate_of_keys(keys: list[FloatArray], mode: int, custom: float) -> tuple[floa
     if len(steps) == 0 or np.ptp(steps) >= 0.02 * np.median(steps):
         return stated, [f"keys are not evenly spaced: sampled at {stated:g} frames per second"]
     measured = 1.0 / float(np.median(steps))
+    if measured < min(_FEWEST, 0.99 * stated):
+        return stated, [f"keys are {1 / measured:.2g} s apart: sampled at {stated:g} frames per second"]
     near = [rate for rate in (stated, *TIME_MODES.values()) if abs(rate / measured - 1) < 5e-4]
     fps = near[0] if near else measured
     same = bool(near) and near[0] == stated

@@ -8,46 +8,61 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.formats import scene
-from kinetograph.formats.gltf.buffers import Gltf, Json
+from kinetograph.formats.animations import choose, labels, title
+from kinetograph.formats.gltf.buffers import Gltf
+from kinetograph.formats.gltf.structure import Animation, Sampler
 from kinetograph.formats.timing import check_fps
 
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 """What a channel moves, and how many numbers each key has."""
 
 _RATES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
+_SPARSE, _LEAST = 12.0, 30.0  # frames per second: keys of fewer are not frames, and are sampled at this rate at least
 
 
-def first_animation(gltf: Gltf, notes: list[str]) -> Json:
-    """The first animation, empty where there is none; ``notes`` gets a line where there is not exactly one."""
-    animations = gltf.objects("animations")
-    if not animations:
+def chosen_animation(gltf: Gltf, wanted: str | None, notes: list[str]) -> tuple[Animation, str, tuple[str, ...]]:
+    """The animation that is wanted, what it is called, and what all are called; an empty one where the file has none.
+
+    Parameters
+    ----------
+    gltf : Gltf
+    wanted : str or None
+        A name or a number; the first one unless given.
+    notes : list of str
+        Gets a line where there is not exactly one and none is wanted.
+
+    Raises
+    ------
+    RequestError
+        There is no such animation.
+    """
+    animations = gltf.document.animations
+    known = labels([animation.name for animation in animations])
+    if not animations and wanted is None:
         notes.append("the file has no animation: read its pose")
-        return {}
-    if len(animations) > 1:
-        others = ", ".join(repr(str(a.get("name", "")))[:40] for a in animations[1:6])
-        notes.append(f"{len(animations)} animations: read the first one, not {others}")
-    return animations[0]
+        return Animation(), "", ()
+    chosen = choose(gltf.path, known, wanted, notes)
+    return animations[chosen], title(known, chosen, animations[chosen].name), known
 
 
-def channels(gltf: Gltf, animation: Json) -> list[tuple[int, str, Json]]:
+def channels(gltf: Gltf, animation: Animation) -> list[tuple[int, str, Sampler]]:
     """Node, path and sampler of each channel of an animation."""
-    samplers = gltf.list_of(animation, "samplers")
     out = []
-    for channel in gltf.list_of(animation, "channels"):
-        target = channel.get("target")
-        if isinstance(target, dict) and target.get("path") in PATHS and "node" in target:
-            node = gltf.index(target, "node", len(gltf.objects("nodes")))
-            out.append((node, str(target["path"]), samplers[gltf.index(channel, "sampler", len(samplers))]))
+    for channel in animation.channels:
+        node = channel.target.node
+        if channel.target.path in PATHS and node is not None:
+            gltf.pick(gltf.document.nodes, node, "node")
+            out.append((node, channel.target.path, gltf.pick(animation.samplers, channel.sampler, "sampler")))
     return out
 
 
-def sample_times(gltf: Gltf, animation: Json, given: float | None, notes: list[str]) -> tuple[FloatArray, float]:
+def sample_times(gltf: Gltf, animation: Animation, given: float | None, notes: list[str]) -> tuple[FloatArray, float]:
     """The times to sample at, and their rate.
 
     Parameters
     ----------
     gltf : Gltf
-    animation : dict
+    animation : Animation
     given : float or None
         The rate; without it, the rate noted in the file, or that of the keys.
     notes : list of str
@@ -66,34 +81,44 @@ def sample_times(gltf: Gltf, animation: Json, given: float | None, notes: list[s
     """
     if given is not None:
         check_fps(gltf.path, given)
-    accessors = len(gltf.objects("accessors"))
-    inputs = {gltf.index(sampler, "input", accessors) for *_, sampler in channels(gltf, animation)}
+    inputs = {sampler.input for *_, sampler in channels(gltf, animation)}
     keys = {index: gltf.accessor(index)[:, 0] for index in inputs}
     for times in keys.values():
         if len(times) == 0 or np.any(np.diff(times) <= 0) or abs(times[0]) > 1e6 or abs(times[-1]) > 1e6:
             raise FormatError(gltf.path, "expected the times of an animation to increase")
     start = min((float(times[0]) for times in keys.values()), default=0.0)
     stop = max((float(times[-1]) for times in keys.values()), default=0.0)
-    noted = [e.get("fps") for node in gltf.objects("nodes") if isinstance(e := node.get("extras"), dict)]
-    fps = given or next((float(f) for f in noted if isinstance(f, int | float) and 0 < f < 1e5), None)
+    noted = [node.noted.fps for node in gltf.document.nodes]
+    fps = given or max((rate for rate in noted if rate is not None and 0 < rate < 1e5), default=None)
     if fps is None:
-        longest = max(keys.values(), key=len, default=np.zeros(1))
-        step = float(np.median(np.diff(longest))) if len(longest) > 1 else 1 / 30
-        fps = next((rate for rate in _RATES if abs(rate * step - 1) < 1e-3), 1.0 / step)
-        notes.append(f"rate not given: {fps:g} frames per second, the rate of the keys")
+        fps = _rate_of_keys(max(keys.values(), key=len, default=np.zeros(1)), notes)
     count = (stop - start) * fps
-    if not count * len(gltf.objects("nodes")) <= scene.most_values(gltf.size):
+    if not count * len(gltf.document.nodes) <= scene.most_values(gltf.size):
         raise FormatError(gltf.path, f"{stop - start:g} s at {fps:g} frames per second are too many; give --fps")
     return start + np.arange(round(count) + 1) / fps, fps
 
 
-def sampled(gltf: Gltf, sampler: Json, what: str, times: FloatArray) -> FloatArray:
+def _rate_of_keys(times: FloatArray, notes: list[str]) -> float:
+    """The rate of the densest keys; where those are few, as in keyframe animation, a multiple of it."""
+    if len(times) < 2:
+        return _LEAST
+    step = float(np.median(np.diff(times)))
+    fps = next((rate for rate in _RATES if abs(rate * step - 1) < 1e-3), 1.0 / step)
+    if fps < _SPARSE:
+        fps *= np.ceil(_LEAST / fps - 1e-6)
+        notes.append(f"rate not given: {fps:g} frames per second, as keys are only every {step:.2g} s")
+    else:
+        notes.append(f"rate not given: {fps:g} frames per second, the rate of the keys")
+    return float(fps)
+
+
+def sampled(gltf: Gltf, sampler: Sampler, what: str, times: FloatArray) -> FloatArray:
     """The values of a sampler.
 
     Parameters
     ----------
     gltf : Gltf
-    sampler : dict
+    sampler : Sampler
     what : {"translation", "rotation", "scale"}
     times : ndarray, shape (F,)
         Seconds.
@@ -108,10 +133,8 @@ def sampled(gltf: Gltf, sampler: Json, what: str, times: FloatArray) -> FloatArr
     FormatError
         There are more or fewer values than keys, or rotations are not unit quaternions.
     """
-    accessors = len(gltf.objects("accessors"))
-    keys = gltf.accessor(gltf.index(sampler, "input", accessors))[:, 0]
-    values = gltf.accessor(gltf.index(sampler, "output", accessors))
-    kind = sampler.get("interpolation", "LINEAR")
+    keys, values, kind = gltf.accessor(sampler.input)[:, 0], gltf.accessor(sampler.output), sampler.interpolation
+    keys = _on_frames(keys, times)
     if kind == "CUBICSPLINE" and values.shape == (3 * len(keys), PATHS[what]):
         return _splined(gltf, keys, values.reshape(len(keys), 3, -1), what, times)
     if values.shape != (len(keys), PATHS[what]):
@@ -119,7 +142,18 @@ def sampled(gltf: Gltf, sampler: Json, what: str, times: FloatArray) -> FloatArr
     if what == "rotation":
         values = unit_quaternions(gltf, values[:, [3, 0, 1, 2]])
         kind = "SLERP" if kind == "LINEAR" else kind
-    return scene.interpolate(times, keys, values, str(kind))
+    return scene.interpolate(times, keys, values, kind)
+
+
+def _on_frames(keys: FloatArray, times: FloatArray) -> FloatArray:
+    """Keys that are nearly on frames, as seconds in single precision are, exactly on them."""
+    if len(times) < 2 or len(keys) < 2:
+        return keys
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    frames = (keys - times[0]) / step
+    near = np.abs(frames - np.round(frames)) < min(1e-3 + 2 * float(np.spacing(np.float32(times[-1]))) / step, 0.05)
+    snapped = np.where(near, times[0] + np.round(frames) * step, keys)
+    return snapped if np.all(np.diff(snapped) > 0) else keys
 
 
 def _splined(gltf: Gltf, keys: FloatArray, values: FloatArray, what: str, times: FloatArray) -> FloatArray:

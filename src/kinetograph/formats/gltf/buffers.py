@@ -1,19 +1,20 @@
-"""The JSON and the numbers of a glTF file, checked against the file's bytes before arrays are made."""
+"""The bytes and the numbers of a glTF file, checked against the file's size before arrays are made."""
 
 from __future__ import annotations
 
 import base64
 import binascii
-import json
 import struct
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 from urllib.parse import unquote
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
+from kinetograph.formats.gltf.structure import Accessor, Place, Sparse, document_of
 
 MAGIC, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
 _TYPES: dict[int, type[np.generic]] = {
@@ -26,13 +27,13 @@ _TYPES: dict[int, type[np.generic]] = {
 }
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
-_SWELL, _ROOM = 10, 1_000_000  # numbers that a file may ask for without giving them: per byte, and in addition
+_SWELL, _ROOM = 2, 1_000_000  # numbers that accessors may have in all: per byte of the file, and in addition
 
-Json = dict[str, Any]
+_T = TypeVar("_T")
 
 
 class Gltf:
-    """A document: its lists of objects, and its accessors as arrays.
+    """A document, and its accessors as arrays.
 
     Parameters
     ----------
@@ -44,128 +45,121 @@ class Gltf:
         self.path = path
         data = path.read_bytes()
         text, self.chunk = _chunks(path, data) if data[:4] == b"glTF" else (data, None)
-        try:
-            document = json.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise FormatError(path, f"expected the JSON of a glTF file: {str(error)[:80]}") from None
-        if not isinstance(document, dict):
-            raise FormatError(path, "expected a JSON object with nodes and animations")
-        self.document: Json = document
-        self._buffers: dict[int, bytes] = {}
+        self.document = document_of(path, text)
         self.size = len(data)
+        self._resources: dict[str, memoryview] = {}
+        self._arrays: dict[int, FloatArray] = {}
+        self._numbers = 0
 
-    def objects(self, key: str) -> list[Json]:
-        """One of the lists at the top of the document; empty where there is none."""
-        return self.list_of(self.document, key)
+    def pick(self, items: Sequence[_T], index: int | None, what: str) -> _T:
+        """One of a list. Raises FormatError where it is not there."""
+        if index is None or index >= len(items):
+            raise FormatError(self.path, f"expected {what} to be an index below {len(items)}, found {index}")
+        return items[index]
 
-    def list_of(self, holder: Json, key: str) -> list[Json]:
-        """A list of objects in an object."""
-        items = holder.get(key, [])
-        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
-            raise FormatError(self.path, f"expected {key} to be a list of objects")
-        return items
-
-    def index(self, holder: Json, key: str, count: int) -> int:
-        """An index below ``count`` in an object."""
-        index = holder.get(key)
-        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < count:
-            raise FormatError(self.path, f"expected {key} to be an index below {count}, found {str(index)[:20]}")
-        return index
-
-    def vector(self, holder: Json, key: str, default: list[float]) -> FloatArray:
-        """Numbers in an object, as many as the default has."""
-        numbers = holder.get(key, default)
-        good = isinstance(numbers, list) and len(numbers) == len(default)
-        if not good or not all(isinstance(v, int | float) and abs(v) < 1e12 for v in numbers):
-            raise FormatError(self.path, f"expected {key} to be {len(default)} numbers, found {str(numbers)[:40]}")
-        return np.array(numbers, dtype=np.float64)
-
-    def accessor(self, index: int) -> FloatArray:
-        """The rows of an accessor, shape ``(count, width)``; normalized integers become fractions.
+    def accessor(self, index: int | None) -> FloatArray:
+        """The rows of an accessor, shape ``(count, width)``, read-only; normalized integers become fractions.
 
         Of a sparse one the rows that it replaces are put into its view, or into zeros where it has none.
         """
-        entry = self.objects("accessors")[index]
-        kind, width = _TYPES.get(entry.get("componentType", 0)), _WIDTHS.get(str(entry.get("type")))
-        count = self.index(entry, "count", 2**40)
-        sparse = entry.get("sparse")
-        if kind is None or width is None or not isinstance(sparse, dict | None):
-            raise FormatError(self.path, f"accessor {index}: a kind of numbers that is not read")
-        where = f"accessor {index}"
-        if sparse is None or "bufferView" in entry:
-            values = self._rows(entry, kind, width, count, where)
-        elif count * width <= _ROOM + _SWELL * self.size:
+        entry = self.pick(self.document.accessors, index, "an accessor")
+        assert index is not None
+        if index not in self._arrays:
+            values = self._values(entry, f"accessor {index}")
+            values.flags.writeable = False
+            self._arrays[index] = values
+        return self._arrays[index]
+
+    def _values(self, entry: Accessor, where: str) -> FloatArray:
+        kind, width, count = _TYPES.get(entry.component_type), _WIDTHS.get(entry.type), entry.count
+        if kind is None or width is None:
+            raise FormatError(self.path, f"{where}: a kind of numbers that is not read")
+        if entry.buffer_view is None:
+            self._claim(count * width, where)
             values = np.zeros((count, width))
         else:
-            raise FormatError(self.path, f"{where}: {count} rows of zeros are too many for the file")
-        if sparse is not None:
-            values = self._replaced(values, sparse, kind, where)
-        if entry.get("normalized") and kind is not np.float32:
+            place = Place(entry.buffer_view, entry.byte_offset, entry.component_type)
+            values = self._rows(place, kind, width, count, where)
+        if entry.sparse is not None:
+            values = self._replaced(values, entry.sparse, kind, where)
+        if entry.normalized and kind is not np.float32:
             values = np.maximum(values / np.iinfo(np.dtype(kind)).max, -1.0)
         return values
 
-    def _replaced(self, values: FloatArray, sparse: Json, kind: type[np.generic], where: str) -> FloatArray:
+    def _claim(self, count: int, where: str) -> None:
+        """Count numbers that are about to be made: accessors may overlap, or claim zeros without bytes."""
+        self._numbers += count
+        if self._numbers > _ROOM + _SWELL * self.size:
+            raise FormatError(self.path, f"{where}: {self._numbers} numbers are too many for a file of its size")
+
+    def _replaced(self, values: FloatArray, sparse: Sparse, kind: type[np.generic], where: str) -> FloatArray:
         """Rows with some of them replaced, as a sparse accessor says."""
-        count = self.index(sparse, "count", len(values) + 1)
-        indices, rows = sparse.get("indices"), sparse.get("values")
-        if not isinstance(indices, dict) or not isinstance(rows, dict):
-            raise FormatError(self.path, f"{where}: expected indices and values of what is sparse")
-        index_kind = _TYPES.get(indices.get("componentType", 0))
+        count = sparse.count
+        index_kind = _TYPES.get(sparse.indices.component_type)
+        if count > len(values):
+            raise FormatError(self.path, f"{where}: expected at most {len(values)} sparse rows, found {count}")
         if index_kind not in (np.uint8, np.uint16, np.uint32):
             raise FormatError(self.path, f"{where}: expected whole numbers as indices of what is sparse")
-        at = self._rows(indices, index_kind, 1, count, where)[:, 0].astype(np.int64)
+        at = self._rows(sparse.indices, index_kind, 1, count, where)[:, 0].astype(np.int64)
         if count and (at[-1] >= len(values) or np.any(np.diff(at) <= 0)):
             raise FormatError(self.path, f"{where}: expected rising indices below {len(values)} of what is sparse")
         out = values.copy()
-        out[at] = self._rows(rows, kind, values.shape[1], count, where)
+        out[at] = self._rows(sparse.values, kind, values.shape[1], count, where)
         return out
 
-    def _rows(self, holder: Json, kind: type[np.generic], width: int, count: int, where: str) -> FloatArray:
+    def _rows(self, place: Place, kind: type[np.generic], width: int, count: int, where: str) -> FloatArray:
         """Numbers of a view, shape ``(count, width)``."""
-        views = self.objects("bufferViews")
-        view = views[self.index(holder, "bufferView", len(views))]
-        data = self._buffer(self.index(view, "buffer", len(self.objects("buffers"))))
+        view = self.pick(self.document.buffer_views, place.buffer_view, "bufferView")
+        data = self._buffer(view.buffer)
         item = np.dtype(kind).itemsize * width
-        start = self.index({"x": view.get("byteOffset", 0)}, "x", len(data) + 1)
-        length = self.index(view, "byteLength", len(data) - start + 1)
-        inside = self.index({"x": holder.get("byteOffset", 0)}, "x", length + 1)
-        stride = self.index({"x": view.get("byteStride", item)}, "x", 2**16)
-        needed = inside + (count - 1) * stride + item if count else 0
-        if stride < item or needed > length:
-            raise FormatError(self.path, f"{where}: {count} rows take {needed} bytes, there are {length}")
-        flat = np.frombuffer(data, np.uint8, needed - inside if count else 0, start + inside)
+        stride = view.byte_stride or item
+        needed = place.byte_offset + (count - 1) * stride + item if count else 0
+        if stride < item or needed > view.byte_length or view.byte_offset + view.byte_length > len(data):
+            there = max(min(view.byte_length, len(data) - view.byte_offset), 0)
+            raise FormatError(self.path, f"{where}: {count} rows take {needed} bytes, there are {there}")
+        self._claim(count * width, where)
+        start = view.byte_offset + place.byte_offset
+        flat = np.frombuffer(data, np.uint8, needed - place.byte_offset if count else 0, start if count else 0)
         rows = np.lib.stride_tricks.as_strided(flat, (count, item), (stride, 1)) if count else flat.reshape(0, item)
-        values = np.ascontiguousarray(rows).view(np.dtype(kind).newbyteorder("<")).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # signalling NaN, which is refused below
+            values = np.ascontiguousarray(rows).view(np.dtype(kind).newbyteorder("<")).astype(np.float64)
         if not np.isfinite(values).all():
             raise FormatError(self.path, f"{where}: expected finite numbers")
         return values
 
-    def _buffer(self, index: int) -> bytes:
-        if index not in self._buffers:
-            entry = self.objects("buffers")[index]
-            uri = entry.get("uri")
-            if uri is None and self.chunk is not None:
-                data = self.chunk
-            elif isinstance(uri, str):
-                data = self._resource(uri)
-            else:
-                raise FormatError(self.path, f"buffer {index} has no bytes")
-            self._buffers[index] = data[: self.index(entry, "byteLength", len(data) + 1)]
-            self.size += len(data) if uri is not None else 0
-        return self._buffers[index]
+    def _buffer(self, index: int) -> memoryview:
+        entry = self.pick(self.document.buffers, index, "buffer")
+        if entry.uri is None and self.chunk is None:
+            raise FormatError(self.path, f"buffer {index} has no bytes")
+        data = memoryview(self.chunk or b"") if entry.uri is None else self._resource(entry.uri, entry.byte_length)
+        if entry.byte_length > len(data):
+            raise FormatError(self.path, f"buffer {index}: expected {entry.byte_length} bytes, found {len(data)}")
+        return data[: entry.byte_length]
 
-    def _resource(self, uri: str) -> bytes:
+    def _resource(self, uri: str, length: int) -> memoryview:
+        """The bytes of a URI, of a file no more than ``length``; read once, whatever number of buffers name them."""
         if uri.startswith("data:"):
-            try:
-                return base64.b64decode(uri.partition(",")[2], validate=True)
-            except (binascii.Error, ValueError):
-                raise FormatError(self.path, "a data URI is not base64") from None
+            if uri not in self._resources:
+                self._resources[uri] = memoryview(self._decoded(uri))
+            return self._resources[uri]
         folder = self.path.parent.resolve()
         name = unquote(uri)
         target = (folder / name).resolve() if "\0" not in name else folder
         if "://" in uri or not target.is_relative_to(folder) or not target.is_file():
             raise FormatError(self.path, f"refers to {uri[:60]!r}; expected a file in its own folder")
-        return target.read_bytes()
+        key = str(target)
+        if len(self._resources.get(key, b"")) < length:
+            with target.open("rb") as file:
+                data = file.read(min(length, target.stat().st_size))  # room is made for what is asked
+            self.size += len(data) - len(self._resources.get(key, b""))
+            self._resources[key] = memoryview(data)
+        return self._resources[key]
+
+    def _decoded(self, uri: str) -> bytes:
+        try:
+            return base64.b64decode(uri.partition(",")[2], validate=True)
+        except (binascii.Error, ValueError):
+            raise FormatError(self.path, "a data URI is not base64") from None
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:

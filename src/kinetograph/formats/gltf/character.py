@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.character import Character, Colour, Skin
 from kinetograph.errors import FormatError
-from kinetograph.formats.gltf.buffers import Gltf, Json
-from kinetograph.formats.gltf.reader import read
+from kinetograph.formats.capsules import rest_positions
+from kinetograph.formats.gltf.buffers import Gltf
+from kinetograph.formats.gltf.humanoid import HALF_TURN, humanoid_of
+from kinetograph.formats.gltf.reader import bind_matrices, read_with_nodes, tree
+from kinetograph.formats.gltf.structure import Node, Primitive
+from kinetograph.formats.options import ReadOptions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
 _GREY: Colour = (0.5, 0.5, 0.5)
+_DRACO = "KHR_draco_mesh_compression"
 
 
 def read_character(path: Path, notes: list[str]) -> Character:
-    """Read the character of a ``.glb`` or ``.gltf`` file with one skin; its colours are kept, textures are not.
+    """Read the character of a ``.glb``, ``.gltf`` or ``.vrm`` file; its colours are kept, textures are not.
 
     Parameters
     ----------
@@ -37,22 +43,34 @@ def read_character(path: Path, notes: list[str]) -> Character:
         There is no skinned mesh, or more than one skeleton.
     """
     gltf = Gltf(path)
-    take = read(path).take
+    if _DRACO in gltf.document.extensions_required:
+        raise FormatError(path, f"its meshes are compressed ({_DRACO}): write it without compression")
+    loaded, named = read_with_nodes(gltf, ReadOptions())
+    take = loaded.take
     motion = next(iter(take.tracks.values()))
-    if len(take.tracks) != 1 or not isinstance(motion, Motion) or not gltf.objects("skins"):
+    if not gltf.document.skins:
+        raise FormatError(path, "expected a skinned mesh, found none")
+    if len(take.tracks) != 1 or not isinstance(motion, Motion):
         raise FormatError(path, f"expected one skinned character, found {len(take.tracks)} skeletons")
     skeleton = motion.skeleton
-    parts = [
-        part
-        for node in gltf.objects("nodes")
-        if "skin" in node and "mesh" in node
-        for part in _parts(gltf, node, skeleton)
-    ]
+    exact = {node: skeleton.names.index(name) for name, node in named[0].items() if name in skeleton.names}
+    joint_of = _joint_of_nodes(gltf, exact)
+    worn = [node for node in gltf.document.nodes if node.skin is not None and node.mesh is not None]
+    parts = [part for node in worn for part in _parts(gltf, node, skeleton, joint_of, exact)]
     if not parts:
         raise FormatError(path, "expected a skinned mesh of triangles, found none")
-    if pictures := len(gltf.objects("textures")):
+    if pictures := len(gltf.document.textures):
         notes.append(f"{pictures} pictures (textures) on the body are left out, its colours are kept")
     return Character(path.stem, skeleton, _joined(parts))
+
+
+def _joint_of_nodes(gltf: Gltf, joints: dict[int, int]) -> list[int]:
+    """The joint that each node is, or that it hangs on; the root for nodes that hang on none."""
+    parents, order = tree(gltf)
+    out = [0] * len(order)
+    for node in order:
+        out[node] = joints.get(node, out[parents[node]] if parents[node] >= 0 else 0)
+    return out
 
 
 def _joined(parts: list[Skin]) -> Skin:
@@ -69,30 +87,29 @@ def _joined(parts: list[Skin]) -> Skin:
     )
 
 
-def _parts(gltf: Gltf, node: Json, skeleton: Skeleton) -> list[Skin]:
+def _parts(gltf: Gltf, node: Node, skeleton: Skeleton, joint_of: list[int], exact: dict[int, int]) -> list[Skin]:
     """One skin per group of primitives of a node's mesh, in metres relative to the root joint."""
-    skins, meshes = gltf.objects("skins"), gltf.objects("meshes")
-    skin = skins[gltf.index(node, "skin", len(skins))]
-    mesh = meshes[gltf.index(node, "mesh", len(meshes))]
-    inverse = gltf.accessor(gltf.index(skin, "inverseBindMatrices", len(gltf.objects("accessors"))))
-    matrices = np.linalg.inv(inverse.reshape(-1, 4, 4).transpose(0, 2, 1))
-    bind = np.asarray(matrices[:, :3, 3], dtype=np.float64)
-    nodes = gltf.objects("nodes")
-    names = [str(nodes[joint].get("name", f"node_{joint}"))[:200] for joint in skin["joints"]]
-    place = {name: joint for joint, name in enumerate(skeleton.names)}
-    if not set(names) & set(place) or len(set(names)) < len(names):
-        raise FormatError(gltf.path, "the joints of a skin need names of their own")
-    # what a root above the hips or a helper beside them moves, the body's own root moves
-    joints = np.array([place.get(name, 0) for name in names])
-    own = np.array([name in place for name in names])
+    skin = gltf.pick(gltf.document.skins, node.skin, "skin")
+    mesh = gltf.pick(gltf.document.meshes, node.mesh, "mesh")
+    humanoid = humanoid_of(gltf)
+    turn = HALF_TURN if humanoid is not None and humanoid.backward else rot.identity()
+    bind = rot.rotate(turn, bind_matrices(gltf, skin)[:, :3, 3])
+    own = np.array([i for i, joint in enumerate(skin.joints) if joint in exact], dtype=np.int64)
+    if not len(own):
+        return []  # it is worn by what was left out
+    joints = np.array([joint_of[joint] for joint in skin.joints])
     scale = _scale(skeleton, joints[own], bind[own])
-    first = int(np.argmin(np.where(own, joints, len(skeleton))))
-    root = bind[first]
-    groups: dict[str, list[Json]] = {}  # primitives of several materials often share their points
-    for primitive in gltf.list_of(mesh, "primitives"):
-        if primitive.get("mode", 4) == 4:
-            groups.setdefault(json.dumps(primitive.get("attributes"), sort_keys=True), []).append(primitive)
-    return [_part(gltf, group, joints, root, scale) for group in groups.values()]
+    first = own[np.argmin(joints[own])]  # the root, or of skins that lack it a joint whose place it tells
+    root = bind[first] - rest_positions(skeleton)[joints[first]] / scale
+    groups: dict[tuple[tuple[str, int], ...], list[Primitive]] = {}  # primitives of several materials share points
+    for primitive in mesh.primitives:
+        if primitive.mode == 4:
+            groups.setdefault(tuple(sorted(primitive.attributes.items())), []).append(primitive)
+    parts = [_part(gltf, group, joints) for group in groups.values()]
+    return [
+        replace(part, points=(rot.rotate(turn, part.points) - root) * scale, normals=rot.rotate(turn, part.normals))
+        for part in parts
+    ]
 
 
 def _scale(skeleton: Skeleton, joints: IntArray, bind: FloatArray) -> float:
@@ -104,13 +121,10 @@ def _scale(skeleton: Skeleton, joints: IntArray, bind: FloatArray) -> float:
     return metres / bound if bound > 0 and metres > 0 else 1.0
 
 
-def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, scale: float) -> Skin:
-    given = group[0].get("attributes")
-    attributes: Json = given if isinstance(given, dict) else {}
-    count = len(gltf.objects("accessors"))
-    points, slots, weights = (
-        gltf.accessor(gltf.index(attributes, key, count)) for key in ("POSITION", "JOINTS_0", "WEIGHTS_0")
-    )
+def _part(gltf: Gltf, group: list[Primitive], joints: IntArray) -> Skin:
+    """The skin of primitives that share their points, as the mesh has them."""
+    attributes = group[0].attributes
+    points, slots, weights = (gltf.accessor(attributes.get(key)) for key in ("POSITION", "JOINTS_0", "WEIGHTS_0"))
     corners = [_corners(gltf, primitive, len(points)) for primitive in group]
     if points.shape[1] != 3 or slots.shape != weights.shape or slots.shape != (len(points), 4):
         raise FormatError(gltf.path, "a skinned mesh's points and joints do not agree")
@@ -119,11 +133,11 @@ def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, sca
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1.0), [1.0, 0.0, 0.0, 0.0])
     if "NORMAL" in attributes:
-        normals = gltf.accessor(gltf.index(attributes, "NORMAL", count))
+        normals = gltf.accessor(attributes["NORMAL"])
     else:
         normals = np.tile([0.0, 1.0, 0.0], (len(points), 1))
     return Skin(
-        (points - root) * scale,
+        points,
         normals,
         np.concatenate(corners),
         joints[slots.astype(np.int64)],
@@ -133,11 +147,10 @@ def _part(gltf: Gltf, group: list[Json], joints: IntArray, root: FloatArray, sca
     )
 
 
-def _corners(gltf: Gltf, primitive: Json, points: int) -> IntArray:
+def _corners(gltf: Gltf, primitive: Primitive, points: int) -> IntArray:
     """The triangles of a primitive, ``(T, 3)``."""
-    if "indices" in primitive:
-        accessor = gltf.index(primitive, "indices", len(gltf.objects("accessors")))
-        corners = gltf.accessor(accessor)[:, 0].astype(np.int64)
+    if primitive.indices is not None:
+        corners = gltf.accessor(primitive.indices)[:, 0].astype(np.int64)
     else:
         corners = np.arange(points)
     if len(corners) % 3 or np.any(corners >= points) or np.any(corners < 0):
@@ -145,11 +158,9 @@ def _corners(gltf: Gltf, primitive: Json, points: int) -> IntArray:
     return corners.reshape(-1, 3)
 
 
-def _material(gltf: Gltf, primitive: Json) -> tuple[str, Colour]:
-    materials = gltf.objects("materials")
-    if "material" not in primitive or not materials:
+def _material(gltf: Gltf, primitive: Primitive) -> tuple[str, Colour]:
+    if primitive.material is None:
         return "body", _GREY
-    material = materials[gltf.index(primitive, "material", len(materials))]
-    surface = material.get("pbrMetallicRoughness")
-    colour = gltf.vector(surface if isinstance(surface, dict) else {}, "baseColorFactor", [*_GREY, 1.0])
-    return str(material.get("name", "body")), (float(colour[0]), float(colour[1]), float(colour[2]))
+    material = gltf.pick(gltf.document.materials, primitive.material, "material")
+    red, green, blue, _ = material.pbr_metallic_roughness.base_color_factor or (*_GREY, 1.0)
+    return material.name or "body", (red, green, blue)

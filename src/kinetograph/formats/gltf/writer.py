@@ -170,7 +170,8 @@ def _add_character(document: _Document, track: str, motion: Motion, skin: Skin) 
     """Nodes, body and animation of one character."""
     first = len(document.parts["nodes"]) + 1  # the character's own node comes before its joints
     skeleton = motion.skeleton
-    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": {"fps": motion.fps}}))
+    noted = {"fps": motion.fps, "frames": len(motion)}
+    document.scene.append(document.add("nodes", {"name": track, "children": [first], "extras": noted}))
     locals_ = skeleton.offsets.copy()
     locals_[0] = motion.translation[0]
     for joint, name in enumerate(skeleton.names):
@@ -236,9 +237,9 @@ def _add_animation(document: _Document, motion: Motion, first: int) -> None:
         )
     times = document.accessor(seconds, bounds=True)
     document.animate(first, "translation", times, motion.translation.astype(np.float32))
-    rotations = rot.unroll(rot.normalize(motion.rotations))[..., [1, 2, 3, 0]].astype(np.float32)
     placed = placed_joints(motion)
     for joint in range(len(motion.skeleton)):
-        document.animate(first + joint, "rotation", times, rotations[:, joint])
+        rotations = rot.unroll(rot.normalize(motion.rotations[:, joint]))  # joint by joint: a motion may be long
+        document.animate(first + joint, "rotation", times, rotations[:, [1, 2, 3, 0]].astype(np.float32))
         if joint and motion.bones is not None and placed[joint]:
             document.animate(first + joint, "translation", times, motion.bones[:, joint].astype(np.float32))

@@ -62,9 +62,9 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     stage.SetEndTimeCode(max(len(motion) for motion in motions.values()) - 1)
     scene = usd.UsdGeom.Xform.Define(stage, "/" + _identifiers(usd, [name])[0])
     stage.SetDefaultPrim(scene.GetPrim())
-    for label, motion in zip(_identifiers(usd, list(motions)), motions.values(), strict=True):
+    for label, (track, motion) in zip(_identifiers(usd, list(motions)), motions.items(), strict=True):
         whole = with_ancestors_skinned(*dressed(motion, options.character))
-        _add(usd, stage, f"{scene.GetPath()}/{label}", *whole)
+        _add(usd, stage, f"{scene.GetPath()}/{label}", (track, name), *whole)
     _export(stage, Path(path))
 
 
@@ -82,15 +82,18 @@ def _identifiers(usd: Any, names: list[str]) -> list[str]:
     return unique([usd.Tf.MakeValidIdentifier(name) or "joint" for name in names], "joint", [])
 
 
-def _add(usd: Any, stage: Any, path: str, motion: Motion, skin: Skin) -> None:
+def _add(usd: Any, stage: Any, path: str, names: tuple[str, str], motion: Motion, skin: Skin) -> None:
+    track, called = names
     root = usd.UsdSkel.Root.Define(stage, path)
     label = path.rpartition("/")[2]  # programs name the character after this node
     skeleton = usd.UsdSkel.Skeleton.Define(stage, f"{path}/{label}")
-    animation = usd.UsdSkel.Animation.Define(stage, f"{path}/{label}_animation")
-    names = _identifiers(usd, list(motion.skeleton.names))
-    joints = list(names)
+    skeleton.GetPrim().SetDisplayName(track)
+    animated = _identifiers(usd, [label, f"{label}_body", called])[2]
+    animation = usd.UsdSkel.Animation.Define(stage, f"{path}/{animated}")
+    animation.GetPrim().SetDisplayName(called)
+    joints = _identifiers(usd, list(motion.skeleton.names))
     for joint, parent in enumerate(motion.skeleton.parents[1:].tolist(), start=1):
-        joints[joint] = f"{joints[parent]}/{names[joint]}"
+        joints[joint] = f"{joints[parent]}/{joints[joint]}"
     skeleton.CreateJointsAttr(joints)
     skeleton.CreateJointNamesAttr(list(motion.skeleton.names))
     animation.CreateJointsAttr(joints)

@@ -11,11 +11,11 @@ from kinetograph.methods.performance.clustering import cluster_segments
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.own_cost import own_cost
-from kinetograph.methods.performance.segments import build_instances, cut_segments
+from kinetograph.methods.performance.segments import Source, build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.sources import sources_of
+from kinetograph.methods.performance.sources import UncutError, sources_of
 from kinetograph.methods.performance.standing import calm_poses
-from kinetograph.methods.recordings import collect
+from kinetograph.methods.recordings import Recording, collect
 from kinetograph.progress import Progress
 
 
@@ -30,12 +30,7 @@ def fit(
 ) -> Fitted:
     """Collect the recordings of a library, cut them into segments and stretch those; see `PerformanceControl.fit`."""
     recordings = collect(library, exclude=exclude, track=track, progress=progress)
-    sources, notes = [], []
-    for recording in recordings:
-        made, cut_at = sources_of(settings, recording, recordings[0].motion.skeleton)
-        sources += made
-        if cut_at:
-            notes.append(f"{recording.name}: no cuts in the library; cut at {cut_at}")
+    sources, notes = _sources(settings, recordings)
     segments = cut_segments(tuple(sources), settings.longest, settings.span)
     if settings.cluster is not None:
         kept = cluster_segments(tuple(sources), segments, settings, rng)
@@ -46,3 +41,24 @@ def fit(
     instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
     own = own_cost(settings, tuple(sources), instances)
     return Fitted(settings, tuple(sources), instances, tuple(notes), own)
+
+
+def _sources(settings: PerformanceSettings, recordings: Iterable[Recording]) -> tuple[list[Source], list[str]]:
+    """The recordings that have cuts, or in which cuts are found; raises UncutError where none has."""
+    sources: list[Source] = []
+    notes: list[str] = []
+    uncut: list[UncutError] = []
+    skeleton = None
+    for recording in recordings:
+        skeleton = skeleton or recording.motion.skeleton
+        try:
+            made, cut_at = sources_of(settings, recording, skeleton)
+        except UncutError as error:
+            uncut.append(error)
+            continue
+        sources += made
+        if cut_at:
+            notes.append(f"{recording.name}: no cuts in the library; cut at {cut_at}")
+    if uncut and not sources:
+        raise uncut[0]
+    return sources, [*notes, *(f"{error}; left out" for error in uncut)]

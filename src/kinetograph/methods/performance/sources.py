@@ -24,6 +24,10 @@ from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Track
 
 
+class UncutError(RequestError):
+    """A take without cuts in which none can be found."""
+
+
 def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
     """A recording and, where settings say so, its mirror image, on a skeleton of the same joints.
 
@@ -43,6 +47,8 @@ def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Sk
 
     Raises
     ------
+    UncutError
+        For a take in which no cuts are found.
     RequestError
         For a take that lacks what the settings compare, and for a signal that would have to be mirrored.
     """
@@ -75,9 +81,12 @@ def _cuts(recording: Recording, partner: Track | None) -> tuple[tuple[float, ...
     cuts, contacts = annotated_cuts(recording), recording.contacts()
     if cuts:
         return cuts, contacts, ""
-    if isinstance(partner, Motion):
-        return detect_beats([recording.motion, partner]), contacts, "beats"
-    return footplant_cuts(recording.motion, contacts), contacts, "footplants"
+    try:
+        if isinstance(partner, Motion):
+            return detect_beats([recording.motion, partner]), contacts, "beats"
+        return footplant_cuts(recording.motion, contacts), contacts, "footplants"
+    except RequestError as error:
+        raise UncutError(f"take {recording.name!r}: {error}") from error
 
 
 def annotated_cuts(recording: Recording) -> tuple[float, ...]:

@@ -57,8 +57,8 @@ def _free(path: Path, payload: bytes) -> Path:
 def _character(path: Path) -> None:
     from kinetograph.formats import read_character
 
-    if path.suffix.lower() not in (".glb", ".gltf"):
-        raise RequestError(f"{path}: expected a .glb file with a skin")
+    if path.suffix.lower() not in (".glb", ".gltf", ".vrm"):
+        raise RequestError(f"{path}: expected a .glb or .vrm file with a skin")
     read_character(path, [])
 
 

@@ -1,0 +1,159 @@
+"""The commands of libraries: what they say of damage, copies, interrupted work, and takes that do not fit."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import run
+
+from kinetograph import rotations as rot
+from kinetograph.formats import save
+from kinetograph.library import Library
+from kinetograph.motion import Motion
+from kinetograph.skeleton import Skeleton
+from kinetograph.take import Take
+
+STICK = Skeleton(("hips", "chest", "head"), np.array([-1, 0, 1]), np.array([[0, 1.0, 0], [0, 0.3, 0], [0, 0.2, 0]]))
+
+
+def motion_of(skeleton: Skeleton = STICK, frames: int = 10) -> Motion:
+    rotations = rot.normalize(np.random.default_rng(1).normal(size=(frames, len(skeleton), 4)))
+    return Motion(skeleton, np.zeros((frames, 3)), rotations, 30.0)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    folder = tmp_path / "files"
+    folder.mkdir()
+    for name in ("a", "b", "c"):
+        save(motion_of(), folder / f"{name}.npz")
+    return folder
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Library:
+    made = Library.create(tmp_path / "library")
+    for name in ("a", "b"):
+        made.add(Take(name, {"motion": motion_of()}))
+    return made
+
+
+# ---- create ----
+
+
+def test_create_goes_on_after_a_file_that_cannot_be_read(files: Path, tmp_path: Path) -> None:
+    good = (files / "b.npz").read_bytes()
+    (files / "b.npz").write_bytes(b"damaged")
+    first = run("library", "create", tmp_path / "made", files)
+    assert first.returncode == 1
+    assert "interrupted, takes so far: 1; the same command again goes on from there" in first.stderr
+    (files / "b.npz").write_bytes(good)
+    again = run("library", "create", tmp_path / "made", files, "--json")
+    assert again.returncode == 0, again.stderr
+    assert "goes on from an interrupted command, takes so far: 1" in again.stderr
+    assert json.loads(again.stdout)["takes"] == 3
+    assert sorted(p.name for p in (tmp_path / "made").iterdir()) == ["catalogue.sqlite", "frames-1.bin"]
+    done = run("library", "create", tmp_path / "made", files)
+    assert (done.returncode, "already holds a library" in done.stderr) == (1, True)
+
+
+def test_create_goes_on_after_a_kill(files: Path, tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    for number in range(60):
+        shutil.copy(files / "a.npz", files / f"more{number}.npz")
+    command = [sys.executable, "-m", "kinetograph", "library", "create", str(made), str(files)]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as child:
+        while child.poll() is None:
+            if (made / "frames-1.bin").exists() and (made / "frames-1.bin").stat().st_size > 5000:
+                child.kill()
+            time.sleep(0.001)
+    assert child.returncode == -9
+    assert 0 < len(Library.open(made).names()) < 63
+    again = run("library", "create", made, files, "--json")
+    assert again.returncode == 0, again.stderr
+    assert json.loads(again.stdout)["takes"] == 63
+    assert Library.open(made).check(repair=True).damaged == ()
+
+
+def test_takes_of_other_joints_are_named_at_once(files: Path, tmp_path: Path) -> None:
+    other = Skeleton(("hips", "chest"), STICK.parents[:2], STICK.offsets[:2])
+    save(motion_of(other), files / "d.npz")
+    created = run("library", "create", tmp_path / "made", files)
+    assert created.returncode == 0
+    said = "(motion) have different joints: 3 joints in a, b, c; 2 joints in d; methods use recordings of the same"
+    assert said in created.stderr
+    added = run("library", "add", tmp_path / "made", "--take", "e", f"motion={files / 'a.npz'}")
+    assert "3 joints in a, b, c and 1 more; 2 joints in d" in added.stderr
+
+
+def test_takes_of_other_bone_lengths_are_not_named(files: Path, tmp_path: Path) -> None:
+    save(motion_of(Skeleton(STICK.names, STICK.parents, STICK.offsets * 1.1)), files / "d.npz")
+    assert "different joints" not in run("library", "create", tmp_path / "made", files).stderr
+
+
+# ---- check, backup ----
+
+
+def test_check_says_what_was_moved_and_where(library: Library) -> None:
+    (library.path / "frames-9.bin").write_bytes(b"of someone else")
+    checked = run("library", "check", library.path, "--repair")
+    assert checked.returncode == 0
+    assert "moved           lost/frames-9.bin" in checked.stdout
+    assert "lost: what no take of this catalogue uses; delete it when all takes are there" in checked.stderr
+
+
+def test_check_of_a_damaged_catalogue_fails_in_one_line_each(library: Library) -> None:
+    with sqlite3.connect(library.path / "catalogue.sqlite") as db:
+        db.execute("UPDATE skeletons SET body = replace(body, '0.3', '0.4')")
+    db.close()
+    for repair in ((), ("--repair",)):
+        checked = run("library", "check", library.path, "--json", *repair)
+        assert checked.returncode == 1
+        report = json.loads(checked.stdout)
+        assert report["damaged"] == ["catalogue.sqlite: skeleton 1 has changed since it was written"]
+        assert (report["sound"], report["freed"]) == (False, 0)
+
+
+def test_backup_copies_and_salvages(library: Library, tmp_path: Path) -> None:
+    copied = run("library", "backup", library.path, tmp_path / "copy", "--json")
+    assert json.loads(copied.stdout)["takes"] == 2
+    refused = run("library", "backup", library.path, tmp_path / "copy")
+    assert (refused.returncode, refused.stderr.count("\n")) == (1, 1)
+    with sqlite3.connect(library.path / "catalogue.sqlite") as db:
+        db.execute("UPDATE tracks SET fps = 31 WHERE id = 1")
+    db.close()
+    refused = run("library", "backup", library.path, tmp_path / "other")
+    assert (refused.returncode, "the rows of take 'a' have changed" in refused.stderr) == (1, True)
+    saved = run("library", "backup", library.path, tmp_path / "other", "--salvage", "--json")
+    assert saved.returncode == 1
+    assert "take 'a' left out: " in saved.stderr
+    assert json.loads(saved.stdout)["takes"] == 1
+
+
+# ---- segment ----
+
+
+def test_a_take_that_cannot_be_cut_is_named_and_the_others_are_cut(tmp_path: Path) -> None:
+    import walkers
+
+    walk = walkers.walk(6.0)
+    still = Motion(walk.skeleton, np.repeat(walk.translation[:1], 60, 0), np.repeat(walk.rotations[:1], 60, 0), 30.0)
+    library = Library.create(tmp_path / "library")
+    library.add(Take("idle", {"motion": still}))
+    library.add(Take("walk", {"motion": walk}))
+    cut = run("library", "segment", library.path, "--json")
+    assert cut.returncode == 0, cut.stderr
+    rows = {row["take"]: row["cuts"] for row in json.loads(cut.stdout)}
+    assert rows["idle"] == 0 < 8 <= rows["walk"]
+    assert "take 'idle' was not cut: found 0 footplants" in cut.stderr
+    library.remove("walk")
+    alone = run("library", "segment", library.path)
+    assert (alone.returncode, "take 'idle': found 0 footplants" in alone.stderr) == (1, True)
