@@ -9,19 +9,8 @@ import pytest
 import round_trips
 
 SUFFIXES = (".bvh", ".glb", ".fbx", ".usdc")
-_PAIRS = ("two tracks", "three tracks", "two skeletons", "a couple of sizes")
-OWED = {
-    **{(".fbx", case): "tracks come back by the names of their roots" for case in _PAIRS},
-    **{(".usdc", case): "tracks come back by their identifiers, not by their names" for case in _PAIRS},
-    **{(suffix, case): "ends have no place yet" for suffix in SUFFIXES[1:] for case in ("ends", "several ends")},
-    (".usdc", "names with slashes"): "joints come back by their paths, which slashes break",
-}
+OWED = {(suffix, case): "ends have no place yet" for suffix in SUFFIXES[1:] for case in ("ends", "several ends")}
 """What a format does not give back yet, and why."""
-ANIMATION = {
-    ".glb": "one animation is not named yet",
-    ".fbx": "one animation is not named yet",
-    ".usdc": "one animation is not named yet",
-}
 
 
 def trips() -> list[object]:
@@ -59,10 +48,7 @@ def test_a_motion_comes_back(tmp_path: Path, formats: set[str], case: str, suffi
     assert {what: lost for what, lost in outcome.lost.items() if what != "animation"} == {}
 
 
-@pytest.mark.parametrize(
-    "suffix",
-    [pytest.param(s, marks=pytest.mark.xfail(reason=reason, strict=True)) for s, reason in ANIMATION.items()],
-)
+@pytest.mark.parametrize("suffix", SUFFIXES[1:])
 def test_the_animation_keeps_its_name(tmp_path: Path, formats: set[str], suffix: str) -> None:
     if suffix not in formats:
         pytest.skip(f"{suffix} cannot be read here")

@@ -251,21 +251,14 @@ class _Block:
             if many > 1 and not spelling.fits(before):
                 break
             text = spelling.plain(before)
-            read, where = self.converted(text, stop - number)
-            if read:
+            values, where = _parsed(text, stop - number, self.width)
+            if len(values):
+                self.add(values)
                 self.note(spelling.name, number, _changed(before, text, where))
             number, many = number + where, 2 * many
             if number < stop:
                 break
         return number
-
-    def converted(self, text: bytes, rows: int) -> tuple[int, int]:
-        """Read rows of text that was put right; how many, and the line after them, of its own."""
-        values = np.empty((rows, self.width))
-        read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, 0, values, LARGEST)
-        if read:
-            self.add(values[:read])
-        return read, rows if status == _kernels.DONE else where
 
     def wrapped(self, number: int, count: int) -> int | None:
         """Read a row that goes on in the next lines; the line to go on with."""
@@ -294,11 +287,12 @@ class _Block:
             joined = np.frombuffer(self.lines.between(number, number + rows * lines), np.uint8).copy()
             inner = self.lines.ends[number : number + rows * lines].reshape(rows, lines)[:, :-1].ravel() - 1 - begin
             joined[inner] = ord(" ")
-            read, _ = self.converted(joined.tobytes(), rows)
-            if read:
-                self.note(_OVER, number, read)
-            number, many = number + read * lines, 2 * many
-            if read < rows:
+            values, _ = _parsed(joined.tobytes(), rows, self.width)
+            if len(values):
+                self.add(values)
+                self.note(_OVER, number, len(values))
+            number, many = number + len(values) * lines, 2 * many
+            if len(values) < rows:
                 break
         return number
 
@@ -336,6 +330,13 @@ class _Lines:
 
     def between(self, start: int, stop: int) -> bytes:
         return self.text[self.begin(start) : self.begin(stop)]
+
+
+def _parsed(text: bytes, rows: int, width: int) -> tuple[FloatArray, int]:
+    """The rows of as many lines that were put right, up to one that is not a row, and the line after them."""
+    values = np.empty((rows, width))
+    read, status, where, _ = _kernels.parse_rows(np.frombuffer(text, np.uint8), 0, 0, values, LARGEST)
+    return values[:read], rows if status == _kernels.DONE else where
 
 
 def _changed(before: bytes, after: bytes, lines: int) -> int:

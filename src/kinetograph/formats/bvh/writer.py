@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.formats.ancestors import placed_joints, with_ancestors
 from kinetograph.formats.bvh.stamp import stamped
@@ -55,19 +55,20 @@ def write(what: Take | Motion | Signal, path: str | Path, options: WriteOptions 
     up = check_up(options.up)
     given = _motions(what)
     motions = [to_up(scale_motion(cut(motion, 0, 1), factor), up) for motion in given]
+    moving = [placed_joints(with_ancestors(motion), len(motion.skeleton.ancestors)) for motion in given]
     decimals = max(3, 7 + int(np.ceil(np.log10(1.0 / factor))))
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:
         file.write("HIERARCHY\n")
-        for motion in motions:
-            file.writelines(f"{line}\n" for line in hierarchy(motion, options.order, decimals))
+        for motion, places in zip(motions, moving, strict=True):
+            file.writelines(f"{line}\n" for line in hierarchy(motion, options.order, decimals, places))
         step = stamped(motions[0].fps, options.units, up)
         file.write(f"MOTION\nFrames: {len(given[0])}\nFrame Time: {step}\n")
         before: list[FloatArray | None] = [None] * len(given)
         for first in range(0, len(given[0]), _BLOCK):
             block = [cut(motion, first, min(first + _BLOCK, len(motion))) for motion in given]
             columns = [
-                _columns(to_up(scale_motion(motion, factor), up), options.order, last)
-                for motion, last in zip(block, before, strict=True)
+                _columns(to_up(scale_motion(motion, factor), up), options.order, places, last)
+                for motion, places, last in zip(block, moving, before, strict=True)
             ]
             before = [angles for _, _, angles in columns]
             placed = [each for _, kinds, _ in columns for each in kinds]
@@ -90,11 +91,11 @@ def _motions(what: Take | Motion | Signal) -> list[Motion]:
     return motions
 
 
-def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
+def hierarchy(motion: Motion, order: str, decimals: int, placed: BoolArray | None = None) -> Iterator[str]:
     """The lines of one ROOT; the joints that are open are kept on a list, as depth may exceed Python's stack."""
     root = len(motion.skeleton.ancestors)
     motion = with_ancestors(motion)
-    skeleton, placed = motion.skeleton, placed_joints(motion, root)
+    skeleton, placed = motion.skeleton, placed_joints(motion, root) if placed is None else placed
     ends: dict[int, list[FloatArray]] = {joint: [] for joint in range(len(skeleton))}
     for joint, offset in zip(skeleton.end_parents.tolist(), skeleton.end_offsets, strict=True):
         ends[joint].append(offset)
@@ -123,12 +124,13 @@ def hierarchy(motion: Motion, order: str, decimals: int) -> Iterator[str]:
         todo.extend((child, depth + 1) for child in reversed(children))
 
 
-def _columns(motion: Motion, order: str, before: FloatArray | None = None) -> tuple[FloatArray, list[bool], FloatArray]:
+def _columns(
+    motion: Motion, order: str, placed: BoolArray, before: FloatArray | None = None
+) -> tuple[FloatArray, list[bool], FloatArray]:
     """Channels, shape ``(F, C)``, joints depth-first, whether each is a position, and the last angles.
 
     before: the angles ``(2, J, 3)`` in radians of the frame before the first, and their whole revolutions.
     """
-    placed = placed_joints(with_ancestors(motion), len(motion.skeleton.ancestors))
     motion = with_ancestors(motion)
     # unwrapped, as importers that interpolate angles would spin between two frames
     raw = rot.to_euler(motion.rotations, order)
