@@ -20,6 +20,7 @@ TABLES = (
     "bvh",
     "markers",
     "retarget",
+    "rests",
     "startup",
     "quality",
     "steering",

@@ -7,7 +7,8 @@ from dataclasses import replace
 from kinetograph.formats.options import Loaded
 from kinetograph.motion import Motion
 from kinetograph.signal import Signal
-from kinetograph.stance import FoundStance, find_stance, stance_at, stands
+from kinetograph.skeleton import Skeleton
+from kinetograph.stance import find_stance, stance_at, stands
 
 
 def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:
@@ -32,21 +33,22 @@ def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:
     tracks: dict[str, Motion | Signal] = {}
     notes: list[str] = []
     for name, track in loaded.take.tracks.items():
-        found = _stance(track, rest) if isinstance(track, Motion) else None
-        if found is None or not isinstance(track, Motion):
+        if not isinstance(track, Motion):
             tracks[name] = track
             continue
-        tracks[name] = replace(track, skeleton=replace(track.skeleton, stance=found.rotations))
-        notes += [note for note in (found.note,) if note not in notes]
+        skeleton, said = with_stance(track, rest)
+        tracks[name] = replace(track, skeleton=skeleton)
+        notes += [note for note in said if note not in notes]
     if not notes:
         return loaded
     return replace(loaded, take=replace(loaded.take, tracks=tracks), notes=(*loaded.notes, *notes))
 
 
-def _stance(motion: Motion, rest: int | None) -> FoundStance | None:
-    if rest is not None:
-        return stance_at(motion, rest)
-    sizeless = not motion.skeleton.offsets[1:].any()
-    if sizeless or motion.skeleton.stance is not None or stands(motion.skeleton):
-        return None
-    return find_stance(motion)
+def with_stance(motion: Motion, rest: int | None = None) -> tuple[Skeleton, tuple[str, ...]]:
+    """The skeleton of a motion, with a stance if it needs one, and what was done; ``rest`` as for `with_stances`."""
+    skeleton = motion.skeleton
+    sizeless = not skeleton.offsets[1:].any()
+    if rest is None and (sizeless or skeleton.stance is not None or stands(skeleton)):
+        return skeleton, ()
+    found = find_stance(motion) if rest is None else stance_at(motion, rest)
+    return (skeleton, ()) if found is None else (replace(skeleton, stance=found.rotations), (found.note,))

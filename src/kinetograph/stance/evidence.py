@@ -16,6 +16,7 @@ from kinetograph.stance.standing_pose import SIDES, unit
 _MOST_FRAMES = 1500  # that are looked at
 _TRUNK_UP = np.cos(np.radians(20.0))
 _LEGS_LONG = 0.9  # of a leg's length, from hip down to ankle
+_STILL = 0.3  # m/s of an ankle over a foot that stands
 _SLOWEST, _LOWEST = 40, 60  # percent of the frames, and of those, in which an ankle is likely to be over a flat foot
 
 
@@ -94,6 +95,8 @@ class Evidence:
     ----------
     body : Body
         In the frames that are looked at.
+    frames : ndarray of int, shape (F,)
+        Their numbers.
     upright : ndarray of bool, shape (F,)
         The frames whose trunk is upright over a straight leg.
     chosen : ndarray of bool, shape (F,)
@@ -103,6 +106,7 @@ class Evidence:
     """
 
     body: Body
+    frames: IntArray
     upright: BoolArray
     chosen: BoolArray
     best: int
@@ -134,11 +138,22 @@ class Evidence:
 
     def planted(self, side: str) -> BoolArray:
         """Chosen frames, ``(C,)``, in which a foot is likely to be flat on the floor: its ankle is low and slow."""
-        place = self.body.place(f"{side}_foot")
-        speed = np.linalg.norm(np.gradient(place, axis=0), axis=1) if len(place) > 1 else np.zeros(len(place))
-        speed, height = speed[self.chosen], place[self.chosen, 1]
+        height = self.body.place(f"{side}_foot")[self.chosen, 1]
+        speed = self._speed(side)
         slow = speed <= np.percentile(speed, _SLOWEST)
         return np.asarray(slow & (height <= np.percentile(height[slow], _LOWEST)))
+
+    def rests(self, side: str) -> bool:
+        """Whether a foot is still in those frames, and so may tell how it stands."""
+        return float(np.median(self._speed(side)[self.planted(side)])) < _STILL
+
+    def _speed(self, side: str) -> FloatArray:
+        """Of an ankle in the chosen frames, ``(C,)`` m/s."""
+        place = self.body.place(f"{side}_foot")
+        if len(place) < 2:
+            return np.zeros(int(self.chosen.sum()))
+        seconds = self.frames / self.body.motion.fps
+        return np.asarray(np.linalg.norm(np.gradient(place, seconds, axis=0), axis=1)[self.chosen])
 
 
 def body_at(motion: Motion, frames: IntArray) -> Body:
@@ -165,7 +180,7 @@ def evidence(motion: Motion) -> Evidence:
     upright = (body.trunk[:, 1] > _TRUNK_UP) & (body.reaches.max(axis=1) > _LEGS_LONG)
     uprightness = np.minimum(body.trunk[:, 1], body.reaches.mean(axis=1))
     chosen = upright if upright.any() else uprightness >= uprightness.max()
-    return Evidence(body, upright, chosen, int(frames[np.argmax(uprightness)]))
+    return Evidence(body, frames, upright, chosen, int(frames[np.argmax(uprightness)]))
 
 
 def mean_rotations(rotations: FloatArray) -> FloatArray:

@@ -19,8 +19,10 @@ _CHAINS = {"elbow": ("shoulder", "elbow", "hand"), "knee": ("hip", "knee", "foot
 _LEFT, _DOWN = np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])
 _BENDS = 0.1  # mean sine of the bend of a joint that shows its hinge
 _FOOT_FALLS = 20.53  # degrees from ankle to toe below the horizontal: that of DeepMimic, in the middle of 15 to 25
+_NO_BONE = 1e-9  # metres: a bone of no length has no direction
 _RAISED = 8.0  # degrees: collars at rest, above where arms that hang bring them
-_TWISTED = np.cos(np.radians(25.0))
+_TWISTED = 25.0  # degrees by which a head may look aside in the mean
+_FOOT_TWISTED = 8.0  # degrees by which a planted foot may lean on a side
 
 
 def limb_frame(seen: Evidence, joint: int, side: str, part: str) -> FloatArray:
@@ -38,6 +40,8 @@ def limb_frame(seen: Evidence, joint: int, side: str, part: str) -> FloatArray:
     ndarray, shape (4,)
     """
     bone = seen.body.bone(joint, f"{side}_{NEXT[part]}")
+    if not np.linalg.norm(bone) > _NO_BONE:
+        return np.asarray(seen.mean[joint])
     hinge = _hinge(seen.body, joint, side, "knee" if part in ("hip", "knee") else "elbow")
     if hinge is None:
         return rot.multiply(rot.between(rot.rotate(seen.mean[joint], bone), _DOWN), seen.mean[joint])
@@ -64,20 +68,22 @@ def _hinge(body: Body, joint: int, side: str, middle: str) -> FloatArray | None:
     return np.asarray(hinge if middle == "knee" else -hinge)
 
 
-def collar_frame(seen: Evidence, joint: int, side: str) -> FloatArray:
-    """The frame ``(4,)`` of a collar bone: the mean, raised from where hanging arms bring it, level if it nearly is.
+def collar_frame(seen: Evidence, joint: int, side: str, carried: FloatArray) -> FloatArray:
+    """The frame ``(4,)`` of a collar bone: raised from where hanging arms bring it, and level if it nearly is.
 
     Parameters
     ----------
     seen : Evidence
     joint : int
     side : str
+    carried : ndarray, shape (4,)
+        As it is in the mean on an upright trunk.
 
     Returns
     -------
     ndarray, shape (4,)
     """
-    frame = rot.multiply(rot.about("z", np.radians(_RAISED if side == "left" else -_RAISED)), seen.mean[joint])
+    frame = rot.multiply(rot.about("z", np.radians(_RAISED if side == "left" else -_RAISED)), carried)
     if not seen.body.has(f"{side}_shoulder"):
         return frame
     points = rot.rotate(frame, seen.body.bone(joint, f"{side}_shoulder"))
@@ -118,12 +124,12 @@ def foot_frame(seen: Evidence, build: Build, joint: int, side: str) -> FloatArra
     points = rot.rotate(frame, bone)
     frame = rot.multiply(rot.about("y", -np.arctan2(points[0], points[2])), frame)
     falls = float(np.degrees(np.arctan2(-points[1], np.hypot(points[0], points[2]))))
-    if abs(falls - _FOOT_FALLS) < STRAIGHT:
+    if abs(falls - _FOOT_FALLS) < STRAIGHT or not seen.rests(side):
         frame = rot.multiply(rot.about("x", np.radians(_FOOT_FALLS - falls)), frame)
-    return untwisted(frame, rot.rotate(frame, bone)) if build.aligned else frame
+    return untwisted(frame, rot.rotate(frame, bone), _FOOT_TWISTED) if build.aligned else frame
 
 
-def untwisted(frame: FloatArray, bone: FloatArray) -> FloatArray:
+def untwisted(frame: FloatArray, bone: FloatArray, most: float = _TWISTED) -> FloatArray:
     """A frame rotated about its bone so that the axis of it that nearly points sideways does.
 
     Parameters
@@ -131,15 +137,17 @@ def untwisted(frame: FloatArray, bone: FloatArray) -> FloatArray:
     frame : ndarray, shape (4,)
     bone : ndarray, shape (3,)
         In the world.
+    most : float
+        Degrees by which it may be rotated.
 
     Returns
     -------
     ndarray, shape (4,)
-        The same where none is within 25 degrees.
+        The same where no axis is as near.
     """
     bone = unit(bone)
     axes = rot.rotate(frame, np.concatenate([np.eye(3), -np.eye(3)]))
     axes = unit(axes - bone * (axes @ bone)[:, None])
     side = unit(_LEFT - bone * bone[0])
     nearest = axes[np.argmax(axes @ side)]
-    return rot.multiply(rot.between(nearest, side), frame) if nearest @ side > _TWISTED else frame
+    return rot.multiply(rot.between(nearest, side), frame) if nearest @ side > np.cos(np.radians(most)) else frame

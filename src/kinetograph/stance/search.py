@@ -119,13 +119,13 @@ def _frame(seen: Evidence, build: Build, joint: int, found: FloatArray) -> Float
         return limb_frame(seen, joint, side, part)
     if part == "foot" and seen.body.has(f"{side}_toe"):
         return foot_frame(seen, build, joint, side)
-    if part == "collar":
-        return collar_frame(seen, joint, side)
     parent = int(build.skeleton.parents[joint])
     if parent < 0:
         return np.asarray(seen.mean[joint])
     when = seen.planted(side) if part == "toe" else np.ones(len(seen.facing), dtype=np.bool_)
     carried = rot.multiply(found[parent], _held(seen, joint, parent, when))
+    if part == "collar":
+        return collar_frame(seen, joint, side, carried)
     return hand_frame(build, joint, carried) if part == "hand" else carried
 
 

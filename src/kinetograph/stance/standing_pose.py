@@ -17,6 +17,7 @@ _HEAD_UP = 0.3
 _ALIKE = 0.3  # the line of the hips and that of the shoulders
 _ACROSS = 0.5  # the line of the hips and the trunk
 _FOLDED = -0.5  # forearms against upper arms
+_NO_BONE = 1e-4  # metres
 _FLAT_FOOT = 0.25  # of a foot's length: how far at least a toe is ahead of its ankle
 
 
@@ -41,20 +42,27 @@ def stands(skeleton: Skeleton) -> bool:
 
 
 def _pose_stands(place: dict[str, FloatArray]) -> bool:
-    across = place["left_hip"] - place["right_hip"]
     low = np.mean([place[f"{side}_hip"] for side in SIDES], axis=0)
-    top = next((place[role] for role in ("chest", "neck", "head") if role in place), None)
-    if top is None:
-        top = low + sum(place[f"{side}_hip"] - place[f"{side}_knee"] for side in SIDES)
-    if "left_shoulder" in place and "right_shoulder" in place:
-        shoulders = place["left_shoulder"] - place["right_shoulder"]
+    shoulders = {f"{side}_shoulder" for side in SIDES} <= place.keys()
+    if shoulders:
         top = np.mean([place[f"{side}_shoulder"] for side in SIDES], axis=0)
-        if cosine(across, shoulders) < _ALIKE:
-            return False
+    else:
+        known = [place[role] for role in ("chest", "neck", "head") if role in place]
+        top = known[0] if known else 2.0 * low - np.mean([place[f"{side}_knee"] for side in SIDES], axis=0)
+    lines = [_line(place, "hip"), *([_line(place, "shoulder")] if shoulders else [])]
+    across = np.sum([unit(line) for line in lines], axis=0)
     up = unit(top - low)
-    if abs(cosine(across, up)) > _ACROSS or not (np.any(across) and np.any(up)):
+    if not (np.any(across) and np.any(up)) or abs(cosine(across, up)) > _ACROSS:
+        return False
+    if all(np.any(line) for line in lines) and cosine(lines[0], lines[-1]) < _ALIKE:
         return False
     return _legs_stand(place, up, np.cross(across, up)) and _top_stands(place, up)
+
+
+def _line(place: dict[str, FloatArray], part: str) -> FloatArray:
+    """From the right to the left of a part; that of the knees where both hips are one joint's."""
+    line = place[f"left_{part}"] - place[f"right_{part}"]
+    return _line(place, "knee") if part == "hip" and np.linalg.norm(line) < _NO_BONE else line
 
 
 def _legs_stand(place: dict[str, FloatArray], up: FloatArray, ahead: FloatArray) -> bool:

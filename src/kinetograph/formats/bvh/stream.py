@@ -17,6 +17,7 @@ from kinetograph.formats.bvh.stamp import meaning
 from kinetograph.formats.bvh.table import Table, Wanted
 from kinetograph.formats.conventions import Converted, to_metres_y_up
 from kinetograph.formats.options import ReadOptions
+from kinetograph.formats.stances import with_stance
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 
@@ -130,8 +131,8 @@ def open_stream(path: str | Path, options: ReadOptions | None = None) -> MotionS
     motion = motion_of_rows(hierarchy.nodes, first, header.fps, [])
     units, up = meaning(head, hierarchy.position)
     converted = to_metres_y_up([motion], options.units or units, options.up or up, options.keep)
-    skeleton = converted.motions[0].skeleton
-    notes += converted.notes
+    skeleton, said = with_stance(converted.motions[0], options.rest)
+    notes += [*converted.notes, *said]
     return MotionStream(path, skeleton, header.fps, frames, tuple(notes), hierarchy, begin, converted, wanted)
 
 
