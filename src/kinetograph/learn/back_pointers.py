@@ -99,7 +99,7 @@ class BackPointers:
         """Those of all steps after ``step`` as rows ``(R, S)``."""
         first = self.count - len(self._rows)
         rows = np.array(self._rows[max(step - first, 0) :], dtype=np.int32)
-        older = [self._row(each, rows.shape[1]) for each in range(step + 1, first + 1)]
+        older = [_whole(*self._of_swept(each), rows.shape[1]) for each in range(step + 1, first + 1)]
         return np.concatenate([np.array(older), rows]) if older else rows
 
     def full(self, longest: int) -> bool:
@@ -140,14 +140,15 @@ class BackPointers:
         swept = sum(part.borders.nbytes + part.states.nbytes + part.links.nbytes for part in self._swept)
         return swept + sum(row.nbytes for row in self._rows)
 
-    def _row(self, step: int, states: int) -> Links:
-        row = np.full(states, -1, dtype=np.int32)
-        kept, links = self._of_swept(step)
-        row[kept] = links
-        return row
-
     def _of_swept(self, step: int) -> tuple[Links, Links]:
         part = bisect_right(self._firsts, step) - 1
         if part < 0:
             return np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
         return self._swept[part].at(step - self._firsts[part])
+
+
+def _whole(kept: Links, links: Links, states: int) -> Links:
+    """The back-pointers of all states ``(S,)`` of a step, of which some are kept."""
+    row = np.full(states, -1, dtype=np.int32)
+    row[kept] = links
+    return row

@@ -86,26 +86,16 @@ class PathDriver:
         if not self._arrived:
             return True
         before, last = self._arrived[-1]
-        if time <= before or not self._alike(item, last):
+        if time <= before:
+            return False
+        if odd := _odd(item, last):
+            self._note(odd)
             return False
         leaps = float(np.linalg.norm(place - _place(last))) > _NEAR + _FASTEST * (time - before)
         self._leaps = self._leaps + 1 if leaps else 0
         if leaps:
             self._note("leaps are left out, unless they last")
         return not leaps or self._leaps > _LASTING
-
-    def _alike(self, item: Point | Frame, last: Point | Frame) -> bool:
-        """Whether an item is of the same kind as the last one, and of the same body."""
-        if isinstance(item, Frame) and isinstance(last, Frame):
-            try:
-                check_alike(last.motion, item.motion)
-            except KinetographError as error:
-                self._note(str(error))
-                return False
-        elif type(item) is not type(last):
-            self._note("expected points or frames of a body, found both; the others are left out")
-            return False
-        return True
 
     def _note(self, text: str) -> None:
         if text not in self._said and len(self._said) < _MOST:
@@ -117,20 +107,16 @@ class PathDriver:
         if self._began is None:
             return []
         latest = max(self._arrived[-1][0], now - _SILENT)
-        self._began += self._left_out(latest - self._began - self._taken / self.fps)
+        gap = latest - self._began - self._taken / self.fps
+        if gap > _PAUSE:  # over the rest of it the control stands still, and time with it
+            self._note(f"nothing was heard for {gap:.1f} s; {_PAUSE:.0f} s of such gaps are followed at most")
+            self._began += gap - _PAUSE
         poses: list[LivePose] = []
         while self._began + self._taken / self.fps <= latest:
             poses += self._step(self._began + self._taken / self.fps)
             self._taken += 1
         del self._arrived[: max(len(self._arrived) - round(4 * self.fps * _WINDOW) - 120, 0)]
         return _motions(poses, self.model.fitted.sources[0].motion)
-
-    def _left_out(self, gap: float) -> float:
-        """Seconds of a gap that are not followed: over them the control stands still, and time with it."""
-        if gap <= _PAUSE:
-            return 0.0
-        self._note(f"nothing was heard for {gap:.1f} s; {_PAUSE:.0f} s of such gaps are followed at most")
-        return gap - _PAUSE
 
     def rest(self) -> list[Motion]:
         """The frames that are left."""
@@ -173,6 +159,18 @@ class PathDriver:
         across = 0.5 * np.array([np.cos(self._direction), 0.0, -np.sin(self._direction)])
         pair = Signal(np.stack([place + across, place - across])[None], ("left", "right"), "m", self.fps)
         return np.asarray(self.model.method.control_points.points(pair)[0])
+
+
+def _odd(item: Point | Frame, last: Point | Frame) -> str:
+    """What an item has that the last one had not: another kind, another body; empty where they are alike."""
+    if isinstance(item, Frame) and isinstance(last, Frame):
+        try:
+            check_alike(last.motion, item.motion)
+        except KinetographError as error:
+            return str(error)
+    elif type(item) is not type(last):
+        return "expected points or frames of a body, found both; the others are left out"
+    return ""
 
 
 def _motions(poses: Sequence[LivePose], source: Motion) -> list[Motion]:

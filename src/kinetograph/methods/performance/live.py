@@ -158,7 +158,7 @@ class Live:
         points = points_of(settings, self._frames.with_next(frame, 1 if alone else 3))
         points = points[:1] if alone else points[-2:-1]
         for each in points:
-            self._check(each)
+            _check(self.fitted, each)
         self._frames.add(frame)
         if self._partner is None and settings.post.handholds:
             self._partner = Partner(self.fps)
@@ -166,21 +166,9 @@ class Live:
             self._partner.add(frame)
         return self._take(points[0]) if len(points) else ()
 
-    def _check(self, points: FloatArray) -> None:
-        """Raise RequestError for control points that cannot be followed."""
-        expected = self.fitted.sources[0].control_points.shape[1:]
-        if points.shape != expected or not np.isfinite(points).all():
-            raise RequestError(f"expected a frame of finite control points {expected}, found shape {points.shape}")
-        far = float(np.abs(points).max(initial=0.0))
-        if far > FARTHEST:
-            raise RequestError(
-                f"expected control points within {FARTHEST / 1000:.0f} km of the origin, found {far:g} m; leave such "
-                "frames out, and look at their units"
-            )
-
     def _take(self, points: FloatArray, ahead: FloatArray | None = None) -> tuple[LivePose, ...]:
         """One more frame of control points; as many steps of the search as it completes."""
-        self._check(points)
+        _check(self.fitted, points)
         self._arrived.add(points)
         rate, steps = self.fitted.settings.rate, self._search.samples
         poses: list[LivePose] = []
@@ -246,6 +234,19 @@ class _Arrived:
         begin = position - (self.count - 1) + per_step
         count = min(int((len(line) - 1 - begin) / per_step + 1e-6) + 1, round(KNOWN * rate))
         return interpolate(line, begin + per_step * np.arange(max(count, 0)))
+
+
+def _check(fitted: Fitted, points: FloatArray) -> None:
+    """Raise RequestError for control points that cannot be followed."""
+    expected = fitted.sources[0].control_points.shape[1:]
+    if points.shape != expected or not np.isfinite(points).all():
+        raise RequestError(f"expected a frame of finite control points {expected}, found shape {points.shape}")
+    far = float(np.abs(points).max(initial=0.0))
+    if far > FARTHEST:
+        raise RequestError(
+            f"expected control points within {FARTHEST / 1000:.0f} km of the origin, found {far:g} m; leave such "
+            "frames out, and look at their units"
+        )
 
 
 def _looks_ahead(fitted: Fitted, lag: int, wanted: bool | None) -> bool:

@@ -192,19 +192,11 @@ class LiveSensor:
         """
         rows = renumbered(readings, self._fit.examples.names)
         self._check_units(readings)
-        end = self._end(max(readings.duration, now or 0.0))
+        end = _not_leaping(self._until, max(readings.duration, now or 0.0), _SILENCE)
         self._uniform.add(rows)
         self._until = max(self._until, end)
         self._heard |= {readings.names[i] for i in np.unique(readings.sensors)}
         return self._advance(*self._uniform.ready(now), progress)
-
-    def _end(self, end: float, silence: float = _SILENCE) -> float:
-        """A time, unless it leaps ahead."""
-        if not end <= self._until + silence:
-            raise RequestError(
-                f"readings leap from {self._until:g} s to {end:g} s; times are seconds from the start of the motion"
-            )
-        return end
 
     def _check_units(self, readings: Readings) -> None:
         """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
@@ -218,7 +210,7 @@ class LiveSensor:
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
-        self._until = max(self._until, self._end(now, _PAUSE))
+        self._until = max(self._until, _not_leaping(self._until, now, _PAUSE))
         return self._advance(*self._uniform.ready(now), None)
 
     def finish(self) -> SensorSynthesis:
@@ -307,6 +299,15 @@ class LiveSensor:
         if local is not None:
             statistics |= {"clusters": len(local.clusters), "condition": local.condition}
         return statistics
+
+
+def _not_leaping(since: float, until: float, silence: float) -> float:
+    """A time, unless it leaps ahead."""
+    if not until <= since + silence:
+        raise RequestError(
+            f"readings leap from {since:g} s to {until:g} s; times are seconds from the start of the motion"
+        )
+    return until
 
 
 def _together(parts: list[Readings]) -> Readings:
