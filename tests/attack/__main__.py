@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from .parts import Tally, all_parts, run
+from tests.attack.parts import Tally, all_parts, run
 
 
 def until(end: float, count: int | None) -> Iterator[int]:

@@ -12,15 +12,14 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from tests.attack import harm, libraries
+from tests.attack.libraries import Libraries
+from tests.attack.parts import Outcome
 
 from kinetograph.errors import KinetographError
 from kinetograph.library import Library, annotations_of, contents, labels, skeletons
 from kinetograph.library.catalogue import FILE_NAME
 from kinetograph.take import Take
-
-from . import harm, libraries
-from .libraries import Libraries
-from .parts import Outcome
 
 
 def reads(path: Path, shared: Libraries) -> tuple[dict[str, Take], set[str]]:

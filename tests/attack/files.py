@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from tests.attack import neighbours
+from tests.attack.parts import Outcome
 
 from kinetograph.errors import KinetographError
 from kinetograph.formats import read
-
-from . import neighbours
-from .parts import Outcome
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from tests.attack import libraries
+from tests.attack.libraries import Libraries
+from tests.attack.parts import Outcome
 
 from kinetograph.errors import KinetographError
 from kinetograph.library import Library, back_up
 from kinetograph.take import Annotation
-
-from . import libraries
-from .libraries import Libraries
-from .parts import Outcome
 
 _DONE, _REFUSED, _TRACEBACK = 0, 3, 4
 

@@ -9,10 +9,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from tests.attack.libraries import Libraries
 
 from kinetograph.library.catalogue import FILE_NAME
-
-from .libraries import Libraries
 
 Rng = np.random.Generator
 PAGE = 4096

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from tests.attack import neighbours
+from tests.attack.parts import Outcome
 
 from kinetograph.library import Library
-
-from . import neighbours
-from .parts import Outcome
 
 
 @dataclass

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from tests.attack import neighbours
+from tests.attack.parts import Outcome
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import KinetographError
@@ -17,9 +19,6 @@ from kinetograph.motion import Motion
 from kinetograph.sensing import Readings, preset, select_rows, simulate
 from kinetograph.synthesis import LivePose
 from kinetograph.take import Annotation, Take
-
-from . import neighbours
-from .parts import Outcome
 
 FPS = 30.0
 BAD = (np.nan, np.inf, -np.inf, 1e200, -1e200, 1e9, 1e30, -1e5, 5e-324)

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.attack import __main__ as script
+from tests.attack import harm
+from tests.attack.parts import Outcome, all_parts, run
 
 from kinetograph.library import takes
-
-from . import __main__ as script
-from . import harm
-from .parts import Outcome, all_parts, run
 
 COUNTS = {"damage": 40, "kills": 2, "full_disk": 12, "files": 150, "rows": 4}
 

@@ -44,7 +44,7 @@ class Scene:
         models = self.objects.all("Model")
         if len(models) > _MOST_MODELS:
             raise FormatError(path, f"more than {_MOST_MODELS} models; is this file damaged?")
-        parents = self._parents(models)
+        parents = _parents(self.objects, models)
         order = scenes.depth_first(parents)
         if order is None:
             raise FormatError(path, "models form a ring; they must form a tree")
@@ -55,15 +55,6 @@ class Scene:
         self.animations: tuple[str, ...] = ()
         self.start = np.inf
         self._animate(document.ticks, animation)
-
-    def _parents(self, models: list[int]) -> list[int]:
-        place = {key: i for i, key in enumerate(models)}
-        parents = [-1] * len(models)
-        for key, i in place.items():
-            for parent, _ in self.objects.above.get(key, ()):
-                if parent in place:
-                    parents[i] = place[parent]
-        return parents
 
     def _model(self, key: int, parent: int, template: Properties) -> Model:
         kind = str(self.objects.nodes[key].values[2])
@@ -145,6 +136,16 @@ class Scene:
                 out.extend((child, link) for child, _ in self.objects.below.get(key, ()))
         shaped = [(key, m.astype(np.float64)) for key, m in out if m is not None and m.shape == (16,)]
         return [(key, m.reshape(4, 4).T) for key, m in shaped if np.abs(m).max() < LARGEST]
+
+
+def _parents(objects: Objects, models: list[int]) -> list[int]:
+    place = {key: i for i, key in enumerate(models)}
+    parents = [-1] * len(models)
+    for key, i in place.items():
+        for parent, _ in objects.above.get(key, ()):
+            if parent in place:
+                parents[i] = place[parent]
+    return parents
 
 
 def _template(document: Document) -> Properties:
