@@ -18,6 +18,9 @@ from kinetograph.library.digests import Damaged
 from kinetograph.library.headers import Header
 from kinetograph.library.storage import Storage
 
+_checked: dict[Path, tuple[int, int, int]] = {}
+"""Libraries that this process has changed, and the state of the catalogue's file that it left."""
+
 
 @dataclass(frozen=True)
 class Change:
@@ -61,6 +64,7 @@ def changing(folder: Path, appending: bool = False) -> Iterator[Change]:
     with catalogue.writing(folder) as db:
         if schema.statements(db) not in schema.known():
             raise Damaged("its tables are not those of a library")
+        _require_sound(folder, db)
         held = storage.read(db)
         path = folder / held.file
         size, header = _state(path, held)
@@ -72,11 +76,26 @@ def changing(folder: Path, appending: bool = False) -> Iterator[Change]:
             _write_header(path, begun)
             yield Change(db, path, frame_files.filled(max(held.stop, size)))
             db.execute("COMMIT")
+            _checked[folder.absolute()] = _stamp(folder)
         except BaseException:
             if db.in_transaction or _locked_again(db, held):
                 frame_files.truncate(path, size)
                 _write_header(path, header)
             raise
+
+
+def _require_sound(folder: Path, db: sqlite3.Connection) -> None:
+    """Raise Damaged where SQLite finds faults in a catalogue that is not as this process left it.
+
+    A row that is written into exchanged pages can take the place of one that could still be read.
+    """
+    if _checked.get(folder.absolute()) != _stamp(folder) and (faults := schema.integrity(db, "quick_check")):
+        raise Damaged(faults[0])
+
+
+def _stamp(folder: Path) -> tuple[int, int, int]:
+    state = (folder / catalogue.FILE_NAME).stat()
+    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def _locked_again(db: sqlite3.Connection, held: Storage) -> bool:
