@@ -71,7 +71,7 @@ def test_a_page(tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPa
 def test_what_goes_together(tmp_path: Path, clips_folder: Path) -> None:
     walk = clip(tmp_path, clips_folder)
     for options, says in (
-        (("--character", "robot"), "expected human, capsules or a .glb file"),
+        (("--character", "robot"), "expected human, capsules or a .glb or .vrm file"),
         (("--character", walk, "--retarget", walk), "brings its own skeleton"),
         (("--scale", "2"), "--joint-table and --scale go with --retarget or --character"),
     ):

@@ -92,10 +92,10 @@ def test_every_command_is_a_writer_or_known_to_write_nothing() -> None:
     assert names == writers | WRITE_NOTHING | FOLDERS
 
 
-def test_the_status_is_that_of_a_command_used_wrongly(inputs: Path) -> None:
+def test_what_exists_is_refused_in_one_line(inputs: Path) -> None:
     (inputs / "moves.csv").write_text(OLD)
     done = run("library", "annotate", "lib", "--export", "moves.csv", cwd=inputs)
-    assert done.returncode == 2
+    assert done.returncode == 1
     assert done.stderr == "kinetograph: moves.csv exists; give --force to overwrite it, or another name\n"
     assert (inputs / "moves.csv").read_text() == OLD
     done = run("library", "annotate", "lib", "--export", "moves.csv", "--force", cwd=inputs)

@@ -90,7 +90,10 @@ def test_a_table_read_back_changes_nothing(name: str, notes: list[Annotation]) -
         (HEADER + "wlak,path,cut,,1,1\n", r"notes\.csv:2: no track 'path' of take 'wlak': the library has no take"),
         (HEADER + "walk,path,cut,,1,10.2\n", r"notes\.csv:2: 10\.2 s lies after the end of track 'path' at 10\.000 s"),
         (HEADER + "walk,path,cut," + "x" * 200_000 + ",1,1\n", r"notes\.csv:2: not a table .* field larger"),
-        (HEADER.encode() + b"walk,path,cut,caf\xe9,1,1\n", r"notes\.csv:2: expected UTF-8 text: .*; save it as UTF-8"),
+        (
+            HEADER.encode() + b"walk,path,cut,caf\xe9,1,1\n",
+            r"notes\.csv:2: expected a table .*, which is not UTF-8 text; save it as UTF-8",
+        ),
     ],
 )
 def test_a_bad_table_names_its_line_and_changes_nothing(

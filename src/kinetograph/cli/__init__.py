@@ -25,7 +25,7 @@ from kinetograph.cli import (
     studio,
     view,
 )
-from kinetograph.errors import ExistsError, KinetographError
+from kinetograph.errors import KinetographError
 
 __all__ = ["app", "main"]
 
@@ -69,17 +69,12 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; errors of the library and of the disk become one line on stderr and exit status 1.
-
-    An output that exists already is a matter of how the command is used, with status 2.
-    """
+    """Run the command line; errors of the library and of the disk become one line on stderr and exit status 1."""
     try:
         try:
             app()
         finally:
             sys.stdout.flush()  # what cannot be written must be known here, and not where Python ends
-    except ExistsError as error:
-        _end(2, str(error))
     except KinetographError as error:
         _end(1, str(error))
     except BrokenPipeError:  # as in "kinetograph info walk.bvh | head -1"
