@@ -92,7 +92,7 @@ def test_a_table_read_back_changes_nothing(name: str, notes: list[Annotation]) -
         (HEADER + "walk,path,cut," + "x" * 200_000 + ",1,1\n", r"notes\.csv:2: not a table .* field larger"),
         (
             HEADER.encode() + b"walk,path,cut,caf\xe9,1,1\n",
-            r"notes\.csv:2: expected a table .*, which is not UTF-8 text; save it as UTF-8",
+            r"notes\.csv:2: expected a table .* not UTF-8 text",
         ),
     ],
 )
