@@ -24,8 +24,8 @@ from tests.mutants.sites import Fault, drawn
 
 ROOT = Path(__file__).parents[2]
 ROOMS = ("methods", "post", "segmentation", "sensing", "formats", "library")
-LEFT_OUT = ("tests/studio", "tests/clients", "tests/evaluation/reproduce")
-"""Tests that no fault is given to: they need a browser or minutes."""
+LEFT_OUT = tuple(f"tests/{name}" for name in ("attack", "cli", "clients", "drawing", "evaluation", "live", "studio"))
+"""Tests that no fault is given to: of other rooms and of whole programs, which take long."""
 
 Calls = dict[str, list[str]]
 """Function, as ``path:name:line`` -> the tests that call it, the quickest first."""
