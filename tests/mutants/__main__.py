@@ -38,14 +38,16 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--least", type=float, default=0.92, help="share that must be noticed")
-    parser.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 1))
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--map", type=Path, default=ROOT / "build/mutants/calls.json")
     parser.add_argument("--folder", type=Path, default=ROOT / "build/mutants")
     options = parser.parse_args()
     end = time.monotonic() + 60 * options.minutes
-    folders = [_copy(options.folder / str(job)) for job in range(options.jobs)]
+    first = _copy(options.folder / "0")
     if not options.map.exists():
-        _map(folders[0], options.map)
+        _map(first, options.map)
+    more = [options.folder / str(job) for job in range(1, options.jobs)]
+    folders = [first, *(Path(shutil.copytree(first, folder, dirs_exist_ok=True)) for folder in more)]  # kernels as well
     package = folders[0] / "src/kinetograph"
     paths = [path for room in ROOMS for path in sorted((package / room).rglob("*.py"))]
     faults = drawn(paths, options.count, options.seed)
