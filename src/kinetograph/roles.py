@@ -43,6 +43,19 @@ _NECK = {"neck", "lowerneck", "necklower", "necktwist"}
 _HEAD, _UPPER_NECK = {"head"}, {"upperneck", "neckupper"}
 
 
+HUMANOID_LIMBS: dict[str, str] = {
+    "Shoulder": "collar",
+    "UpperArm": "shoulder",
+    "LowerArm": "elbow",
+    "Hand": "hand",
+    "UpperLeg": "hip",
+    "LowerLeg": "knee",
+    "Foot": "foot",
+    "Toes": "toe",
+}
+"""Bones of limbs as Unity, VRM and VMC call them, without their side, and the roles that they play."""
+
+
 @dataclass(frozen=True)
 class JointName:
     """What the name of a joint says.

@@ -11,19 +11,9 @@ from kinetograph import rotations as rot
 from kinetograph.errors import FormatError
 from kinetograph.formats.gltf.buffers import Gltf
 from kinetograph.motion import Motion
-from kinetograph.roles import with_found_roles
+from kinetograph.roles import HUMANOID_LIMBS, with_found_roles
 from kinetograph.skeleton import Landmark, Skeleton
 
-_SIDED = {
-    "Shoulder": "collar",
-    "UpperArm": "shoulder",
-    "LowerArm": "elbow",
-    "Hand": "hand",
-    "UpperLeg": "hip",
-    "LowerLeg": "knee",
-    "Foot": "foot",
-    "Toes": "toe",
-}
 _MOST_BONES = 500  # in which roles are looked for
 _TRUNK = ("upperChest", "chest", "spine")
 HALF_TURN = rot.about("y", np.pi)
@@ -58,7 +48,7 @@ class Humanoid:
         if len(trunk) > 1:
             out["spine"] = trunk[-1]
         for side in ("left", "right"):
-            for bone, part in _SIDED.items():
+            for bone, part in HUMANOID_LIMBS.items():
                 if side + bone in self.bones:
                     out[f"{side}_{part}"] = self.bones[side + bone]
         return out

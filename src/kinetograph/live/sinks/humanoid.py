@@ -13,22 +13,13 @@ from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.post.rest_pose import body_axes, limb_direction
+from kinetograph.roles import HUMANOID_LIMBS
 from kinetograph.skeleton import Skeleton
 from kinetograph.stance import to_standing
 
 _TRUNK = {"Hips": "hips", "Spine": "spine", "Chest": "chest", "Neck": "neck", "Head": "head"}
-_LIMBS = {
-    "Shoulder": "collar",
-    "UpperArm": "shoulder",
-    "LowerArm": "elbow",
-    "Hand": "hand",
-    "UpperLeg": "hip",
-    "LowerLeg": "knee",
-    "Foot": "foot",
-    "Toes": "toe",
-}
 BONES: dict[str, str] = _TRUNK | {
-    f"{side}{bone}": f"{side.lower()}_{role}" for side in ("Left", "Right") for bone, role in _LIMBS.items()
+    f"{side}{bone}": f"{side.lower()}_{role}" for side in ("Left", "Right") for bone, role in HUMANOID_LIMBS.items()
 }
 """Unity's names of humanoid bones, as VRM and VMC have them, and the roles that play them."""
 _DIRECTIONS = {"shoulder": (1.0, 0.0, 0.0), "elbow": (1.0, 0.0, 0.0), "hip": (0.0, -1.0, 0.0), "knee": (0.0, -1.0, 0.0)}
