@@ -178,7 +178,7 @@ def test_the_view_follows_a_walk_that_turns_and_stays_for_one_in_place() -> None
 
 
 def test_requests_that_a_picture_cannot_meet(tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match=r"written as \.png, found '\.jpg'"):
+    with pytest.raises(RequestError, match=r"expected \.png, found '\.jpg'"):
         contact_sheet(walk(), tmp_path / "a.jpg")
     with pytest.raises(RequestError, match="1 pose or more, found frames=0"):
         contact_sheet(walk(), tmp_path / "a.png", frames=0)

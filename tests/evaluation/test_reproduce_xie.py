@@ -93,4 +93,4 @@ def test_real_serves(data_folder: Path) -> None:
     serves = strokes.takes["kinematics_tennis_serve"]
     assert len(serves) == 5
     assert len({serve.skeleton for serve in serves.values()}) == 1
-    assert sum("is left out: no Plug-in-Gait body" in note for note in strokes.notes) == 4
+    assert sum("is left out: no five markers of any known set" in note for note in strokes.notes) == 4

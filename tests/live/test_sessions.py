@@ -125,7 +125,7 @@ def test_silence_holds_the_pose_with_growing_uncertainty_and_memory_stays_flat(m
     poses = [pose for k in range(20) for pose in live.wait(readings.duration + 1.0 + k)]
     assert poses[-1].uncertainty.mean() > first[-1].uncertainty.mean()
     assert np.abs(poses[-1].rotations - poses[-30].rotations).max() < 1e-6
-    assert len(live._poses) == 0
+    assert len(live._kept) == 0
 
 
 def test_a_tracker_emulator_that_is_not_ours_is_heard() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import struct
 import threading
 import time
@@ -363,8 +364,10 @@ def test_a_file_of_another_build_in_other_units_leads(room: Room) -> None:
 
 
 def test_what_is_guessed_of_a_file_is_said(room: Room) -> None:
-    save(couple(1.0)[0], room.folder / FILES / "odd.bvh", options=WriteOptions(units="centimetre", up="z"))
-    guessed = load_notes(room.folder / FILES / "odd.bvh")
+    odd = room.folder / FILES / "odd.bvh"
+    save(couple(1.0)[0], odd, options=WriteOptions(units="centimetre", up="z"))
+    odd.write_text(re.sub(r"Frame Time: .*", "Frame Time: 0.033333", odd.read_text()))  # as another program writes it
+    guessed = load_notes(odd)
     assert guessed
     made = _made(room, leader="odd.bvh")
     assert set(guessed) <= set(made.synthesis.warnings)

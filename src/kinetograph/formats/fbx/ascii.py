@@ -117,7 +117,8 @@ class _Parser:
         return _SPACE.match(self.text, position).end()  # type: ignore[union-attr]
 
     def fail(self, position: int, message: str) -> NoReturn:
-        raise FormatError(self.path, message, line=self.text.count("\n", 0, position) + 1)
+        line = self.text.count("\n", 0, position) + 1
+        raise FormatError(self.path, message, line=line)
 
 
 def _numbers(text: str) -> npt.NDArray[Any] | None:
