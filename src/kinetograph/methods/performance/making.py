@@ -39,7 +39,7 @@ class Recorded:
     Parameters
     ----------
     parts : list of Part
-        Pieces with their recordings, in order of time.
+        Pieces with their recordings, as they were recorded, in order of time.
     annotations : tuple of Annotation
         What the recordings bring along.
     holds : tuple of Hold
@@ -97,17 +97,23 @@ def make(fitted: Fitted, recorded: Recorded) -> Made:
 def _at_once(fitted: Fitted, recorded: Recorded) -> Made:
     fps, post = fitted.sources[0].motion.fps, fitted.settings.post
     held = [(part.piece.start, part.piece.stop) for part in recorded.parts if part.piece.held]
-    joined = breathe(join_parts(recorded.parts, fps, recorded.frames, post), held)
+    parts = [replace(part, motion=_scaled(part.motion, part.piece.scale)) for part in recorded.parts]
+    joined = breathe(join_parts(parts, fps, recorded.frames, post), held)
     joined = limit_turning(joined, fitted.limits.turning)
     body = Body(fitted.limits.joints, fitted.limits.clearance, recorded.partner)
     motion, annotations = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), body)
     motion = limit_elbows(motion, fitted.limits.elbows)
     if post.floor:
-        motion = keep_above(motion, recorded_lows(motion, recorded.parts))
+        motion = keep_above(motion, recorded_lows(motion, parts))
     moved = np.linalg.norm(joint_positions(motion) - joint_positions(joined), axis=-1)
     residuals = hold_residuals(motion, recorded.holds)
-    edited = edits(motion, recorded.parts)
+    edited = edits(motion, parts)
     return Made(motion, annotations, edited, np.stack([moved.mean(axis=1), moved.max(axis=1)], axis=1), residuals)
+
+
+def _scaled(motion: Motion, scale: float) -> Motion:
+    """The motion with its path over the ground scaled; a body keeps its size."""
+    return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
 
 
 def _post(fitted: Fitted) -> PostSettings:

@@ -60,10 +60,7 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
 def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: SegmentalPath, frames: int) -> Recorded:
     """The recordings behind the pieces, their contacts and moves, and the handholds with the control's own hands."""
     sources = [fitted.sources[fitted.segment_of(s).source] for s in path.states]
-    parts = [
-        Part(piece, _scaled(source.motion, piece.scale), source.annotations)
-        for piece, source in zip(pieces, sources, strict=True)
-    ]
+    parts = [Part(piece, source.motion, source.annotations) for piece, source in zip(pieces, sources, strict=True)]
     carried = carry((piece, source.annotations) for piece, source in zip(pieces, sources, strict=True))
     annotations = _until(control.duration, carried)
     in_the_way = _body_in_the_way(fitted, control, frames)
@@ -114,11 +111,6 @@ def _strange(fitted: Fitted, pieces: list[Piece]) -> tuple[str, ...]:
 def _until(end: float, annotations: tuple[Annotation, ...]) -> tuple[Annotation, ...]:
     """Annotations without what lies after ``end`` seconds: the last piece may go on longer than the control."""
     return tuple(replace(note, stop=min(note.stop, end)) for note in annotations if note.start < end)
-
-
-def _scaled(motion: Motion, scale: float) -> Motion:
-    """The motion with its path over the ground scaled; a body keeps its size."""
-    return motion if scale == 1.0 else replace(motion, translation=motion.translation * [scale, 1.0, scale])
 
 
 def _hold_statistics(residuals: FloatArray) -> dict[str, float]:
