@@ -24,8 +24,10 @@ from tests.mutants.sites import Fault, drawn
 
 ROOT = Path(__file__).parents[2]
 ROOMS = ("methods", "post", "segmentation", "sensing", "formats", "library")
-LEFT_OUT = tuple(f"tests/{name}" for name in ("attack", "cli", "clients", "drawing", "evaluation", "live", "studio"))
-"""Tests that no fault is given to: of other rooms and of whole programs, which take long."""
+_ROOMS = ("attack", "cli", "clients", "drawing", "evaluation", "live", "studio")
+_SLOW = ("formats/test_damage.py", "formats/test_claims.py", "library/test_crash.py", "library/test_backup.py")
+LEFT_OUT = tuple(f"tests/{name}" for name in (*_ROOMS, *_SLOW, "test_layers.py", "test_docs.py", "test_lazy_doors.py"))
+"""Tests that no fault is given to: of other rooms and of whole programs, and what damages thousands of files."""
 
 Calls = dict[str, list[str]]
 """Function, as ``path:name:line`` -> the tests that call it, the quickest first."""
