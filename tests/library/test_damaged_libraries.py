@@ -146,6 +146,17 @@ def test_where_the_frames_are_is_checked(library: Library) -> None:
         library.take("walk")
 
 
+def test_an_array_that_lies_at_a_word_is_refused_and_nothing_is_moved(library: Library) -> None:
+    edit(library, "UPDATE arrays SET start = 'here' WHERE track = 1 AND name = 'translation'")
+    with pytest.raises(LibraryError, match="where the arrays of track 'motion' lie has changed"):
+        library.take("walk")
+    assert len(library.take("run").motion()) == 31
+    before = (library.path / "frames-1.bin").read_bytes()
+    with pytest.raises(LibraryError, match="lies has changed since it was written"):
+        library.check(repair=True)
+    assert (library.path / "frames-1.bin").read_bytes() == before
+
+
 def test_other_tables_are_not_a_librarys(library: Library) -> None:
     with catalogue.writing(library.path) as db:
         db.execute("CREATE TRIGGER forget AFTER INSERT ON takes BEGIN DELETE FROM annotations; END")
@@ -396,3 +407,18 @@ def test_rows_that_damage_left_do_not_become_a_new_takes(library: Library) -> No
     with pytest.raises(LibraryError, match="what was written does not come back"):
         library.add(take_of("more"))
     assert library.path.joinpath("frames-1.bin").stat().st_size == headers.SIZE + stored(30 + 31 + 32)
+
+
+def test_a_catalogue_with_exchanged_pages_is_not_written_to(library: Library) -> None:
+    for number in range(40):
+        library.add(take_of(f"more {number}"))
+    path = library.path / "catalogue.sqlite"
+    good = path.read_bytes()
+    size = int.from_bytes(good[16:18], "big")
+    for page in range(2, len(good) // size - 1):
+        first, second = (slice(k * size, (k + 1) * size) for k in (page, page + 1))
+        path.write_bytes(good[: first.start] + good[second] + good[first] + good[second.stop :])
+        with pytest.raises(LibraryError):
+            library.add(take_of("last"))
+    path.write_bytes(good)
+    assert len(library.take("more 39").motion()) == len(take_of("more").motion())

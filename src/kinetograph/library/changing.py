@@ -89,7 +89,7 @@ def _require_sound(folder: Path, db: sqlite3.Connection) -> None:
 
     A row that is written into exchanged pages can take the place of one that could still be read.
     """
-    if _checked.get(folder.absolute()) != _stamp(folder) and (faults := schema.integrity(db, "quick_check")):
+    if _checked.get(folder.absolute()) != _stamp(folder) and (faults := schema.integrity(db)):
         raise Damaged(faults[0])
 
 

@@ -140,6 +140,8 @@ def used_arrays(db: sqlite3.Connection) -> Iterator[Used]:
         "JOIN tracks ON tracks.id = arrays.track JOIN takes ON takes.id = tracks.take ORDER BY start"
     )
     for track, take, name, *span in rows:
+        if not isinstance(span[4], int):
+            raise digests.Damaged(f"where an array of take {take!r} lies has changed since it was written")
         yield Used(track, f"take {take!r}, track {name!r}", Span(*span))
 
 

@@ -77,10 +77,10 @@ def _create_and_migrate(db: sqlite3.Connection) -> None:
     _add_digests(db)
 
 
-def integrity(db: sqlite3.Connection, check: str = "integrity_check") -> list[str]:
-    """What SQLite itself finds wrong with its file, at most five lines; ``quick_check`` does not compare indexes."""
+def integrity(db: sqlite3.Connection) -> list[str]:
+    """What SQLite itself finds wrong with its file, at most five lines."""
     try:
-        rows = db.execute(f"PRAGMA {check}(5)").fetchall()
+        rows = db.execute("PRAGMA integrity_check(5)").fetchall()
     except sqlite3.Error as error:
         return [str(error)]
     lines = [" ".join(str(row[0]).split()) for row in rows]
