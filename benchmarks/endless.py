@@ -13,7 +13,7 @@ import numpy as np
 from kinetograph.learn import Arrivals, SegmentalSearch, segmental
 from kinetograph.rows import KeptRows, LatestRows
 
-STEPS = (2_000, 20_000, 200_000)
+STEPS = (2_000, 20_000, 200_000, 1_000_000)
 _DURATIONS = np.array([2, 2, 3, 3, 4])
 
 
