@@ -2,8 +2,8 @@
 
 By hand, for as many as one likes of every reader, or of those named:
 
-    python tests/formats/mutations.py 10000 [small.usdc ...]
-    python tests/formats/mutations.py memory
+    PYTHONPATH=tests python tests/formats/mutations.py 10000 [small.usdc ...]
+    PYTHONPATH=tests python tests/formats/mutations.py memory
 
 Every file is read in this process, which may take 2 GB of address space more than it has; a reader must give a take
 or raise FormatError, within 5 seconds. USD's native code runs in a process of its own for each file, as always, which
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import importlib.util
 import io
 import json
 import os
@@ -364,15 +365,21 @@ def forked(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
         return subprocess.CompletedProcess(command, status, "", said.read())
 
 
-def usd_files(folder: Path) -> dict[str, bytes]:
-    """Good USD files, and usd-core loaded for `forked`; none where it is not installed."""
-    try:
+def read_usd_in_forks() -> None:
+    """Load usd-core, once for all processes that read USD from now on; it must not have begun any threads before."""
+    os.environ["PXR_WORK_THREAD_LIMIT"] = "1"  # a fork has none of them, and would wait for them for ever
+    with contextlib.suppress(ImportError):
         from pxr import Sdf, Usd, UsdGeom, UsdSkel  # noqa: F401
-    except ImportError:
-        return {}
-    from kinetograph.formats.usd import reader as usd_read
 
-    usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
+        from kinetograph.formats.usd import reader as usd_read
+
+        usd_read.subprocess = SimpleNamespace(run=forked, TimeoutExpired=subprocess.TimeoutExpired)  # type: ignore
+
+
+def usd_files(folder: Path) -> dict[str, bytes]:
+    """Good USD files; none where usd-core is not installed."""
+    if importlib.util.find_spec("pxr") is None:
+        return {}
     files = {}
     for suffix in ("usda", "usdc"):
         save(small_motion(), folder / f"good.{suffix}")
@@ -436,6 +443,7 @@ def memory(count: int = 300) -> None:
 def main(count: int, only: list[str]) -> None:
     warnings.simplefilter("error")
     limit = 2 * 2**30
+    read_usd_in_forks()
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
     with tempfile.TemporaryDirectory() as name:
