@@ -230,3 +230,12 @@ def test_damaged_files_give_format_errors_and_nothing_else(tmp_path_factory: pyt
     except FormatError as error:
         if "\n" in str(error):
             raise
+
+
+def test_times_of_points_are_rounded_as_their_own_decimals_say() -> None:
+    from kinetograph.formats.csv import path_of
+
+    rows = [(round(i / 30, 3), float(i), 2.0 * i) for i in range(7)]
+    path = path_of(rows)
+    assert path.fps == 30.0
+    assert path.values[:, 0].tolist() == [[float(i), 0.0, 2.0 * i] for i in range(7)]

@@ -26,6 +26,12 @@ def test_a_small_c3d_file(tmp_path: Path) -> None:
     assert loaded.notes == ()
 
 
+@pytest.mark.parametrize("frames", [1, 2])
+def test_a_c3d_file_of_a_frame_or_two(tmp_path: Path, frames: int) -> None:
+    (tmp_path / "a.c3d").write_bytes(mutations.c3d_bytes(frames))
+    assert len(load(tmp_path / "a.c3d", up="y").signal()) == frames
+
+
 def test_a_marker_at_the_very_origin_is_missing(tmp_path: Path) -> None:
     data = mutations.c3d_bytes()
     foot = data.rindex(np.array([3, 3, 3, 0], dtype="<f4").tobytes())

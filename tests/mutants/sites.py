@@ -92,6 +92,8 @@ def _expressions(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
         function, node = todo.pop()
         if isinstance(node, ast.expr) and function:
             yield function, node
+        if isinstance(node, ast.keyword) and node.arg == "strict":  # an assertion that lengths agree
+            continue
         for name, value in ast.iter_fields(node):
             if name in ("decorator_list", "annotation", "returns", "type_params", "values") and not isinstance(
                 node, ast.BoolOp | ast.Dict

@@ -135,6 +135,7 @@ def test_capsules_have_their_soles_where_recordings_hold_their_feet(level: float
     assert foot.stop[1] - foot.radii[1] == pytest.approx(-ankle)
     assert heel.stop[1] - heel.radii[1] == pytest.approx(-ankle)
     assert heel.stop[2] < 0.0 < foot.stop[2]
+    assert foot.start[1] == pytest.approx(max(0.0, foot.radii[0] - ankle))  # at the ankle, if that is no lower
 
 
 def test_capsules_that_are_stood_on_the_floor_are_written_so() -> None:
