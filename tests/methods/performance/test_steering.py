@@ -15,7 +15,7 @@ from kinetograph.arrays import ComplexArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation import MotionMatching, score_steering, steer_by, sticks
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Steering, SteeringFrames
-from kinetograph.methods.performance.steering_frames import ROWS, UNIT
+from kinetograph.methods.performance.steering_frames import ROWS, UNIT, make_states
 from kinetograph.methods.performance.wishes import Goal, PathRest, Stick, WishedPath, ahead
 from kinetograph.post import Pose
 from kinetograph.take import Take
@@ -204,3 +204,15 @@ def test_frames_are_found_by_recording_and_time(model: PerformanceModel) -> None
     assert frames.source[row] == 1
     assert frames.second[row] == pytest.approx(2.0, abs=0.5 * UNIT / ROWS)
     assert frames.between(frames.place, 1, 2.0) == pytest.approx(frames.place[row], abs=0.02)
+
+
+def test_states_are_a_unit_apart_from_the_beginning_of_each_recording(model: PerformanceModel) -> None:
+    frames = SteeringFrames.of(model.fitted.sources)
+    states = make_states(frames, 4.0, 1e-3, count=8)
+    assert states.first[0] == 0
+    assert states.first[-1] == len(states.rows)
+    assert states.rows[states.first[:-1]].tolist() == frames.starts[:-1].tolist()
+    for recording in range(len(states.first) - 1):
+        own = slice(states.first[recording], states.first[recording + 1])
+        assert np.all(np.diff(states.rows[own]) == ROWS)
+        assert states.near(recording, 0.0) == states.first[recording]
