@@ -2,7 +2,7 @@
 
 By hand, for as many as one likes of every reader, or of those named:
 
-    python tests/formats/small_texts.py 5000 [keys layout ...]
+    PYTHONPATH=tests python tests/formats/small_texts.py 5000 [keys layout ...]
 
 A reader must read a text or raise an error of the package, of one line, within 5 seconds.
 """
