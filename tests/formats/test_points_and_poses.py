@@ -14,6 +14,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import FormatError
 from kinetograph.formats import ReadOptions, load, read
+from kinetograph.formats.c3d.parameters import Parameter, Parameters
 from kinetograph.kinematics import joint_positions
 
 
@@ -30,6 +31,14 @@ def test_a_small_c3d_file(tmp_path: Path) -> None:
 def test_a_c3d_file_of_a_frame_or_two(tmp_path: Path, frames: int) -> None:
     (tmp_path / "a.c3d").write_bytes(mutations.c3d_bytes(frames))
     assert len(load(tmp_path / "a.c3d", up="y").signal()) == frames
+
+
+@pytest.mark.parametrize(("processor", "order"), [(1, "<"), (3, ">")])
+def test_more_frames_than_a_c3d_header_counts_are_in_two_words(processor: int, order: str) -> None:
+    words = {"ACTUAL_START_FIELD": (1, 0), "ACTUAL_END_FIELD": (5, 2)}
+    values = {("TRIAL", name): Parameter(2, (2,), struct.pack(f"{order}2H", *pair)) for name, pair in words.items()}
+    parameters = Parameters(processor, 3, 0, 1, 65535, -1.0, 50.0, 3, values)
+    assert parameters.long_frames() == 2 * 65536 + 5
 
 
 def test_a_marker_at_the_very_origin_is_missing(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from kinetograph.evaluation import below_pieces, seam_falls
 from kinetograph.keys import key_at
 from kinetograph.learn import Goal, last_frames, make_graph
 from kinetograph.methods.keyframe import Example, TimedSearch
-from kinetograph.methods.keyframe.everyday import everyday_frames
+from kinetograph.methods.keyframe.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
 from kinetograph.methods.keyframe.filler import familiar, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
@@ -108,6 +108,15 @@ def test_labels_pick_out_their_spans_in_every_cycle():
     cycles = named_frames([example(motion, labels=notes, period=1.0), example(motion, "two")], ["half turn"])
     assert np.flatnonzero(cycles).tolist() == [f + 30 * c for c in range(3) for f in range(15, 28)]
     assert named_frames([example(motion), example(motion, "two")], ["two"]).sum() == len(motion)
+
+
+def test_what_is_everyday_is_so_for_a_while_before_and_after():
+    motion = walk(3.0)
+    rotations = motion.rotations.copy()
+    rotations[45, 0] = rot.multiply(rot.about("x", np.pi / 2), rotations[45, 0])
+    walking, _ = everyday_frames(example(replace(motion, rotations=rotations)))
+    half = round(AROUND * motion.fps)
+    assert np.flatnonzero(~walking).tolist() == list(range(45 - half, 45 + half + 1))
 
 
 def test_walking_is_everyday_and_lying_is_not():

@@ -10,7 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.methods.performance import PerformanceControl
-from kinetograph.methods.performance.own_cost import own_cost
+from kinetograph.methods.performance.own_cost import NEAR, own_cost
 from kinetograph.methods.performance.weights import weights
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -44,6 +44,15 @@ def test_segments_are_explained_by_the_most_like_of_another_take(
         cost, _ = fitted.settings.alignment.align(window, examples, weights(fitted.settings, steps + 1))
         costs.append(cost.min() * fitted.settings.rate / steps)
     assert own_cost(fitted.settings, fitted.sources, instances) == pytest.approx(np.mean(costs), rel=1e-6)
+
+
+def test_takes_that_are_alike_cost_each_other_what_being_near_costs(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "twins")
+    for name in ("one", "two"):
+        cuts = tuple(Annotation("motion", "cut", "", t, t) for t in np.arange(0.0, 6.1, 0.5))
+        library.add(Take(name, {"motion": walk(6.0)}, cuts))
+    fitted = PerformanceControl(stretch=0.1).fit(library).fitted
+    assert fitted.own_cost == pytest.approx(2.0 * NEAR**2)  # a path has two control points
 
 
 def test_a_walk_of_the_library_is_no_stranger_and_a_walk_backwards_is_one(library: kg.Library) -> None:
