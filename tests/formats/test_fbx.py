@@ -77,6 +77,25 @@ def test_scales_pivots_orders_and_rotations_before_and_after(tmp_path: Path, see
     np.testing.assert_allclose(positions(path), expected(bones, [layer], 31), atol=1e-6)
 
 
+def test_a_bind_pose_without_a_skin_is_the_rest_pose(tmp_path: Path) -> None:
+    bones = [
+        Bone("root", properties={"Lcl Rotation": np.array([0.0, 0.0, 30.0])}),
+        Bone("tip", 0, {"Lcl Translation": np.array([0.0, 50.0, 0.0])}),
+    ]
+    nodes = fbx_files.scene(bones)
+    poses = []
+    tilt = rot.to_matrix(rot.about("z", np.pi / 6))
+    for key, place in ((100, np.zeros(3)), (101, tilt @ [0.0, 50.0, 0.0])):
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[3, :3] = tilt.T, place  # columns first
+        poses.append(make("PoseNode", children=[make("Node", np.int64(key)), make("Matrix", matrix.ravel())]))
+    objects = next(node for node in nodes if node.name == "Objects")
+    objects.children.append(make("Pose", np.int64(99), "bind\x00\x01Pose", "BindPose", children=poses))
+    motion = read(written(tmp_path, fbx_files.binary(nodes)), ReadOptions(up="y", units="centimetre")).take.motion()
+    np.testing.assert_allclose(motion.skeleton.offsets[1], tilt @ [0.0, 0.5, 0.0], atol=1e-6)
+    np.testing.assert_allclose(motion.rotations[0], [[1.0, 0.0, 0.0, 0.0]] * 2, atol=1e-6)
+
+
 def test_a_bone_does_not_take_its_parents_scale_where_it_says_so(tmp_path: Path) -> None:
     lengths = {}
     for mode in (0, 1, 2):
