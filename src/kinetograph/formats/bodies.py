@@ -31,7 +31,7 @@ _LISTED = 4  # names in a note
 
 @dataclass(frozen=True)
 class Keep:
-    """What is kept of a file beside the bodies in it.
+    """What is kept of a file besides the bodies in it.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ def to_metres_y_up(motions: Sequence[Motion], units: str | None, up: str | None,
     up : {"x", "y", "z"} or None
         The upward axis; ``None`` guesses.
     keep : Keep
-        What is kept beside the bodies.
+        What is kept besides the bodies.
 
     Returns
     -------

@@ -53,7 +53,7 @@ class ReadOptions:
 
     @property
     def keep(self) -> Keep:
-        """What is kept beside the bodies."""
+        """What is kept besides the bodies."""
         return Keep(self.everything, self.root_motion)
 
 

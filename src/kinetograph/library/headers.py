@@ -1,7 +1,7 @@
 """The header of a frame file: which library it belongs to, and the number of the library's last change.
 
 The catalogue has both too. A catalogue and a frame file that were copied at different moments, or that belong to
-different libraries, are told apart by them. A writer raises the file's number first and commits then, so that after a
+different libraries, are known by them. A writer raises the file's number first and commits then, so that after a
 kill the file is one ahead.
 
 A file that a repair has made continues with an index of the arrays that were copied into it: an older catalogue, which
