@@ -83,7 +83,7 @@ _Pair = tuple[int, Limb, Limb]
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class WorldPose:
     """Where the joints of a body are and how they are rotated.
 
     Parameters
@@ -96,23 +96,23 @@ class Pose:
     rotations: FloatArray
 
 
-def standing_pose(skeleton: Skeleton) -> Pose:
+def standing_pose(skeleton: Skeleton) -> WorldPose:
     """The stance of a skeleton, or else its rest pose, relative to the root."""
     positions = np.zeros((len(skeleton), 3))
     rotations = rot.identity(len(skeleton)) if skeleton.stance is None else skeleton.stance.copy()
     for joint, parent in enumerate(skeleton.parents[1:].tolist(), start=1):
         positions[joint] = positions[parent] + rot.rotate(rotations[parent], skeleton.offsets[joint])
         rotations[joint] = rot.multiply(rotations[parent], rotations[joint])
-    return Pose(positions, rotations)
+    return WorldPose(positions, rotations)
 
 
-def limbs_by_shape(skeleton: Skeleton, pose: Pose | None = None) -> dict[str, int]:
+def limbs_by_shape(skeleton: Skeleton, pose: WorldPose | None = None) -> dict[str, int]:
     """The joints of arms and legs by role, empty where no two pairs of limbs are like a person's.
 
     Parameters
     ----------
     skeleton : Skeleton
-    pose : Pose, optional
+    pose : WorldPose, optional
         In which it stands; its stance, or else its rest pose, by default.
 
     Returns
@@ -134,7 +134,7 @@ def limbs_by_shape(skeleton: Skeleton, pose: Pose | None = None) -> dict[str, in
     return sides | _sided(places, arms, left, ("shoulder", "elbow", "hand")) if sides else {}
 
 
-def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: Pose | None = None) -> list[int]:
+def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: WorldPose | None = None) -> list[int]:
     """Neck and head, or what of them shows, of a body whose limbs are known.
 
     Parameters
@@ -144,7 +144,7 @@ def neck_by_shape(skeleton: Skeleton, chest: int, limbs: dict[str, int], pose: P
         Where the arms meet.
     limbs : dict of str to int
         Joints by role.
-    pose : Pose, optional
+    pose : WorldPose, optional
         As for `limbs_by_shape`.
 
     Returns
@@ -207,7 +207,7 @@ def _sided(places: FloatArray, limbs: Sequence[Limb], left: FloatArray, parts: S
 class _Tree:
     """A skeleton's joints in its standing pose, and the longest chain that hangs on each."""
 
-    def __init__(self, skeleton: Skeleton, pose: Pose) -> None:
+    def __init__(self, skeleton: Skeleton, pose: WorldPose) -> None:
         self.skeleton, self.places, self.facing = skeleton, pose.positions, pose.rotations
         self.bones = np.linalg.norm(skeleton.offsets, axis=1)
         self.reach = np.zeros(len(skeleton))

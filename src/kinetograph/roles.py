@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph.body_shape import Pose, limbs_by_shape, longest_chain, neck_by_shape, standing_pose
+from kinetograph.body_shape import WorldPose, limbs_by_shape, longest_chain, neck_by_shape, standing_pose
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark, Skeleton
@@ -178,7 +178,7 @@ def find_roles(skeleton: Skeleton, motion: Motion | None = None) -> dict[str, La
     for side in ("left", "right"):
         joints |= _named_leg(skeleton, names, side) | _named_arm(skeleton, names, side)
     shaped: dict[str, int] = {}
-    pose: Pose | None = None
+    pose: WorldPose | None = None
     if not any(role.endswith("_knee") for role in joints) or not any(role.endswith("_elbow") for role in joints):
         shaped, pose = _limbs_shown(skeleton, motion)
         joints = shaped | joints
@@ -254,7 +254,7 @@ def _meeting(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
 
 
 def _midline(
-    skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, int], pose: Pose | None
+    skeleton: Skeleton, names: Sequence[JointName], limbs: dict[str, int], pose: WorldPose | None
 ) -> dict[str, int]:
     out: dict[str, int] = {}
     legs = [limbs[role] for role in ("left_hip", "right_hip") if role in limbs]
@@ -287,7 +287,7 @@ def _hips(skeleton: Skeleton, names: Sequence[JointName], legs: Sequence[int], c
 
 
 def _neck_and_head(
-    skeleton: Skeleton, names: Sequence[JointName], chest: int, limbs: dict[str, int], pose: Pose | None
+    skeleton: Skeleton, names: Sequence[JointName], chest: int, limbs: dict[str, int], pose: WorldPose | None
 ) -> dict[str, int]:
     arms = {
         a for role in ("left_shoulder", "right_shoulder") for a in (limbs[role], *_ancestors(skeleton, limbs[role]))
@@ -343,7 +343,7 @@ _MOST_POSES = 15  # of a motion that are looked at
 _MANY = 3000  # joints in them, all together, that are looked at
 
 
-def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, int], Pose]:
+def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, int], WorldPose]:
     """Arms and legs by the shape at rest or, where that does not stand, by most of some frames of a motion.
 
     With the pose that shows them.
@@ -361,10 +361,10 @@ def _limbs_shown(skeleton: Skeleton, motion: Motion | None) -> tuple[dict[str, i
     return best, next(pose for limbs, pose in shown if limbs == best)
 
 
-def _poses(motion: Motion) -> list[Pose]:
+def _poses(motion: Motion) -> list[WorldPose]:
     """A few poses of a motion."""
     count = min(_MOST_POSES, max(_MANY // len(motion.skeleton), 3))
     frames = np.unique(np.linspace(0, len(motion) - 1, count).astype(np.int64))
     bones = None if motion.bones is None else motion.bones[frames]
     few = replace(motion, translation=motion.translation[frames], rotations=motion.rotations[frames], bones=bones)
-    return [Pose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]
+    return [WorldPose(positions, rotations) for positions, rotations in zip(*forward(few), strict=True)]

@@ -53,7 +53,7 @@ class MarkerSet:
     title : str
         For people.
     places : mapping of str to Place
-        By the markers' names as `plain` has them.
+        By the markers' names as ``plain`` has them.
     """
 
     name: str
