@@ -5,22 +5,37 @@ from __future__ import annotations
 from kinetograph.library.annotations_csv import export_annotations, import_annotations, read_annotations, read_times
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
+from kinetograph.library.facts import Facts
 from kinetograph.library.info import Info, TrackInfo
-from kinetograph.library.store import UNFINISHED, Library, annotations_of, contents, labels, skeletons
+from kinetograph.library.selection import Selection
+from kinetograph.library.store import (
+    UNFINISHED,
+    Library,
+    annotations_of,
+    contents,
+    describe_takes,
+    facts_of,
+    labels,
+    skeletons,
+)
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
     "UNFINISHED",
+    "Facts",
     "Info",
     "Library",
     "Report",
+    "Selection",
     "Stream",
     "TrackInfo",
     "add_stream",
     "annotations_of",
     "back_up",
     "contents",
+    "describe_takes",
     "export_annotations",
+    "facts_of",
     "import_annotations",
     "labels",
     "read_annotations",

@@ -21,7 +21,7 @@ from kinetograph.library.schema import MIGRATIONS
 FILE_NAME = "catalogue.sqlite"
 APPLICATION_ID = 0x4B4E544F
 """``"KNTO"``, which distinguishes a library's catalogue from any other SQLite file."""
-VERSION = 2
+VERSION = 3
 """Of the format."""
 READ_ONLY = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
 """What errors say of a folder that cannot be written to."""

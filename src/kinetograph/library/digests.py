@@ -1,9 +1,9 @@
 """Digests of a catalogue's rows, so that a take whose rows have changed is refused and not read.
 
-A take has two: one of its name, tracks, skeletons and the checksums of its arrays, and one of its annotations, which
-change more often. The library's *listing* is the exclusive or of one number per take, made of both, so that a take
-that is added or gone is noticed, and a change costs the same however many takes there are. Where arrays lie is not
-part of a digest: their checksums say whether they are the right ones.
+A take has two: one of its name, tracks, skeletons and the checksums of its arrays, and one of its annotations and
+facts, which change more often. The library's *listing* is the exclusive or of one number per take, made of both, so
+that a take that is added or gone is noticed, and a change costs the same however many takes there are. Where arrays lie
+is not part of a digest: their checksums say whether they are the right ones.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def of_rows(rows: Rows) -> str:
     return hashlib.blake2b(_ENCODE(rows).encode(), digest_size=16).hexdigest()
 
 
-def of_notes(take: int, rows: Rows) -> str:
-    """The digest of a take's annotations; ``rows`` are those of `note_rows`."""
-    return of_rows([take, rows])
+def of_notes(take: int, rows: Rows, facts: Rows) -> str:
+    """The digest of a take's annotations and facts; the rows are those of `note_rows` and `fact_rows`."""
+    return of_rows([take, rows, facts] if facts else [take, rows])
 
 
 def entry(digest: str, notes: str) -> int:
@@ -78,6 +78,11 @@ def note_rows(db: sqlite3.Connection, take: int) -> list[Any]:
     ).fetchall()
 
 
+def fact_rows(db: sqlite3.Connection, take: int) -> list[Any]:
+    """The rows of a take's facts in order: kind and value."""
+    return db.execute("SELECT kind, value FROM facts WHERE take = ? ORDER BY kind, value", (take,)).fetchall()
+
+
 def of_tracks(take: int, name: str, rows: Rows) -> str:
     """The digest of a take without its annotations; ``rows`` are those of `track_rows`."""
     # neither a track's and a skeleton's number, nor where an array lies
@@ -102,7 +107,7 @@ def seal(db: sqlite3.Connection, take: int) -> int:
     """
     (name,) = db.execute("SELECT name FROM takes WHERE id = ?", (take,)).fetchone()
     digest = of_tracks(take, name, track_rows(db, take))
-    notes = of_notes(take, note_rows(db, take))
+    notes = of_notes(take, note_rows(db, take), fact_rows(db, take))
     before = struck(db, take)
     db.execute("UPDATE takes SET digest = ?, notes = ? WHERE id = ?", (digest, notes, take))
     return before ^ entry(digest, notes)

@@ -31,6 +31,9 @@ _CONTENTS = (
     "CREATE INDEX annotations_by_track ON annotations (track, kind)",
     "CREATE INDEX tracks_by_skeleton ON tracks (skeleton)",
 )
+_FACTS = """CREATE TABLE facts (
+        take INTEGER NOT NULL REFERENCES takes ON DELETE CASCADE, kind TEXT NOT NULL, value TEXT NOT NULL,
+        PRIMARY KEY (take, kind, value)) WITHOUT ROWID"""
 _FIRST_VERSION = (
     "CREATE TABLE storage (file TEXT NOT NULL, stop INTEGER NOT NULL)",
     _SKELETONS,
@@ -42,7 +45,7 @@ _FIRST_VERSION = (
 
 def create(db: sqlite3.Connection) -> None:
     """Make all tables."""
-    for statement in (storage.TABLE, _SKELETONS, _TAKES.format(", " + ", ".join(_DIGESTS)), *_CONTENTS):
+    for statement in (storage.TABLE, _SKELETONS, _TAKES.format(", " + ", ".join(_DIGESTS)), *_CONTENTS, _FACTS):
         db.execute(statement)
 
 
@@ -74,7 +77,8 @@ def known() -> list[list[str]]:
 
 def _create_and_migrate(db: sqlite3.Connection) -> None:
     create_first_version(db, "frames-1.bin")
-    _add_digests(db)
+    for version in sorted(MIGRATIONS):
+        MIGRATIONS[version](db)
 
 
 def integrity(db: sqlite3.Connection) -> list[str]:
@@ -108,13 +112,19 @@ def _add_digests(db: sqlite3.Connection) -> None:
     db.execute(storage.TABLE)
     for column in _DIGESTS:
         db.execute(f"ALTER TABLE takes ADD COLUMN {column}")
+    db.execute(_FACTS)
     change = 0
     for (take,) in db.execute("SELECT id FROM takes").fetchall():
         change ^= digests.seal(db, take)
     storage.write(db, Storage(file, stop, 0, storage.new_identity(), listing=change))
 
 
-MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {1: _add_digests}
+def _add_facts(db: sqlite3.Connection) -> None:
+    """Version 2 to 3. One that comes from version 1 has the table already, since digests cover it."""
+    db.execute(_FACTS.replace("TABLE", "TABLE IF NOT EXISTS", 1))
+
+
+MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {1: _add_digests, 2: _add_facts}
 """The step from each version to the next one; each runs inside a write transaction."""
 
 

@@ -9,15 +9,17 @@ lock.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, frame_files, headers, schema, storage, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
+from kinetograph.library.facts import Facts, describe, list_facts
 from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
 from kinetograph.library.repair import examine
+from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
@@ -38,6 +40,8 @@ class Library:
     ----------
     path : Path
         The folder.
+    selection : Selection, optional
+        The takes that `names` lists, and by that those which methods use; see `only`.
 
     Examples
     --------
@@ -52,6 +56,7 @@ class Library:
     """
 
     path: Path
+    selection: Selection = field(default_factory=Selection)
     _skeletons: dict[str, Skeleton] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
@@ -110,8 +115,14 @@ class Library:
 
     def names(self) -> tuple[str, ...]:
         """The names of the takes in the order in which they were added. Raises LibraryError where some are gone."""
+        if self.selection:
+            return self.selection.of(list_facts(self.path))
         with catalogue.reading(self.path) as db:
             return takes.names(db)
+
+    def only(self, selection: Selection) -> Library:
+        """The same library with a choice of its takes, which takes the place of an earlier one."""
+        return replace(self, selection=selection)
 
     def take(self, name: str) -> Take:
         """Read a take.
@@ -225,8 +236,8 @@ class Library:
         """Count what the library holds."""
         return count(self.path)
 
-    def __reduce__(self) -> tuple[type[Library], tuple[Path]]:
-        return Library, (self.path,)  # skeletons that were read are not pickled
+    def __reduce__(self) -> tuple[type[Library], tuple[Path, Selection]]:
+        return Library, (self.path, self.selection)  # skeletons that were read are not pickled
 
 
 def contents(library: Library) -> tuple[TrackInfo, ...]:
@@ -264,3 +275,26 @@ def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
     with catalogue.reading(library.path) as db:
         _, rows = takes.require_sealed(db, takes.find(library.path, db, take_name), take_name)
         return tuple(Annotation(*row) for row in rows)
+
+
+def facts_of(library: Library) -> dict[str, Facts]:
+    """What is known of the takes of a library, by name."""
+    known = list_facts(library.path)
+    return {name: known[name] for name in library.selection.of(known)}
+
+
+def describe_takes(library: Library, facts: dict[str, Facts]) -> None:
+    """Put facts in place of those of takes, all or none.
+
+    Parameters
+    ----------
+    library : Library
+    facts : dict of str to Facts
+        By take.
+
+    Raises
+    ------
+    RequestError
+        A name is unknown.
+    """
+    describe(library.path, facts)

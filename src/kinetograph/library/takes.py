@@ -270,7 +270,7 @@ def require_sealed(db: sqlite3.Connection, take: int, name: str | None = None) -
     tracks, notes = digests.track_rows(db, take), digests.note_rows(db, take)
     if name not in (None, stored) or digests.of_tracks(take, stored, tracks) != digest:
         raise digests.Damaged(f"the rows of take {stored!r} have changed since they were written")
-    if digests.of_notes(take, notes) != of_notes:
+    if digests.of_notes(take, notes, digests.fact_rows(db, take)) != of_notes:
         raise digests.Damaged(f"the annotations of take {stored!r} have changed since they were written")
     return tracks, notes
 
