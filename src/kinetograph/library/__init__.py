@@ -6,7 +6,7 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
     UNFINISHED,
@@ -15,6 +15,7 @@ from kinetograph.library.store import (
     contents,
     describe_takes,
     facts_of,
+    joints_of,
     labels,
     skeletons,
 )
@@ -24,6 +25,7 @@ __all__ = [
     "UNFINISHED",
     "Facts",
     "Info",
+    "Joints",
     "Library",
     "Report",
     "Selection",
@@ -37,6 +39,7 @@ __all__ = [
     "export_annotations",
     "facts_of",
     "import_annotations",
+    "joints_of",
     "labels",
     "read_annotations",
     "read_times",
