@@ -26,6 +26,7 @@ from typer.models import OptionInfo
 
 if TYPE_CHECKING:
     from kinetograph.methods.bodies import Bodies
+    from kinetograph.work import Workers
 
 _Group = TypeVar("_Group", bound=type)
 _PANELS: dict[type, str | None] = {}
@@ -158,6 +159,23 @@ class Skeletons:
         from kinetograph.methods.bodies import Bodies
 
         return Bodies(self.skeleton_of or "", self.retarget)
+
+
+@options("Work")
+class Working:
+    """Who does the work."""
+
+    jobs: Annotated[int, typer.Option(min=1, help="Processes of this machine that share the work.")] = 1
+    cluster: Annotated[
+        str | None, typer.Option(help="Dask scheduler whose workers share the work instead: tcp://HOST:PORT.")
+    ] = None
+
+    @property
+    def workers(self) -> Workers:
+        """The same for the library."""
+        from kinetograph.work import Workers
+
+        return Workers(self.jobs, self.cluster)
 
 
 @options("Output")
