@@ -86,12 +86,13 @@ def test_others_are_brought_over_at_a_cost_that_is_told(mixed: Library) -> None:
     gathered = gather(mixed, Bodies(retarget=True))
     tip, a, _ = gathered.recordings
     assert (tip.name, gathered.left) == ("tip", {})
+    assert tip.take.motion() is tip.motion
     assert tip.motion.skeleton.names == a.motion.skeleton.names
     np.testing.assert_allclose(
         role_positions(tip.motion, ROLES), role_positions(mixed.take("tip").motion(), ROLES), atol=0.002
     )
     (note,) = gathered.notes
-    assert note.startswith("1 take of 16 joints brought over to 15 joints by roles: joints are off by 0.0 cm")
+    assert note.startswith("1 take of 16 joints brought over to 15 joints by roles: limbs are off by 0.0 cm")
 
 
 def test_a_namespace_is_no_difference(tmp_path: Path) -> None:

@@ -170,12 +170,12 @@ def _cost_in_words(error: RetargetingError) -> str:
 
     Examples
     --------
-    >>> _cost_in_words(RetargetingError({"hips": 0.0, "head": 0.02}, 0.05, 0.04, 10))
-    'joints are off by 1.0 cm in the mean, head most with 2.0 cm; planted feet move at 5.0 cm/s, before at 4.0 cm/s'
+    >>> _cost_in_words(RetargetingError({"left_foot": 0.0, "left_hand": 0.02}, 0.05, 0.04, 10))
+    'limbs are off by 1.0 cm in the mean, left_hand most with 2.0 cm; planted feet move at 5.0 cm/s, before at 4.0 cm/s'
     """
     worst = max(error.joints, key=error.joints.__getitem__)
     text = (
-        f"joints are off by {100 * error.mean:.1f} cm in the mean, {worst} most with {100 * error.joints[worst]:.1f} cm"
+        f"limbs are off by {100 * error.mean:.1f} cm in the mean, {worst} most with {100 * error.joints[worst]:.1f} cm"
     )
     if error.feet != error.feet:
         return text

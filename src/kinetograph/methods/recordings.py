@@ -162,7 +162,8 @@ def brought_over(recording: Recording, skeleton: Skeleton) -> tuple[Recording, t
     alone = sum(isinstance(track, Motion) for track in recording.take.tracks.values()) == 1
     notes = tuple(note for note in recording.take.annotations if note.track == recording.track)
     made, cost = bring_over(motion, skeleton, notes, alone=alone)
-    return replace(recording, motion=made), (motion.skeleton, cost)
+    take = replace(recording.take, tracks={**recording.take.tracks, recording.track: made})
+    return replace(recording, take=take, motion=made), (motion.skeleton, cost)
 
 
 def same_joints(a: Skeleton, b: Skeleton) -> bool:

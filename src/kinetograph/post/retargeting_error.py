@@ -18,9 +18,8 @@ from kinetograph.post.rest_pose import leg_length
 from kinetograph.post.retargeting import Retargeted
 from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 
-_PARTS = ("elbow", "hand", "knee", "foot", "toe")
-COMPARED = ("hips", "chest", "head", *(f"{side}_{part}" for part in _PARTS for side in ("left", "right")))
-"""The roles whose places are compared, where both skeletons have them."""
+COMPARED = tuple(f"{side}_{part}" for part in ("elbow", "hand", "knee", "foot") for side in ("left", "right"))
+"""The roles whose places are compared, where both skeletons have them: joints that all skeletons have at one place."""
 
 
 @dataclass(frozen=True)
