@@ -57,6 +57,14 @@ class Search:
         float | None,
         typer.Option(help="How much dearer a step is that was used lately, a share; 0: free; default 0.5, partners 0."),
     ] = None
+    change: Annotated[
+        float | None,
+        typer.Option(help="What it costs to go over to another person or style (subject or folder, tags); 0: free."),
+    ] = None
+    unusual: Annotated[
+        float | None,
+        typer.Option(help="What a second costs in which a drawn path is not walked or run; 0: nothing is preferred."),
+    ] = None
 
 
 @options("After the search")
@@ -98,7 +106,7 @@ def performance_control(
     from kinetograph.methods.performance import PerformanceControl, partner_control
 
     method = partner_control() if partners else PerformanceControl()
-    names = ("continuity", "stretch", "rate", "span", "reuse")
+    names = ("continuity", "stretch", "rate", "span", "reuse", "change", "unusual")
     method = replace(method, **{name: value for name in names if (value := getattr(search, name)) is not None})
     if search.target_point:
         method = replace(method, targets=weights_by_role(search.target_point, "--target-point"))

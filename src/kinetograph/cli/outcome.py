@@ -12,6 +12,15 @@ if TYPE_CHECKING:
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
 
+COSTS = {
+    "interpretation": "off the control",
+    "continuity": "jumps at seams",
+    "reuse": "reuse",
+    "change": "changes of person or style",
+    "unusual": "not walked or run",
+}
+"""What the parts of a cost are called."""
+
 
 def outcome(synthesis: Synthesis, model: PerformanceModel, control: Signal | Motion) -> dict[str, Any]:
     """The figures of a performance, for machines; lengths are metres.
@@ -112,9 +121,7 @@ def _made_of(summary: dict[str, Any]) -> dict[str, str]:
 
 def _search(summary: dict[str, Any]) -> dict[str, str]:
     shares = ", ".join(
-        f"{name} {summary[f'cost_of_{key}']:.3g}"
-        for key, name in (("interpretation", "off the control"), ("continuity", "jumps at seams"), ("reuse", "reuse"))
-        if f"cost_of_{key}" in summary
+        f"{name} {summary[f'cost_of_{key}']:.3g}" for key, name in COSTS.items() if f"cost_of_{key}" in summary
     )
     cost = f"{summary['cost']:.3g} ({shares}); it compares results of one control only"
     rows = {"cost": cost if shares else f"{summary['cost']:.3g}"}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import PurePosixPath
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions
 from kinetograph.left_out import LeftOut, together
-from kinetograph.library import Library
+from kinetograph.library import Facts, Library, facts_of
 from kinetograph.methods.bodies import Bodies, bring_over, choose_takes, cost_lines, notes_on
 from kinetograph.motion import Motion, repeat
 from kinetograph.post.retargeting_error import RetargetingError
@@ -51,12 +52,15 @@ class Recording:
         As recorded, or a looping clip played `CYCLES` times.
     period : float
         Seconds of one cycle of a looping clip, else 0.
+    facts : Facts
+        What is known of the take.
     """
 
     take: Take
     track: str
     motion: Motion
     period: float = 0.0
+    facts: Facts = field(default_factory=Facts)
 
     @property
     def name(self) -> str:
@@ -131,12 +135,15 @@ def gather(
     """
     chosen = choose_takes(library, bodies, exclude=exclude, track=track)
     skeleton = library.take(chosen.first).motion(chosen.tracks[chosen.first]).skeleton if chosen.others else None
+    facts = facts_of(library)
     found: list[Recording] = []
     costs: dict[str, tuple[Skeleton, RetargetingError]] = {}
     failed: dict[str, tuple[str, ...]] = {}
     for done, name in enumerate(chosen.names, start=1):
         take = library.take(name)
-        recording = Recording(take, chosen.tracks[name], take.motion(chosen.tracks[name]))
+        recording = Recording(
+            take, chosen.tracks[name], take.motion(chosen.tracks[name]), facts=facts.get(name, Facts())
+        )
         if skeleton is not None and name in chosen.others:
             try:
                 recording, cost = brought_over(recording, skeleton)
@@ -164,6 +171,12 @@ def brought_over(recording: Recording, skeleton: Skeleton) -> tuple[Recording, t
     made, cost = bring_over(motion, skeleton, notes, alone=alone)
     take = replace(recording.take, tracks={**recording.take.tracks, recording.track: made})
     return replace(recording, take=take, motion=made), (motion.skeleton, cost)
+
+
+def person_of(recording: Recording) -> str:
+    """Who moves in a recording: its subject, or else the folder part of its name; empty where neither is known."""
+    folder = PurePosixPath(recording.name).parent
+    return recording.facts.subject or ("" if str(folder) == "." else str(folder))
 
 
 def same_joints(a: Skeleton, b: Skeleton) -> bool:

@@ -14,8 +14,8 @@ from kinetograph.errors import RequestError
 from kinetograph.evaluation import below_pieces, seam_falls
 from kinetograph.keys import key_at
 from kinetograph.learn import Goal, last_frames, make_graph
+from kinetograph.methods.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe import Example, TimedSearch
-from kinetograph.methods.keyframe.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
 from kinetograph.methods.keyframe.filler import familiar, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
@@ -114,19 +114,19 @@ def test_what_is_everyday_is_so_for_a_while_before_and_after():
     motion = walk(3.0)
     rotations = motion.rotations.copy()
     rotations[45, 0] = rot.multiply(rot.about("x", np.pi / 2), rotations[45, 0])
-    walking, _ = everyday_frames(example(replace(motion, rotations=rotations)))
+    walking, _ = everyday_frames(replace(motion, rotations=rotations))
     half = round(AROUND * motion.fps)
     assert np.flatnonzero(~walking).tolist() == list(range(45 - half, 45 + half + 1))
 
 
 def test_walking_is_everyday_and_lying_is_not():
     motion = walk(3.0)
-    walking, running = everyday_frames(example(motion))
+    walking, running = everyday_frames(motion)
     assert walking.all()
     flat = rot.multiply(rot.about("x", np.pi / 2), motion.rotations[:, 0])
     lying = replace(motion, rotations=np.concatenate([flat[:, None], motion.rotations[:, 1:]], axis=1))
-    assert not any(mask.any() for mask in everyday_frames(example(lying)))
-    assert not everyday_frames(example(replace(motion, translation=motion.translation * [0.2, 1.0, 0.2])))[1].any()
+    assert not any(mask.any() for mask in everyday_frames(lying))
+    assert not everyday_frames(replace(motion, translation=motion.translation * [0.2, 1.0, 0.2]))[1].any()
     assert running.all() or not running.any()
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route
-from kinetograph.methods.keyframe.everyday import everyday_frames
+from kinetograph.methods.everyday import everyday_frames
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
 from kinetograph.methods.keyframe.index import PoseIndex, build_index
@@ -166,7 +166,10 @@ class TimedSearch:
         if self.moves:
             walking = running = named_frames(examples, self.moves)
         else:
-            walking, running = (np.concatenate(parts) for parts in zip(*map(everyday_frames, examples), strict=True))
+            walking, running = (
+                np.concatenate(parts)
+                for parts in zip(*(everyday_frames(example.motion) for example in examples), strict=True)
+            )
         free = ~index.barred
         return familiar(index.features.together(), index.graph.last, walking & free, running & free, index.fps)
 

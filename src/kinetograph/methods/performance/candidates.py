@@ -11,7 +11,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
-from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.fitted import Fitted, fitted_for, preference_costs
 from kinetograph.methods.performance.interpretation import Interpreting
 from kinetograph.methods.performance.pieces import pieces_of
 from kinetograph.methods.performance.rules import Rule
@@ -32,6 +32,8 @@ class Candidate:
         What the whole sequence costs, and the terms that this is the sum of.
     rules : tuple of Rule
         Under which its sequence is the best: those that were given, and those against the pieces that are better.
+    preference : float
+        What changes of person or style, and unusual motion, cost: the last term.
     """
 
     piece: Piece
@@ -40,6 +42,7 @@ class Candidate:
     continuity: float
     reuse: float
     rules: tuple[Rule, ...]
+    preference: float = 0.0
 
 
 def next_best(
@@ -77,6 +80,7 @@ def next_best(
     """
     if not 0 <= second < control.duration:
         raise RequestError(f"the control lasts {control.duration:.2f} s, found a time of {second:.2f} s")
+    fitted = fitted_for(fitted, control)
     search = Interpreting(fitted, at_rate(control.points, control.fps, fitted.settings.rate))
     found: list[Candidate] = []
     under = tuple(rules)
@@ -102,4 +106,6 @@ def _candidate(fitted: Fitted, x: FloatArray, path: SegmentalPath, second: float
     pieces = pieces_of(fitted, x, rate, [fitted.segment_of(state) for state in path.states], borders)
     piece = pieces[int(np.searchsorted(path.stops, second * rate, side="right"))]
     continuity = sum(each.seam for each in pieces)
-    return Candidate(piece, path.score, path.score - path.reuse - continuity, continuity, path.reuse, rules)
+    preferred = sum(preference_costs(fitted, path).values())
+    interpretation = path.score - path.reuse - continuity - preferred
+    return Candidate(piece, path.score, interpretation, continuity, path.reuse, rules, preferred)

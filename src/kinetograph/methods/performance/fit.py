@@ -9,6 +9,7 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.left_out import LeftOut, by_reason, left_out_lines, shortened, takes_counted, together
 from kinetograph.library import Library
+from kinetograph.methods.performance.belonging import unusual_shares
 from kinetograph.methods.performance.clustering import cluster_segments
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.fitted import Fitted
@@ -47,7 +48,13 @@ def fit(
     instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
     own = own_cost(settings, tuple(sources), instances)
     left = together(gathered.left, uncut)
-    return Fitted(settings, tuple(sources), instances, (*gathered.notes, *notes), own, left)
+    unusual = unusual_shares(sources, segments) if _drawn(settings) else None
+    return Fitted(settings, tuple(sources), instances, (*gathered.notes, *notes), own, left, unusual)
+
+
+def _drawn(settings: PerformanceSettings) -> bool:
+    """Whether paths may be drawn that anybody may walk."""
+    return isinstance(settings.control_points, GroundPath) and settings.unusual > 0
 
 
 def _sources(

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray
-from kinetograph.learn import Reuse, SegmentalSearch, fading
+from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.learn import Reuse, SegmentalPath, SegmentalSearch, cost_of_changes, fading
 from kinetograph.left_out import LeftOut
+from kinetograph.methods.performance.belonging import origins_of
+from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
@@ -72,6 +74,8 @@ class Fitted:
         What the segments cost per second when they are explained by other takes.
     left_out : mapping of str to tuple of str
         Takes of the library that are not used, by reason.
+    unusual : ndarray, shape (N,), optional
+        The share of each segment that is not everyday; None where that costs nothing.
     """
 
     settings: PerformanceSettings
@@ -80,13 +84,38 @@ class Fitted:
     notes: tuple[str, ...] = ()
     own_cost: float | None = None
     left_out: LeftOut = field(default_factory=dict)
+    unusual: FloatArray | None = None
 
     @property
     def search(self) -> SegmentalSearch:
         """The segmental search of section 4.3 over the states."""
+        settings, origins = self.settings, self.origins
         return SegmentalSearch(
-            self.instances.states[:, 1], self.settings.continuity, self.settings.beam, reuse=self.reuse
+            self.instances.states[:, 1],
+            settings.continuity,
+            settings.beam,
+            reuse=self.reuse,
+            origins=origins,
+            change=0.0 if origins is None else settings.change,
         )
+
+    @cached_property
+    def origins(self) -> IntArray | None:
+        """The person and style of every state, shape ``(S,)``; None where all are the same, or a change is free."""
+        origins = origins_of(self.sources, self.instances.segments) if self.settings.change > 0 else None
+        return None if origins is None else origins[self.instances.states[:, 0]]
+
+    @cached_property
+    def prices(self) -> FloatArray | None:
+        """What each state costs for being unusual, shape ``(S,)``, per second; None where that is free."""
+        if self.unusual is None or self.settings.unusual == 0:
+            return None
+        return np.asarray(self.settings.unusual * self.unusual[self.instances.states[:, 0]])
+
+    @cached_property
+    def for_anything(self) -> Fitted:
+        """The same where nothing is unusual: for the motion of somebody, whatever that is."""
+        return self if self.prices is None else replace(self, unusual=None)
 
     @cached_property
     def reuse(self) -> Reuse | None:
@@ -166,6 +195,20 @@ class Fitted:
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""
         return self.instances.segments[int(self.instances.states[state, 0])]
+
+
+def fitted_for(fitted: Fitted, control: Control) -> Fitted:
+    """What is fitted, for a control: only where a path is drawn, and nobody shows it, does unusual motion cost more."""
+    return fitted if control.partner is None else fitted.for_anything
+
+
+def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
+    """The parts of a path's score that changes of person or style, and unusual motion, cost, where they do."""
+    costs = {} if fitted.origins is None else {"change": cost_of_changes(fitted.search, path.states)}
+    if fitted.prices is not None:
+        seconds = (path.stops - np.maximum(path.starts, 0)) / fitted.settings.rate
+        costs["unusual"] = float((fitted.prices[path.states] * seconds).sum())
+    return costs
 
 
 def recorded_speeds(fitted: Fitted) -> FloatArray:

@@ -24,7 +24,7 @@ from kinetograph.methods.performance import interpretation
 from kinetograph.methods.performance.control import Control, read_control, walkable
 from kinetograph.methods.performance.control_points import GroundPath, PointsByRole
 from kinetograph.methods.performance.fit import fit
-from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.fitted import Fitted, fitted_for
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings
 from kinetograph.methods.performance.live import Live
 from kinetograph.methods.performance.realization import realize
@@ -135,7 +135,7 @@ class PerformanceModel:
         """
         read = self.read(control)
         path = self.interpret(read, progress, rules)
-        return realize(self.fitted, read, path)
+        return realize(fitted_for(self.fitted, read), read, path)
 
     def alternatives(
         self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
@@ -160,15 +160,16 @@ class PerformanceModel:
         """
         read = self.read(control)
         search = interpretation.best_sequences if alike else interpretation.alternatives
-        paths = search(self.fitted, _samples(self.method, read), count, rules)
-        return tuple(realize(self.fitted, replace(read, handholds=()), path) for path in paths)
+        fitted = fitted_for(self.fitted, read)
+        paths = search(fitted, _samples(self.method, read), count, rules)
+        return tuple(realize(fitted, replace(read, handholds=()), path) for path in paths)
 
     def interpret(
         self, control: Control | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
     ) -> SegmentalPath:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
         read = control if isinstance(control, Control) else self.read(control)
-        return interpretation.interpret(self.fitted, _samples(self.method, read), progress, rules)
+        return interpretation.interpret(fitted_for(self.fitted, read), _samples(self.method, read), progress, rules)
 
     def transcribe(
         self, control: Take | Signal | Motion, rules: Sequence[Rule] = (), progress: Progress | None = None
@@ -193,7 +194,8 @@ class PerformanceModel:
 
     def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
-        return interpretation.gap(self.fitted, _samples(self.method, self.read(control)), rules)
+        read = self.read(control)
+        return interpretation.gap(fitted_for(self.fitted, read), _samples(self.method, read), rules)
 
     def start(self, fps: float, lag: float | None = None, keep: bool = True, forecast: bool | None = None) -> Live:
         """Begin a control that arrives frame by frame: ``step`` gives the frames of motion that are settled.
@@ -279,7 +281,8 @@ def _samples(settings: PerformanceSettings, control: Control) -> FloatArray:
 def partner_control() -> PerformanceControl:
     """The configuration for partner dance, chosen on held-out dances: two-beat segments that overlap.
 
-    Reuse is free: a dance repeats itself, and a follower who would not is 1 to 3 mm further from the recorded one.
+    Reuse is free: a dance repeats itself, and a follower who would not is 1 to 3 mm further from the recorded one. A
+    change of person or style is free as well: the leader says what is danced.
     """
     return PerformanceControl(
         continuity=0.1,
@@ -288,6 +291,7 @@ def partner_control() -> PerformanceControl:
         control_points=PointsByRole(velocity=0.2),
         span=2,
         reuse=0.0,
+        change=0.0,
         targets=BODY,
     )
 

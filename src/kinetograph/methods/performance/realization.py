@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.control import Control
-from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.fitted import Fitted, preference_costs
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.making import Recorded, make
 from kinetograph.methods.performance.own_cost import STRANGE
@@ -25,6 +25,7 @@ from kinetograph.take import Annotation
 
 def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
+    preferred = preference_costs(fitted, path)
     path = joined_holds(fitted, path)
     pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
     fps = fitted.sources[0].motion.fps
@@ -40,7 +41,12 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
         made.motion,
         tuple(pieces),
         cost=path.score,
-        costs={"interpretation": sum(p.cost for p in pieces), "continuity": sum(p.seam for p in pieces), **reuse},
+        costs={
+            "interpretation": sum(p.cost for p in pieces),
+            "continuity": sum(p.seam for p in pieces),
+            **reuse,
+            **preferred,
+        },
         annotations=made.annotations,
         statistics={
             **statistics,

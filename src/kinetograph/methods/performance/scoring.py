@@ -72,12 +72,17 @@ def _left_after(fitted: Fitted, x: FloatArray, used: int) -> Arrivals:
 
 
 def _align(fitted: Fitted, windows: FloatArray, part: slice) -> tuple[FloatArray, Placement]:
-    """D and placements of all states, ``part`` of their samples, against windows ``(B, W, P, 3)``."""
+    """D and placements of all states, ``part`` of their samples, against windows ``(B, W, P, 3)``.
+
+    D has with it what states cost for being unusual.
+    """
     settings, costs, placements = fitted.settings, [], []
-    for examples in fitted.instances.controls.values():
+    for steps, examples in fitted.instances.controls.items():
         used = examples[:, part]
         samples = used.shape[1]
         d, placed = settings.alignment.align(windows[:, -samples:], used, weights(settings, samples))
+        if fitted.prices is not None:
+            d = d + fitted.prices[fitted.instances.members(steps)] * ((samples - 1) / settings.rate)
         costs.append(d)
         placements.append(placed)
     return np.concatenate(costs, axis=1), placements[0].join(placements[1:])

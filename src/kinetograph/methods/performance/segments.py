@@ -42,6 +42,10 @@ class Source:
         By a handhold's label, where the own hand is in the frame of the partner's, shape (F, 3).
     overlap : float, optional
         Metres by which torsos of the motion and of its partner overlap at most; None without a partner's body.
+    person : str
+        Who moves; empty where that is not known.
+    tags : frozenset of str
+        Those of the take.
     """
 
     take: str
@@ -55,6 +59,8 @@ class Source:
     period: float = 0.0
     grips: Mapping[str, FloatArray] = field(default_factory=dict)
     overlap: float | None = None
+    person: str = ""
+    tags: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,11 @@ class PerformanceSettings:
     reuse : float
         How much dearer a segment is that was used lately, as a share of its cost: 1.6 times this within a stride, and
         then less and less until 40 pieces later. 0 searches without, and exactly.
+    change : float
+        What it costs to go over to another person or style, m^2 s; 0 makes it free. Who a recording is of is its
+        subject or else its folder, its style is its tags and the annotations of that kind.
+    unusual : float
+        What it costs, where a path is drawn, to do something else than walk, run, stand and turn, m^2 s per second.
     stand : bool
         Hold a calm pose of the recordings where a path stands still for long; otherwise steps are taken on the spot.
     keep_time : bool
@@ -96,6 +101,8 @@ class PerformanceSettings:
     sides: tuple[tuple[str, str], ...] = SIDES
     longest: float = 2.5
     reuse: float = 0.5
+    change: float = 0.002
+    unusual: float = 0.005
     stand: bool = True
     keep_time: bool = False
     first_facing: float = 0.0
@@ -105,7 +112,7 @@ class PerformanceSettings:
     def __post_init__(self) -> None:
         if not self.targets:
             raise RequestError("targets must name at least one role, found none")
-        for name in ("continuity", "stretch", "reuse", "first_facing"):
+        for name in ("continuity", "stretch", "reuse", "change", "unusual", "first_facing"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
         for name in ("rate", "longest"):

@@ -13,7 +13,7 @@ from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.methods.performance.handholds import grips
 from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations
+from kinetograph.methods.recordings import CYCLES, LABELS, Recording, adopt, looped, mirrored_annotations, person_of
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, headings, resample, sample
 from kinetograph.post.torsos import has_torso, overlaps, torso_of
@@ -127,6 +127,8 @@ def _source(
         recording.period,
         grips(motion, partner, annotations) if isinstance(partner, Motion) else {},
         _overlap(motion, partner) if isinstance(partner, Motion) else None,
+        person_of(recording),
+        recording.facts.tags,
     )
 
 

@@ -9,8 +9,8 @@ from scipy.ndimage import minimum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import role_positions, velocities
-from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.recordings import leg_length
+from kinetograph.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -50,21 +50,20 @@ AROUND = 0.25
 ROLES = tuple(f"{side}_{part}" for part in ("hip", "shoulder", "hand", "foot", "knee") for side in ("left", "right"))
 
 
-def everyday_frames(example: Example) -> tuple[BoolArray, BoolArray]:
+def everyday_frames(motion: Motion) -> tuple[BoolArray, BoolArray]:
     """The frames in which someone walks, stands or turns, and those in which someone runs.
 
     A frame counts where the body is carried so for `AROUND` seconds before and after.
 
     Parameters
     ----------
-    example : Example
+    motion : Motion
 
     Returns
     -------
     walking, running : ndarray of bool, shape (F,)
         All true for a skeleton that lacks one of `ROLES`: what it does is not known.
     """
-    motion = example.motion
     if any(role not in motion.skeleton.roles for role in ROLES):
         return np.ones(len(motion), dtype=np.bool_), np.ones(len(motion), dtype=np.bool_)
     places = role_positions(motion, ROLES).reshape(len(motion), 5, 2, 3)
