@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
-from kinetograph.cli.options import Exclude, Floor, Footskate, LibraryOption, Mirror, Track, Written, add, options
+from kinetograph.cli.options import Chosen, Floor, Footskate, LibraryOption, Mirror, Track, Written, add, options
 from kinetograph.cli.output import notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
 from kinetograph.cli.reading import Reading
 from kinetograph.errors import RequestError
@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Ends:
+class Ends(Chosen):
     """The poses to go through, and what the motion is made of."""
 
     first: Annotated[str | None, typer.Option("--from", help="First pose: FILE@SECOND or take:NAME@SECOND.")] = None
@@ -37,7 +37,6 @@ class Ends:
     library: LibraryOption
     track: Track = None
     mirror: Mirror = False
-    exclude: Exclude = None
 
 
 @options("Output")
@@ -75,15 +74,15 @@ def inbetween(
     import numpy as np
 
     from kinetograph.formats import together
-    from kinetograph.pipeline import inbetween_with, open_library
+    from kinetograph.pipeline import inbetween_with, open_without_labels
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
-    library = open_library(ends.library)
+    library, without = open_without_labels(ends.library, ends.selection)
     wanted = _keys(keys, ends, library, reading.read_options)
-    method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
+    method = keyframe_control(search, without, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
     rng = np.random.default_rng(search.seed)
-    model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
+    model = method.fit(library, track=ends.track, rng=rng)
     made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
     with together():

@@ -12,7 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
-from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
+from kinetograph.cli.options import Chosen, LibraryOption, Mirror, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     notes,
@@ -42,14 +42,13 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Inputs:
+class Inputs(Chosen):
     """The control, and the recordings that the motion is made of."""
 
     control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")]
     library: LibraryOption
     target: TargetTrack = None
     mirror: Mirror = False
-    exclude: Exclude = None
 
 
 @options("Output")
@@ -156,11 +155,11 @@ def perform(
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
-    library = open_library(inputs.library)
+    library = open_library(inputs.library, inputs.selection)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     with compilation_announced():
         rules = search.rules
-        model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
+        model = method.fit(library, track=inputs.target)
         if answers.transcript:
             require_moves(model.fitted)
         performed = following.performed(wanted)

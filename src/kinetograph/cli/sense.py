@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, sensor_control
-from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Track, Written, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Track, Written, add, options
 from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
     notes,
@@ -32,12 +32,11 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Recordings:
+class Recordings(Chosen):
     """What the motion is made of."""
 
     library: LibraryOption
     track: Track = None
-    exclude: Exclude = None
 
 
 @options("Estimation")
@@ -69,9 +68,7 @@ def sense(
     refuse_existing(written.files, written.force)
     rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
-    model = method.fit(
-        open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track
-    )
+    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
     with progress_bar("sensing") as progress:
         synthesis = model.synthesize(rows, progress)
     notes(synthesis.warnings)
