@@ -63,7 +63,16 @@ def test_two_groups_with_an_option_of_one_name() -> None:
 
 def test_help_shows_the_common_options_first_and_the_rest_in_boxes() -> None:
     text = answer("perform", "--help").stdout
-    titles = ["Arguments", "Options", "Takes of the library", "Output", "Control", "Search", "After the search", "Reading files"]
+    titles = [
+        "Arguments",
+        "Options",
+        "Takes of the library",
+        "Output",
+        "Control",
+        "Search",
+        "After the search",
+        "Reading files",
+    ]
     places = [text.index(f"─ {title} ─") for title in titles]
     assert places == sorted(places)
     common = text[places[1] : places[2]]

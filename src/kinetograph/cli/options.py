@@ -26,6 +26,7 @@ from typer.models import OptionInfo
 
 if TYPE_CHECKING:
     from kinetograph.library import Selection
+    from kinetograph.work import Workers
 
 _Group = TypeVar("_Group", bound=type)
 _PANELS: dict[type, str | None] = {}
@@ -171,6 +172,23 @@ class Chosen:
         from kinetograph.library import Selection
 
         return Selection(tuple(self.takes or ()), tuple(self.tagged or ()), tuple(self.without or ()))
+
+
+@options("Work")
+class Working:
+    """Who does the work."""
+
+    jobs: Annotated[int, typer.Option(min=1, help="Processes of this machine that share the work.")] = 1
+    cluster: Annotated[
+        str | None, typer.Option(help="Dask scheduler whose workers share the work instead: tcp://HOST:PORT.")
+    ] = None
+
+    @property
+    def workers(self) -> Workers:
+        """The same for the library."""
+        from kinetograph.work import Workers
+
+        return Workers(self.jobs, self.cluster)
 
 
 @options("Output")
