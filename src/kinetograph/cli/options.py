@@ -26,6 +26,7 @@ from typer.models import OptionInfo
 
 if TYPE_CHECKING:
     from kinetograph.library import Selection
+    from kinetograph.methods.bodies import Bodies
     from kinetograph.work import Workers
 
 _Group = TypeVar("_Group", bound=type)
@@ -172,6 +173,25 @@ class Chosen:
         from kinetograph.library import Selection
 
         return Selection(tuple(self.takes or ()), tuple(self.tagged or ()), tuple(self.without or ()))
+
+
+@options()
+class Skeletons:
+    """Which skeleton is used of a library that has several."""
+
+    skeleton_of: Annotated[
+        str | None, typer.Option(help="Of several skeletons use that of this take; default that of most seconds.")
+    ] = None
+    retarget: Annotated[
+        bool, typer.Option("--retarget", help="Bring takes of other skeletons over by roles; else they are left out.")
+    ] = False
+
+    @property
+    def bodies(self) -> Bodies:
+        """The same for the methods."""
+        from kinetograph.methods.bodies import Bodies
+
+        return Bodies(self.skeleton_of or "", self.retarget)
 
 
 @options("Work")

@@ -17,7 +17,16 @@ from kinetograph.library import catalogue, frame_files, headers, schema, storage
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
-from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
+from kinetograph.library.info import (
+    Info,
+    Joints,
+    TrackInfo,
+    count,
+    list_joints,
+    list_labels,
+    list_skeletons,
+    list_tracks,
+)
 from kinetograph.library.repair import examine
 from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
@@ -259,6 +268,12 @@ def skeletons(library: Library) -> dict[str, list[tuple[int, list[str]]]]:
     }
     some = {track: [group for group in groups if group[1]] for track, groups in kept.items()}
     return {track: groups for track, groups in some.items() if groups}
+
+
+def joints_of(library: Library) -> dict[tuple[str, str], Joints]:
+    """The joints of every motion of a library, by take and track, without reading its frames."""
+    chosen = frozenset(library.names())
+    return {(take, track): joints for take, track, joints in list_joints(library.path) if take in chosen}
 
 
 def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:

@@ -31,6 +31,7 @@ _ROOMS = {
     "index_takes": "finding",
     "label_partners": "labelling",
     "matches": "finding",
+    "noted": "noting",
     "open_library": "libraries",
     "open_without_labels": "inbetweening",
     "perform": "performing",
@@ -69,6 +70,7 @@ __all__ = [
     "index_takes",
     "label_partners",
     "matches",
+    "noted",
     "open_library",
     "open_without_labels",
     "perform",
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
         read_takes,
         recordings_in,
     )
+    from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,

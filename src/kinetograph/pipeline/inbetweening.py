@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.library import Library, Selection, facts_of, labels
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.methods.keyframe.named import is_called
 from kinetograph.methods.recordings import LABELS
 from kinetograph.pipeline.libraries import open_library
+from kinetograph.pipeline.noting import noted
 from kinetograph.synthesis import Synthesis
 
 
@@ -45,8 +47,11 @@ def inbetween(
 
 
 def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) -> tuple[Synthesis, ...]:
-    """Motions through keys by a fitted model; see `inbetween`."""
-    return model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)
+    """Motions through keys by a fitted model, whose notes are among the warnings; see `inbetween`."""
+    if count < 1:
+        raise RequestError(f"alternatives are 1 motion or more, found {count}")
+    made = model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)
+    return tuple(noted(each, model.notes, model.left_out) for each in made)
 
 
 def open_without_labels(path: str | Path, selection: Selection) -> tuple[Library, tuple[str, ...]]:
