@@ -198,7 +198,9 @@ def _candidates(
     starts = np.flatnonzero(_moving(own, nearness.still)[: len(reduced) * EVERY : EVERY]) * EVERY
     if not len(starts):
         return {}
-    far, near = lookup.tree.query(reduced[starts // EVERY], NEIGHBOURS, eps=0.5, distance_upper_bound=nearness.window)
+    asked = reduced[starts // EVERY]
+    found_at = lookup.tree.query(asked, NEIGHBOURS, eps=0.5, distance_upper_bound=nearness.window)
+    far, near = np.asarray(found_at[0]), np.asarray(found_at[1])
     kept = np.isfinite(far)
     begins = np.repeat(starts, kept.sum(axis=1))
     places = lookup.places[near[kept]]
@@ -237,7 +239,7 @@ def _moving(rows: SingleArray, still: float) -> BoolArray:
 def _worth(own: SingleArray, other: SingleArray, begins: IntArray, lag: float, nearness: Nearness) -> bool:
     """Whether the windows of a candidate, as they are, are nearly as near as a copy's."""
     rows = (begins[:, None] + np.arange(0, SPAN + 1, 2)).ravel()
-    places = rows + round(lag)
+    places = np.asarray(rows + round(lag))
     inside = (places >= 0) & (places < len(other))
     gaps = own[rows[inside]] - other[places[inside]]
     return bool(inside.any()) and _mean_square(gaps - gaps.mean(axis=0)) < (_ROUGHLY * nearness.varying) ** 2
@@ -315,7 +317,7 @@ def _fitted(
         rows, gaps = rows[kept], gaps[kept]
         if len(rows) < 3:
             break
-        times = speed * rows + shift
+        times = np.asarray(speed * rows + shift, dtype=np.float64)
         slope = _at(other, np.minimum(times + 0.5, len(other) - 1)) - _at(other, np.maximum(times - 0.5, 0))
         middle = rows.mean()
         columns = [slope, slope * (rows - middle)[:, None]] if speeds else [slope]
@@ -332,7 +334,7 @@ def _smoothed(values: FloatArray, width: int = 5) -> FloatArray:
     sums = np.concatenate([[0.0], np.cumsum(values)])
     low = np.maximum(np.arange(len(values)) - width // 2, 0)
     high = np.minimum(np.arange(len(values)) + width // 2 + 1, len(values))
-    return (sums[high] - sums[low]) / (high - low)
+    return np.asarray((sums[high] - sums[low]) / (high - low))
 
 
 def _around(good: BoolArray, middle: int) -> tuple[int, int] | None:
