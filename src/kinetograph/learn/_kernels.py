@@ -202,7 +202,7 @@ def extend(time: int, spans: IntArray, arriving: Arriving, last_back: Links, rin
     return pairs
 
 
-@compiled
+@reproducible
 def place_on_ground(
     mixed: FloatArray,
     rotation_re: FloatArray,
