@@ -7,6 +7,7 @@ from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
 from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
     UNFINISHED,
@@ -22,6 +23,7 @@ from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
     "UNFINISHED",
+    "Entry",
     "Facts",
     "Info",
     "Library",
@@ -32,14 +34,19 @@ __all__ = [
     "add_stream",
     "annotations_of",
     "back_up",
+    "clear",
     "contents",
     "describe_takes",
+    "entries",
     "export_annotations",
     "facts_of",
     "import_annotations",
+    "kept",
     "labels",
+    "limit_of",
     "read_annotations",
     "read_times",
     "salvage",
+    "set_limit",
     "skeletons",
 ]

@@ -25,8 +25,10 @@ from kinetograph.take import Annotation, Take
 
 UNFINISHED = "unfinished"
 """A file in the folder of a library that a command has begun to fill."""
+KEPT = "kept"
+"""The folder in that of a library for what has been made of it."""
 _FIRST_FRAMES = "frames-1.bin"
-_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED}
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED, KEPT}
 
 
 @dataclass(frozen=True)
