@@ -5,7 +5,7 @@ So what a part of a library costs is the same, bit by bit, wherever and with wha
 
 from __future__ import annotations
 
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -17,12 +17,12 @@ from kinetograph.learn import _product_kernels as kernels
 def products(x: FloatArray, a: FloatArray) -> FloatArray: ...
 @overload
 def products(x: ComplexArray, a: ComplexArray) -> ComplexArray: ...
-def products(x: FloatArray | ComplexArray, a: FloatArray | ComplexArray) -> FloatArray | ComplexArray:
+def products(x: Any, a: Any) -> Any:
     """Every row of ``x`` ``(B, K)`` times every row of ``a`` ``(N, K)``: ``(B, N)``, nothing conjugated."""
     out = np.empty((len(x), len(a)), dtype=x.dtype)
     if np.iscomplexobj(x):
-        parts = (np.ascontiguousarray(part) for part in (x.real, x.imag, a.real.T, a.imag.T))
-        kernels.complex_products(*parts, out)
+        real, imag, columns, others = (np.ascontiguousarray(m) for m in (x.real, x.imag, a.real.T, a.imag.T))
+        kernels.complex_products(real, imag, columns, others, out)
     else:
         kernels.real_products(np.ascontiguousarray(x), np.ascontiguousarray(a.T), out)
     return out
@@ -32,10 +32,10 @@ def products(x: FloatArray | ComplexArray, a: FloatArray | ComplexArray) -> Floa
 def weighted_sums(rows: FloatArray, weights: FloatArray) -> FloatArray: ...
 @overload
 def weighted_sums(rows: ComplexArray, weights: FloatArray) -> ComplexArray: ...
-def weighted_sums(rows: FloatArray | ComplexArray, weights: FloatArray) -> FloatArray | ComplexArray:
+def weighted_sums(rows: Any, weights: FloatArray) -> Any:
     """The weighted sum of every row of ``(N, K)``: ``(N,)``."""
     out = np.empty(len(rows), dtype=rows.dtype)
-    summed = kernels.complex_sums if np.iscomplexobj(rows) else kernels.real_sums
+    summed: Any = kernels.complex_sums if np.iscomplexobj(rows) else kernels.real_sums
     summed(np.ascontiguousarray(rows), np.ascontiguousarray(weights), out)
     return out
 

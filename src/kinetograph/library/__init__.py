@@ -9,16 +9,17 @@ from kinetograph.library.facts import Facts
 from kinetograph.library.info import Info, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
-from kinetograph.library.store import (
-    UNFINISHED,
-    Library,
+from kinetograph.library.shards import (
+    Shards,
     annotations_of,
     contents,
     describe_takes,
     facts_of,
     labels,
+    shards_in,
     skeletons,
 )
+from kinetograph.library.store import UNFINISHED, Library
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Library",
     "Report",
     "Selection",
+    "Shards",
     "Stream",
     "TrackInfo",
     "add_stream",
@@ -48,5 +50,6 @@ __all__ = [
     "read_times",
     "salvage",
     "set_limit",
+    "shards_in",
     "skeletons",
 ]

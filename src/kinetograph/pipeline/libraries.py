@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import UNFINISHED, Library, contents, skeletons
+from kinetograph.library import UNFINISHED, Library, Shards, contents, shards_in, skeletons
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
@@ -22,8 +22,14 @@ def open_library(path: str | Path) -> Library:
     ------
     LibraryError
         For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
+
+    Notes
+    -----
+    A folder of libraries is opened as `Shards`.
     """
     folder = Path(path)
+    if shards := shards_in(folder):
+        return Shards.of(shards)
     if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
         recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
         if recordings:

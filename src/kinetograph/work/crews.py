@@ -45,11 +45,16 @@ def called(function: Callable[[Any], Any], item: Any) -> Any:
 
 def send_mappings() -> None:
     """Let mappings that cannot be changed pass between processes, which by themselves they cannot."""
-    copyreg.pickle(MappingProxyType, _as_dict)  # type: ignore[arg-type]
+    copyreg.pickle(MappingProxyType, _as_dict)
 
 
-def _as_dict(mapping: Mapping[Any, Any]) -> tuple[type[Mapping[Any, Any]], tuple[dict[Any, Any]]]:
-    return MappingProxyType, (dict(mapping),)
+def _as_dict(mapping: Mapping[Any, Any]) -> tuple[Callable[..., Any], tuple[dict[Any, Any]]]:
+    return unchanging, (dict(mapping),)
+
+
+def unchanging(mapping: dict[Any, Any]) -> Mapping[Any, Any]:
+    """A mapping that cannot be changed."""
+    return MappingProxyType(mapping)
 
 
 class Inline:

@@ -418,7 +418,7 @@ def joined(segments: tuple[Segment, ...], parts: list[tuple[int, Instances]], po
     controls: dict[int, FloatArray] = {}
     for steps in sorted({steps for _, part in parts for steps in part.controls}):
         controls[steps] = np.concatenate([part.controls[steps] for _, part in parts if steps in part.controls])
-    states = [part.states + [first, 0] for first, part in parts]
+    states = [part.states + np.array([first, 0]) for first, part in parts]
     every = np.concatenate([np.zeros((0, 2), dtype=np.int64), *states])
     ends = [np.concatenate([np.zeros((0, points, 3)), *(getattr(p, e) for _, p in parts)]) for e in ("heads", "tails")]
     return Instances(segments, every[np.lexsort((every[:, 0], every[:, 1]))], controls, ends[0], ends[1])

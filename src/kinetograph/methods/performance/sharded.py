@@ -111,9 +111,7 @@ class Several:
 
     def each(self, function: Callable[[Any], Any], items: Sequence[Any] | None = None) -> list[Any]:
         """What a function gives for every shard, or for an item of each."""
-        calls = [
-            room.submit(function, item) for room, item in zip(self.rooms, items or list(self.shards), strict=True)
-        ]
+        calls = [room.submit(function, item) for room, item in zip(self.rooms, items or list(self.shards), strict=True)]
         return [call.result() for call in calls]
 
     def fetch(self, takes: Iterable[str]) -> dict[tuple[str, bool], Source]:
