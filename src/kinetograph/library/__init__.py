@@ -6,7 +6,7 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.shards import (
@@ -15,6 +15,7 @@ from kinetograph.library.shards import (
     contents,
     describe_takes,
     facts_of,
+    joints_of,
     labels,
     shards_in,
     skeletons,
@@ -27,6 +28,7 @@ __all__ = [
     "Entry",
     "Facts",
     "Info",
+    "Joints",
     "Library",
     "Report",
     "Selection",
@@ -43,6 +45,7 @@ __all__ = [
     "export_annotations",
     "facts_of",
     "import_annotations",
+    "joints_of",
     "kept",
     "labels",
     "limit_of",
