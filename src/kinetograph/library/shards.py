@@ -14,7 +14,7 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, store
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import Library
 from kinetograph.take import Annotation, Take
@@ -190,6 +190,18 @@ def skeletons(library: Library) -> dict[str, list[tuple[int, list[str]]]]:
             chosen = [(joints, [names[take] for take in takes if take in names]) for joints, takes in groups]
             found.setdefault(track, []).extend(group for group in chosen if group[1])
     return found
+
+
+def joints_of(library: Library) -> dict[tuple[str, str], Joints]:
+    """The joints of every motion of a library, by take and track, without reading its frames."""
+    if not isinstance(library, Shards):
+        return store.joints_of(library)
+    return {
+        (names[take], track): joints
+        for shard, names in zip(library.libraries, library.parts, strict=True)
+        for (take, track), joints in store.joints_of(shard).items()
+        if take in names
+    }
 
 
 def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:

@@ -65,7 +65,11 @@ class Cluster:
             raise self._gone() from error
 
     def holders(self, path: Path) -> list[str]:
-        """The addresses of the workers that see a path, in order."""
+        """The addresses of the workers that see a path, in order. Raises WorkError where no worker comes."""
+        self._seen = time.monotonic()
+        while not self.workers():
+            self._require_workers()
+            time.sleep(0.1)
         return sorted(address for address, there in self._client.run(_exists, path).items() if there)
 
     def ahead(self) -> int:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinetograph.errors import RequestError
 from kinetograph.learn import SegmentalPath
+from kinetograph.left_out import together
 from kinetograph.library import Shards
+from kinetograph.methods.bodies import choose_takes, notes_on
 from kinetograph.methods.performance.control import Control, read_control, walkable
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.fitted import Fitted
@@ -125,9 +127,16 @@ def over_shards(
     RequestError
         For a name to leave out that is not there, and where no take has a segment.
     """
-    left_out = set(exclude)
-    if unknown := sorted(left_out - set(libraries.names())):
-        raise RequestError(f"no take {unknown[0]!r} to leave out")
-    names = [{own: name for own, name in part.items() if name not in left_out} for part in libraries.parts]
+    chosen = choose_takes(libraries, method.bodies, exclude=exclude, track=track)
+    if chosen.others:
+        raise RequestError(
+            f"{len(chosen.others)} takes of other skeletons would be brought over, which shards do not; "
+            "leave them out, or retarget them before they are added"
+        )
+    taken = set(chosen.names)
+    names = [{own: name for own, name in part.items() if name in taken} for part in libraries.parts]
     with fit_shards(method, libraries.libraries, workers, names=names, track=track) as sharded:
-        yield ShardedModel(sharded)
+        fitted = sharded.fitted
+        told = (*notes_on(chosen.left), *fitted.notes)
+        whole = replace(fitted, notes=told, left_out=together(chosen.left, fitted.left_out))
+        yield ShardedModel(replace(sharded, fitted=whole))

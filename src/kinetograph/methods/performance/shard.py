@@ -21,10 +21,10 @@ from kinetograph.methods.performance.fitted import Fitted, recorded_speeds
 from kinetograph.methods.performance.scoring import aligned
 from kinetograph.methods.performance.segments import Instances, Segment, Source, build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.sources import UncutError, sources_of
+from kinetograph.methods.performance.sources import sources_of
 from kinetograph.methods.performance.standing import calm_moments, calmest
 from kinetograph.methods.performance.weights import weights
-from kinetograph.methods.recordings import Recording, same_joints
+from kinetograph.methods.recordings import Recording
 from kinetograph.motion import Motion, cut
 from kinetograph.post.clearance import toe_heights
 from kinetograph.post.elbows import elbow_speed
@@ -87,9 +87,10 @@ class Described:
         See `kinetograph.post.clearance.toe_heights`.
     fastest : tuple of float
         How fast bodies turn and elbows bend at most.
-    notes : tuple of str
-    left_out : tuple of str
-        Why takes are left out, a line each.
+    cut_at : tuple of (str, str)
+        Takes that had no cuts, and what they are cut at.
+    failed : dict of str to RequestError
+        Takes that are left out, and why.
     """
 
     sources: tuple[Source, ...]
@@ -102,8 +103,8 @@ class Described:
     joints: tuple[FloatArray, ...]
     heights: FloatArray
     fastest: tuple[float, float]
-    notes: tuple[str, ...]
-    left_out: tuple[str, ...]
+    cut_at: tuple[tuple[str, str], ...]
+    failed: dict[str, RequestError]
 
 
 @dataclass(eq=False)
@@ -139,7 +140,7 @@ def first_skeleton(shard: Shard) -> Skeleton | None:
 
 def describe(shard: Shard) -> Described:
     """Read the recordings one after the other, and say what they are."""
-    settings, told, parts, kept = shard.settings, _Told([], []), list[_Part](), _Kept()
+    settings, told, parts, kept = shard.settings, _Told([], {}), list[_Part](), _Kept()
     for each in _recordings(shard, told):
         parts.append(_described(settings, each, kept))
     _keep(shard, kept)
@@ -157,8 +158,8 @@ def describe(shard: Shard) -> Described:
         tuple(part.joints for part in parts),
         np.concatenate([np.zeros((0, 2)), *(part.heights for part in parts)]),
         (max((p.turning for p in parts), default=0.0), max((p.elbows for p in parts), default=0.0)),
-        tuple(told.notes),
-        tuple(told.left_out),
+        tuple(told.cut_at),
+        told.failed,
     )
 
 
@@ -255,7 +256,7 @@ def examples_of(chosen: Chosen) -> list[FloatArray]:
 
 def fetch(shard: Shard) -> list[Source]:
     """Its recordings as a whole: of a shard with few names."""
-    return list(_recordings(shard, _Told([], [])))
+    return list(_recordings(shard, _Told([], {})))
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,7 +278,7 @@ class Measuring:
 def measure(measuring: Measuring) -> list[FloatArray]:
     """The `joint_moments` of every recording or, once the axes are known, the `extremes`."""
     found = []
-    for source in _recordings(measuring.shard, _Told([], [])):
+    for source in _recordings(measuring.shard, _Told([], {})):
         joints = _limbs(source.motion)
         if measuring.axes is None:
             found.append(joint_moments(source.motion, joints, measuring.means))
@@ -288,8 +289,8 @@ def measure(measuring: Measuring) -> list[FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class _Told:
-    notes: list[str]
-    left_out: list[str]
+    cut_at: list[tuple[str, str]]
+    failed: dict[str, RequestError]
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,17 +313,13 @@ def _recordings(shard: Shard, told: _Told) -> Iterator[Source]:
     for name in shard.names:
         take = shard.library.take(name)
         recording = Recording(take, *take.named_motion(shard.track))
-        skeleton = shard.skeleton or recording.motion.skeleton
-        if not same_joints(skeleton, recording.motion.skeleton):
-            told.left_out.append(f"take {name!r}: its joints are others than the first take's; left out")
-            continue
         try:
-            sources, cut_at = sources_of(shard.settings, recording, skeleton)
-        except UncutError as error:
-            told.left_out.append(f"{error}; left out")
+            sources, cut_at = sources_of(shard.settings, recording, shard.skeleton or recording.motion.skeleton)
+        except RequestError as error:
+            told.failed[name] = error
             continue
         if cut_at:
-            told.notes.append(f"{name}: no cuts in the library; cut at {cut_at}")
+            told.cut_at.append((name, cut_at))
         yield from sources
 
 

@@ -22,8 +22,10 @@ import numpy as np
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import Arrivals, Placement, SegmentalPath, padded_width
+from kinetograph.left_out import LeftOut, by_reason
 from kinetograph.library import Library
 from kinetograph.methods.performance import interpretation, shard
+from kinetograph.methods.performance.fit import cut_here, left_here, nothing_left, why_left
 from kinetograph.methods.performance.fitted import BENDING, HURRY, BodyLimits, Fitted
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.own_cost import is_natural, mean_of_known, spread_over, strangers
@@ -253,11 +255,12 @@ def fit_shards(
 def _merged(settings: PerformanceSettings, several: Several) -> ShardedFit:
     """What the shards tell of themselves, put together as one library would tell it."""
     told: list[Described] = several.each(shard.describe)
-    notes = tuple(itertools.chain(*(d.notes for d in told), *(d.left_out for d in told)))
+    notes, left = _left_out(told, several.names)
     firsts = np.cumsum([0, *(len(d.sources) for d in told)])
     before = np.cumsum([0, *(len(d.segments) for d in told)])
     if before[-1] == 0:
-        raise RequestError(next(iter(notes), "the shards' cuts give no segment; cut them with library segment"))
+        longest = settings.longest
+        raise RequestError(f"the shards' cuts give no segment of at most {longest} s; cut them with library segment")
     sources = tuple(
         replace(source, take=names[source.take])
         for d, names in zip(told, several.names, strict=True)
@@ -280,7 +283,17 @@ def _merged(settings: PerformanceSettings, several: Several) -> ShardedFit:
     recorded = float(max(d.recorded.max() for d in told if len(d.recorded)))
     measured = Told(lambda: _limits(several, told, sources), (min(slowest), max(fastest)), recorded)
     own = _own_cost(settings, several, (sources, instances), order)
-    return ShardedFit(Merged(settings, sources, instances, notes, own, told=measured), several, order)
+    return ShardedFit(Merged(settings, sources, instances, notes, own, left, told=measured), several, order)
+
+
+def _left_out(told: Sequence[Described], names: Sequence[Mapping[str, str]]) -> tuple[tuple[str, ...], LeftOut]:
+    """Notes on takes without cuts, and those that are left out, by reason. Raises RequestError where none is left."""
+    failed = {own[name]: e for d, own in zip(told, names, strict=True) for name, e in d.failed.items()}
+    cut_at = [(own[name], cuts) for d, own in zip(told, names, strict=True) for name, cuts in d.cut_at]
+    uncut = by_reason((name, why_left(name, error)) for name, error in failed.items())
+    if failed and not any(d.sources for d in told):
+        raise nothing_left(failed, uncut)
+    return (*cut_here(cut_at), *left_here(uncut)), uncut
 
 
 def _held(told: Sequence[Described]) -> list[tuple[int, Segment, FloatArray]]:
