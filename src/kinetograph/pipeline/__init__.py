@@ -33,6 +33,7 @@ _ROOMS = {
     "matches": "finding",
     "noted": "noting",
     "open_library": "libraries",
+    "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
     "perform_with": "performing",
@@ -71,6 +72,7 @@ __all__ = [
     "matches",
     "noted",
     "open_library",
+    "open_without_labels",
     "perform",
     "perform_alternatives",
     "perform_with",
@@ -100,7 +102,7 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
-    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
+    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
         creating,
