@@ -9,19 +9,45 @@ from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import UNFINISHED, Library, contents, skeletons
+from kinetograph.library import (
+    UNFINISHED,
+    Facts,
+    Library,
+    Selection,
+    Shards,
+    contents,
+    facts_of,
+    shards_in,
+    skeletons,
+)
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
 
 
-def open_library(path: str | Path) -> Library:
-    """Open a library.
+def open_library(path: str | Path, selection: Selection | None = None) -> Library:
+    """Open a library, or a selection of its takes.
+
+    Parameters
+    ----------
+    path : str or Path
+    selection : Selection, optional
+        The takes that are used; without it, all.
+
+    Returns
+    -------
+    Library
 
     Raises
     ------
     LibraryError
         For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
+    RequestError
+        For a selection that chooses no take, or leaves out what is not there; the message has what there is.
+
+    Notes
+    -----
+    A folder of libraries is opened as `kinetograph.library.Shards`.
     """
     folder = Path(path)
     if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
@@ -31,7 +57,26 @@ def open_library(path: str | Path) -> Library:
                 f"{folder}: a folder with {len(recordings)} recordings, not a library; "
                 f"make one with: kinetograph library create LIB {folder}"
             )
-    return Library.open(folder)
+    shards = shards_in(folder)
+    library = Shards.of(shards) if shards else Library.open(folder)
+    if not selection:
+        return library
+    _require_chosen(facts_of(library), selection, folder)
+    return library.only(selection)
+
+
+def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path) -> None:
+    """Raise RequestError where a selection leaves out what is not there, or leaves nothing."""
+    tags = sorted({tag for of_take in facts.values() for tag in of_take.tags})
+    there = (
+        f"there are {_listed(list(facts), 6)}; tags are {_listed(tags, 12)}"
+        if tags
+        else f"there are {_listed(list(facts), 6)}"
+    )
+    if unknown := selection.unknown(facts):
+        raise RequestError(f"{folder}: no take or tag {unknown[0]!r} to leave out; {there}")
+    if not selection.of(facts):
+        raise RequestError(f"{folder}: no take is {selection}; {there}")
 
 
 @contextmanager
@@ -90,9 +135,9 @@ def differing_skeletons(library: Library) -> tuple[str, ...]:
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return ", ".join(names[:3]) + more
+def _listed(names: Sequence[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (", ".join(names[:most]) or "none") + more
 
 
 def has_partners(library: Library, target: str | None) -> bool:

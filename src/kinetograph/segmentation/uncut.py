@@ -10,11 +10,11 @@ from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.take import Annotation
 
-NO_FEET = "the skeleton has no feet (name them with --role)"
+NO_FEET = "the skeleton has no feet, name them with --role"
 TOO_SHORT = "too short for two steps"
-IN_PLACE = "a clip in place (its feet walk, its hips do not travel)"
+IN_PLACE = "a clip in place, whose feet walk while its hips do not travel"
 LANDS_ONCE = "both feet leave the ground and land once"
-NOBODY_STEPS = "idle (nobody steps)"
+NOBODY_STEPS = "idle, nobody steps"
 ELSEWHERE = "the ground may not be at the feet's height"
 
 SHORT = 1.0
@@ -42,6 +42,9 @@ class UncutError(RequestError):
     def __init__(self, message: str, why: str) -> None:
         self.why = why
         super().__init__(message)
+
+    def __reduce__(self) -> tuple[type[UncutError], tuple[str, str]]:
+        return UncutError, (self.args[0], self.why)
 
 
 def why_uncut(motion: Motion, contacts: tuple[Annotation, ...]) -> str:

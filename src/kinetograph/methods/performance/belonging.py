@@ -12,7 +12,9 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.methods.everyday import everyday_frames
+from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.segments import Segment, Source
+from kinetograph.methods.performance.settings import PerformanceSettings
 
 ANYONE = -1
 """The origin of a pose that is held: whoever it is, nothing changes."""
@@ -66,3 +68,8 @@ def unusual_shares(sources: Sequence[Source], segments: Sequence[Segment]) -> Fl
             high = min(high, len(count) - 1)
             shares[place] = (count[high] - count[low]) / max(high - low, 1)
     return shares
+
+
+def drawn(settings: PerformanceSettings) -> bool:
+    """Whether paths may be drawn, for which unusual motion costs more."""
+    return isinstance(settings.control_points, GroundPath) and settings.unusual > 0

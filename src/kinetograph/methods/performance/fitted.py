@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -197,9 +198,12 @@ class Fitted:
         return self.instances.segments[int(self.instances.states[state, 0])]
 
 
-def fitted_for(fitted: Fitted, control: Control) -> Fitted:
+AnyFitted = TypeVar("AnyFitted", bound=Fitted)
+
+
+def fitted_for(fitted: AnyFitted, control: Control) -> AnyFitted:
     """What is fitted, for a control: only where a path is drawn, and nobody shows it, does unusual motion cost more."""
-    return fitted if control.partner is None else fitted.for_anything
+    return fitted if control.partner is None else cast(AnyFitted, fitted.for_anything)
 
 
 def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
