@@ -25,6 +25,7 @@ _ROOMS = {
     "creating": "libraries",
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
+    "example_in": "finding",
     "find_alike": "finding",
     "find_copies": "copies",
     "grow_library": "growing",
@@ -68,6 +69,7 @@ __all__ = [
     "creating",
     "cut_by_hand",
     "differing_skeletons",
+    "example_in",
     "find_alike",
     "find_copies",
     "grow_library",
@@ -109,7 +111,7 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from kinetograph.pipeline.copies import Copy, copies_of, find_copies
-    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_of, index_takes, matches
+    from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
