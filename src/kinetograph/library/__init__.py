@@ -6,15 +6,19 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
+from kinetograph.library.groups import Annotated, Entry
 from kinetograph.library.info import Info, TrackInfo
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
     UNFINISHED,
     Library,
+    add_takes,
+    annotate_takes,
     annotations_of,
     contents,
     describe_takes,
     facts_of,
+    full_names,
     labels,
     skeletons,
 )
@@ -22,6 +26,8 @@ from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
     "UNFINISHED",
+    "Annotated",
+    "Entry",
     "Facts",
     "Info",
     "Library",
@@ -30,12 +36,15 @@ __all__ = [
     "Stream",
     "TrackInfo",
     "add_stream",
+    "add_takes",
+    "annotate_takes",
     "annotations_of",
     "back_up",
     "contents",
     "describe_takes",
     "export_annotations",
     "facts_of",
+    "full_names",
     "import_annotations",
     "labels",
     "read_annotations",

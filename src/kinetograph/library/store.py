@@ -13,10 +13,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import catalogue, frame_files, headers, schema, storage, takes
+from kinetograph.library import catalogue, frame_files, headers, schema, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
+from kinetograph.library.groups import Annotated, Entry, add_all, annotate_all
 from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
 from kinetograph.library.repair import examine
 from kinetograph.library.selection import Selection
@@ -130,6 +131,7 @@ class Library:
         Parameters
         ----------
         name : str
+            The take's name, or what follows one of the slashes in it, where only one take's name ends so.
 
         Returns
         -------
@@ -140,7 +142,7 @@ class Library:
         Raises
         ------
         RequestError
-            The name is unknown.
+            The name is unknown, or stands for several takes.
         LibraryError
             The take is damaged.
         """
@@ -162,16 +164,7 @@ class Library:
         LibraryError
             The disk is full or the folder read-only.
         """
-        with changing(self.path, appending=True) as change:
-            old = change.db.execute("SELECT id FROM takes WHERE name = ?", (take.name,)).fetchone()
-            if old and not replace:
-                raise RequestError(f"{self.path}: has a take {take.name!r} already; choose another name, or replace it")
-            spans = takes.write_arrays(change.path, change.start, take)
-            if old:
-                takes.delete(change.db, old[0])
-            takes.insert(change.db, take, spans, old[0] if old else None)
-            stop = max((span.stop for of_track in spans.values() for span in of_track), default=change.start)
-            storage.extend(change.db, stop)
+        add_all(self.path, [Entry(take, replace=replace)])
 
     def remove(self, name: str) -> None:
         """Remove a take.
@@ -255,6 +248,68 @@ def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:
     return list_labels(library.path)
 
 
+def full_names(library: Library, names: Iterable[str]) -> tuple[str, ...]:
+    """The whole names of takes.
+
+    Parameters
+    ----------
+    library : Library
+    names : iterable of str
+        As for `Library.take`.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    RequestError
+        A name is unknown, or stands for several takes.
+    """
+    with catalogue.reading(library.path) as db:
+        return tuple(takes.locate(library.path, db, name)[1] for name in names)
+
+
+def add_takes(library: Library, entries: Iterable[Entry]) -> dict[str, tuple[Annotation, ...]]:
+    """Add takes, all or none, in the time of one: the disk is waited for once.
+
+    Parameters
+    ----------
+    library : Library
+    entries : iterable of Entry
+        Taken one at a time, while no other program can write to the library.
+
+    Returns
+    -------
+    dict of str to tuple of Annotation
+        The annotations that replaced takes had and that are gone, by take.
+
+    Raises
+    ------
+    RequestError
+        A name is taken.
+    LibraryError
+        The disk is full or the folder read-only.
+    """
+    return add_all(library.path, entries)
+
+
+def annotate_takes(library: Library, changes: Iterable[Annotated]) -> None:
+    """Put annotations of takes in place of others, all or none, in the time of one take.
+
+    Parameters
+    ----------
+    library : Library
+    changes : iterable of Annotated
+
+    Raises
+    ------
+    RequestError
+        A name is unknown, or an annotation is of a kind or on a track that is not replaced.
+    """
+    annotate_all(library.path, changes)
+
+
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
     """The annotations of a take, without reading its frames.
 
@@ -273,7 +328,7 @@ def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
         The name is unknown.
     """
     with catalogue.reading(library.path) as db:
-        _, rows = takes.require_sealed(db, takes.find(library.path, db, take_name), take_name)
+        _, rows = takes.require_sealed(db, *takes.locate(library.path, db, take_name))
         return tuple(Annotation(*row) for row in rows)
 
 

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import digests, frame_files, records, storage
+from kinetograph.library import digests, facts, frame_files, records, storage
 from kinetograph.library.changing import changing
+from kinetograph.library.facts import Facts
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -45,6 +46,7 @@ def add_stream(
     stream: Stream,
     *,
     track: str = "motion",
+    known: Facts | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Add a take of one motion, read and written in blocks, wholly or not at all.
@@ -57,6 +59,8 @@ def add_stream(
     stream : Stream
     track : str
         The motion's name in the take.
+    known : Facts, optional
+        What is known of the take.
     progress : Progress, optional
         Called with frames written and their number.
 
@@ -80,6 +84,7 @@ def add_stream(
         take = change.db.execute("INSERT INTO takes (name) VALUES (?)", (name,)).lastrowid
         assert take is not None
         records.insert_motion(change.db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
+        facts.put(change.db, take, known or Facts())
         storage.relist(change.db, digests.seal(change.db, take))
         storage.extend(change.db, spans[-1].stop)
 
