@@ -123,6 +123,7 @@ def _in_panel(annotation: Any, panel: str | None) -> Any:
 
 # ---- options that several commands share ----
 
+Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes that work at once.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines instead of a table.")]
 LibraryOption = Annotated[Path, typer.Option("-l", "--library", help="The library's folder.")]

@@ -10,7 +10,6 @@ from kinetograph.library.groups import Annotated, Entry
 from kinetograph.library.info import Info, TrackInfo
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
-    UNFINISHED,
     Library,
     add_takes,
     annotate_takes,
@@ -25,7 +24,6 @@ from kinetograph.library.store import (
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
-    "UNFINISHED",
     "Annotated",
     "Entry",
     "Facts",

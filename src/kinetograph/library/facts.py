@@ -10,7 +10,6 @@ from pathlib import Path
 from kinetograph.library import catalogue, digests, storage, takes
 from kinetograph.library.changing import changing
 
-
 SINGLE = ("text", "subject", "source", "content", "folder", "segmented")
 """Kinds of which a take has one at most."""
 
@@ -71,9 +70,7 @@ def read(db: sqlite3.Connection, take: int) -> Facts:
 
 def succeeding(old: Facts, new: Facts) -> Facts:
     """The facts of a take that replaces another: what people have said of the old one stays true."""
-    return replace(
-        new, tags=old.tags | new.tags, text=old.text or new.text, subject=old.subject or new.subject
-    )
+    return replace(new, tags=old.tags | new.tags, text=old.text or new.text, subject=old.subject or new.subject)
 
 
 def write(db: sqlite3.Connection, take: int, facts: Facts) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from kinetograph.errors import LibraryError, RequestError
+from kinetograph.errors import LibraryError
 from kinetograph.library import catalogue, frame_files, headers, schema, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
@@ -24,10 +24,8 @@ from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
-UNFINISHED = "unfinished"
-"""A file in the folder of a library that a command has begun to fill."""
 _FIRST_FRAMES = "frames-1.bin"
-_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED}
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal"}
 
 
 @dataclass(frozen=True)

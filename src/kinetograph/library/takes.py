@@ -179,7 +179,9 @@ def delete(db: sqlite3.Connection, take: int) -> None:
     held = storage.read(db)
     listing = held.listing ^ digests.struck(db, take)
     storage.write(db, replace(held, listing=listing, removed=held.removed + _size(db, take)))
-    used = db.execute("SELECT DISTINCT skeleton FROM tracks WHERE take = ? AND skeleton IS NOT NULL", (take,)).fetchall()
+    used = db.execute(
+        "SELECT DISTINCT skeleton FROM tracks WHERE take = ? AND skeleton IS NOT NULL", (take,)
+    ).fetchall()
     db.execute("DELETE FROM takes WHERE id = ?", (take,))
     unused = "DELETE FROM skeletons WHERE id = ?1 AND NOT EXISTS (SELECT 1 FROM tracks WHERE skeleton = ?1)"
     db.executemany(unused, used)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path, PurePosixPath
 
 from kinetograph.errors import RequestError
 from kinetograph.formats import READERS
 from kinetograph.library import Facts
-
-_CATALOGUE = "catalogue.sqlite"
+from kinetograph.pipeline.libraries import CATALOGUE
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def find_recordings(paths: Iterable[str | Path]) -> Found:
 
 
 def _files_below(top: Path, skipped: dict[str, str]) -> Iterator[Path]:
-    """The motion files of a folder and of those within, each folder once; links last, so that they name nothing anew."""
+    """The motion files of a folder and of those within, each folder once, and links last."""
     entered: dict[tuple[int, int], Path] = {}
     links: list[Path] = []
     yield from _enter(top, entered, links, skipped)
@@ -112,7 +111,9 @@ def _files_below(top: Path, skipped: dict[str, str]) -> Iterator[Path]:
         yield from _enter(link, entered, links, skipped)
 
 
-def _enter(folder: Path, entered: dict[tuple[int, int], Path], links: list[Path], skipped: dict[str, str]) -> Iterator[Path]:
+def _enter(
+    folder: Path, entered: dict[tuple[int, int], Path], links: list[Path], skipped: dict[str, str]
+) -> Iterator[Path]:
     try:
         state = folder.stat()
         before = entered.setdefault((state.st_dev, state.st_ino), folder)
@@ -124,7 +125,7 @@ def _enter(folder: Path, entered: dict[tuple[int, int], Path], links: list[Path]
         skipped[str(folder)] = f"cannot open it: {error.strerror}"
         return
     names = {entry.name for entry in inside}
-    if _CATALOGUE in names:
+    if CATALOGUE in names:
         skipped[str(folder)] = "a library, not a folder of recordings"
         return
     suffixes = {_suffix(name) for name in names}
@@ -159,11 +160,14 @@ class Planned:
         Of the take; of several animations, what their names begin with.
     takes : dict of str to Facts
         The takes of the library that were read from this file before.
+    twins : frozenset of str
+        The contents of the files that lie at the same place below other folders.
     """
 
     recording: Recording
     name: str
     takes: dict[str, Facts]
+    twins: frozenset[str] = frozenset()
 
 
 def plan_takes(recordings: Iterable[Recording], known: Mapping[str, Facts]) -> tuple[list[Planned], dict[str, str]]:
@@ -185,39 +189,58 @@ def plan_takes(recordings: Iterable[Recording], known: Mapping[str, Facts]) -> t
     refused : dict of str to str
         Why, by path: the library has a take of this name of which it does not know the file.
     """
-    before = _by_file(known)
-    owners: dict[str, Path | None] = {name: None for name, facts in known.items() if not facts.source}
-    planned: list[Planned] = []
-    refused: dict[str, str] = {}
-    fresh: list[tuple[int, Recording]] = []
+    files, owners = _Files(known), _owners(known)
+    planned: dict[Path, Planned] = {}
     for recording in recordings:
-        takes = before.get((str(recording.folder), recording.source), {})
+        takes = files.takes_of(recording)
         name = next((n for n in _names(recording) if any(_is_of(take, n) for take in takes)), "") if takes else ""
-        if not name:
-            fresh.append((len(planned), recording))
         owners.update({name: recording.folder} if name else {})
-        planned.append(Planned(recording, name, takes))
+        planned[recording.path] = Planned(recording, name, takes if name else {}, files.twins(recording))
+    refused: dict[str, str] = {}
+    for path, one in list(planned.items()):
+        stem = one.recording.stem
+        if not one.name and stem in owners and owners[stem] is None:
+            refused[str(path)] = "the library has a take of this name, and does not know from which file"
+            del planned[path]
+        elif not one.name:
+            name = next(n for n in _names(one.recording, owners) if n not in owners)
+            owners[name] = one.recording.folder
+            planned[path] = replace(one, name=name)
+    return list(planned.values()), refused
+
+
+def _owners(known: Mapping[str, Facts]) -> dict[str, Path | None]:
+    """The names that are taken, with the folder that the take's file lies below; None where the file is not known."""
+    owners: dict[str, Path | None] = {}
     for take, facts in known.items():
-        owners.setdefault(take, Path(facts.folder))
-    left_out = set()
-    for place, recording in fresh:
-        if recording.stem in owners and owners[recording.stem] is None:
-            refused[str(recording.path)] = "the library has a take of this name, and does not know from which file"
-            left_out.add(place)
-            continue
-        name = next(n for n in _names(recording, owners) if n not in owners)
-        owners[name] = recording.folder
-        planned[place] = Planned(recording, name, {})
-    return [one for place, one in enumerate(planned) if place not in left_out], refused
+        owners[take] = Path(facts.folder) if facts.source else None
+        if facts.source and ":" in take:  # one of several animations, whose file has the name before the colon
+            owners.setdefault(take.split(":")[0], Path(facts.folder))
+    return owners
 
 
-def _by_file(known: Mapping[str, Facts]) -> dict[tuple[str, str], dict[str, Facts]]:
-    """The takes of a library by their file: the folder that was given, and the path below."""
-    found: dict[tuple[str, str], dict[str, Facts]] = {}
-    for name, facts in known.items():
-        if facts.source:
-            found.setdefault((facts.folder, facts.source), {})[name] = facts
-    return found
+class _Files:
+    """The takes of a library by the file that they were read from."""
+
+    def __init__(self, known: Mapping[str, Facts]) -> None:
+        self._takes: dict[tuple[str, str], dict[str, Facts]] = {}
+        self._contents: dict[str, set[str]] = {}
+        there = {folder: os.path.isdir(folder) for folder in {facts.folder for facts in known.values()}}
+        for name, facts in known.items():
+            if facts.source:
+                # a folder that is gone may have been moved to where it is given now
+                folder = facts.folder if there[facts.folder] else ""
+                self._takes.setdefault((folder, facts.source), {})[name] = facts
+                self._contents.setdefault(facts.source, set()).add(facts.content)
+
+    def takes_of(self, recording: Recording) -> dict[str, Facts]:
+        """The takes of a file."""
+        own = self._takes.get((str(recording.folder), recording.source))
+        return own or self._takes.get(("", recording.source), {})
+
+    def twins(self, recording: Recording) -> frozenset[str]:
+        """The contents of files at the same place below any folder."""
+        return frozenset(self._contents.get(recording.source, ()))
 
 
 def _is_of(take: str, name: str) -> bool:
@@ -225,7 +248,7 @@ def _is_of(take: str, name: str) -> bool:
 
 
 def _names(recording: Recording, owners: Mapping[str, Path | None] | None = None) -> Iterator[str]:
-    """Names for a recording, the best first; the suffix comes before the folder where a file of this folder has the name."""
+    """Names for a recording, the best first: a suffix tells files of one folder apart, and the folder those of several."""
     suffixed = recording.source
     folder = f"{recording.folder.name}/"
     yield recording.stem
