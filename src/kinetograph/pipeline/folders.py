@@ -248,7 +248,7 @@ def _is_of(take: str, name: str) -> bool:
 
 
 def _names(recording: Recording, owners: Mapping[str, Path | None] | None = None) -> Iterator[str]:
-    """Names for a recording, the best first: a suffix tells files of one folder apart, and the folder those of several."""
+    """Names of a recording, the best first: a suffix tells files of one folder apart, the folder those of several."""
     suffixed = recording.source
     folder = f"{recording.folder.name}/"
     yield recording.stem

@@ -39,7 +39,8 @@ class ReadRecordings:
 
     def takes(self, path: Path) -> tuple[list[Take], tuple[str, ...]]:
         """Every animation in a file as a take, or the one that is named, and what was guessed."""
-        takes, notes = [], []
+        takes: list[Take] = []
+        notes: list[str] = []
         for take, guesses in read_takes(path, self.options, self.roles):
             notes += guesses
             if self.fit_markers:
