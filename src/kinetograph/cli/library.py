@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.label import label
-from kinetograph.cli.options import AsJson, Force, Jobs, LibraryArgument, add, options
+from kinetograph.cli.options import AsJson, Force, LibraryArgument, Working, add, options
 from kinetograph.cli.output import (
     detailed_bar,
     first_of,
@@ -30,7 +30,7 @@ from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.pipeline import Ingested, ReadRecordings, Recording
+    from kinetograph.pipeline import Ingested, IngestSettings, ReadRecordings, Recording
     from kinetograph.take import Take
 
 _FEW = 20  # tracks that are listed unasked
@@ -68,10 +68,10 @@ def create(
     files: Annotated[list[Path] | None, typer.Argument(help="Motion files, and folders, with those within.")] = None,
     *,
     reading: RecordingReading,
+    working: Working,
     strict: Annotated[
         bool, typer.Option("--strict", help="Add all or nothing: a file that cannot be read is an error.")
     ] = False,
-    jobs: Jobs = 1,
     as_json: AsJson = False,
 ) -> None:
     """Make a library and add files, or add to a library the files that are new or have changed.
@@ -83,7 +83,7 @@ def create(
     Example: kinetograph library create out/mine.library out/walk.bvh out/rise.bvh
     """
     from kinetograph.errors import LibraryError
-    from kinetograph.pipeline import differing_skeletons, find_recordings, open_or_create
+    from kinetograph.pipeline import IngestSettings, differing_skeletons, find_recordings, open_or_create
 
     found = find_recordings(files) if files else None
     library = open_or_create(folder)
@@ -93,7 +93,7 @@ def create(
         _summary(folder, as_json)
         return
     try:
-        done = _fill(library, found.recordings, (reading.recordings, strict, jobs))
+        done = _fill(library, found.recordings, (reading.recordings, IngestSettings(strict, working.workers)))
     except BaseException:
         count = len(library.names())
         note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
@@ -103,17 +103,15 @@ def create(
     notes(differing_skeletons(library))
 
 
-def _fill(library: Library, recordings: Sequence[Recording], how: tuple[ReadRecordings, bool, int]) -> Ingested:
-    from kinetograph.pipeline import Done, IngestSettings, ingest
-    from kinetograph.work import Workers
+def _fill(library: Library, recordings: Sequence[Recording], how: tuple[ReadRecordings, IngestSettings]) -> Ingested:
+    from kinetograph.pipeline import Done, ingest
 
-    reading, strict, jobs = how
     with detailed_bar("reading") as update:
 
         def show(done: Done) -> None:
             update(done.bytes, done.of_bytes, f"{done.files:,} of {done.of:,} files, {done.frames:,} frames")
 
-        return ingest(library, recordings, reading, IngestSettings(strict, Workers(jobs)), progress=show)
+        return ingest(library, recordings, *how, progress=show)
 
 
 def _report(folder: Path, done: Ingested, as_json: bool) -> None:

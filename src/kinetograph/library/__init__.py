@@ -6,8 +6,9 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.groups import Annotated, Entry
+from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
     Library,
@@ -18,12 +19,14 @@ from kinetograph.library.store import (
     describe_takes,
     facts_of,
     full_names,
+    label_counts,
     labels,
     skeletons,
 )
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
+    "Addition",
     "Annotated",
     "Entry",
     "Facts",
@@ -38,15 +41,21 @@ __all__ = [
     "annotate_takes",
     "annotations_of",
     "back_up",
+    "clear",
     "contents",
     "describe_takes",
+    "entries",
     "export_annotations",
     "facts_of",
     "full_names",
     "import_annotations",
+    "kept",
+    "label_counts",
     "labels",
+    "limit_of",
     "read_annotations",
     "read_times",
     "salvage",
+    "set_limit",
     "skeletons",
 ]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from kinetograph.errors import LibraryError
 from kinetograph.library import catalogue, check, facts, frame_files, headers, storage, takes
-from kinetograph.library.groups import Entry
+from kinetograph.library.groups import Addition
 from kinetograph.library.store import Library, add_takes
 from kinetograph.progress import Progress
 
@@ -110,11 +110,11 @@ def salvage(
     return Library.open(path), left_out
 
 
-def _whole(library: Library, name: str) -> Entry:
+def _whole(library: Library, name: str) -> Addition:
     """A take with its facts. Raises LibraryError where it is damaged."""
     take = library.take(name)
     with catalogue.reading(library.path) as db:
-        return Entry(take, facts.read(db, takes.find(library.path, db, name)))
+        return Addition(take, facts.read(db, takes.find(library.path, db, name)))
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from kinetograph.take import Annotation, Take
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class Addition:
     """A take to be added.
 
     Parameters
@@ -66,7 +66,7 @@ class _Old:
     annotations: tuple[Annotation, ...]
 
 
-def add_all(folder: Path, entries: Iterable[Entry]) -> dict[str, tuple[Annotation, ...]]:
+def add_all(folder: Path, entries: Iterable[Addition]) -> dict[str, tuple[Annotation, ...]]:
     """Add takes to the library in a folder, all or none; the annotations that replaced takes lost, by take."""
     lost: dict[str, tuple[Annotation, ...]] = {}
     with changing(folder, appending=True) as change:
@@ -79,7 +79,7 @@ def add_all(folder: Path, entries: Iterable[Entry]) -> dict[str, tuple[Annotatio
     return lost
 
 
-def _add(folder: Path, db: sqlite3.Connection, frames: tuple[Path, FileIO], entry: Entry) -> tuple[Annotation, ...]:
+def _add(folder: Path, db: sqlite3.Connection, frames: tuple[Path, FileIO], entry: Addition) -> tuple[Annotation, ...]:
     """Add one take; the annotations that are lost."""
     name = entry.take.name
     row = db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone()
@@ -99,7 +99,7 @@ def _add(folder: Path, db: sqlite3.Connection, frames: tuple[Path, FileIO], entr
     return () if old is None or same else old.annotations
 
 
-def _remove(db: sqlite3.Connection, row: int, entry: Entry) -> _Old:
+def _remove(db: sqlite3.Connection, row: int, entry: Addition) -> _Old:
     """Delete a take that another replaces; what it was is only asked where that need not be damaged."""
     try:
         takes.require_sealed(db, row)

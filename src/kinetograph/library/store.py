@@ -17,15 +17,17 @@ from kinetograph.library import catalogue, frame_files, headers, schema, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
-from kinetograph.library.groups import Annotated, Entry, add_all, annotate_all
-from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
+from kinetograph.library.groups import Addition, Annotated, add_all, annotate_all
+from kinetograph.library.info import Info, TrackInfo, count, count_labels, list_labels, list_skeletons, list_tracks
 from kinetograph.library.repair import examine
 from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
+KEPT = "kept"
+"""The folder in that of a library for what has been made of it."""
 _FIRST_FRAMES = "frames-1.bin"
-_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal"}
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", KEPT}
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ class Library:
         LibraryError
             The disk is full or the folder read-only.
         """
-        add_all(self.path, [Entry(take, replace=replace)])
+        add_all(self.path, [Addition(take, replace=replace)])
 
     def remove(self, name: str) -> None:
         """Remove a take.
@@ -268,13 +270,13 @@ def full_names(library: Library, names: Iterable[str]) -> tuple[str, ...]:
         return tuple(takes.locate(library.path, db, name)[1] for name in names)
 
 
-def add_takes(library: Library, entries: Iterable[Entry]) -> dict[str, tuple[Annotation, ...]]:
+def add_takes(library: Library, entries: Iterable[Addition]) -> dict[str, tuple[Annotation, ...]]:
     """Add takes, all or none, in the time of one: the disk is waited for once.
 
     Parameters
     ----------
     library : Library
-    entries : iterable of Entry
+    entries : iterable of Addition
         Taken one at a time, while no other program can write to the library.
 
     Returns
@@ -306,6 +308,11 @@ def annotate_takes(library: Library, changes: Iterable[Annotated]) -> None:
         A name is unknown, or an annotation is of a kind or on a track that is not replaced.
     """
     annotate_all(library.path, changes)
+
+
+def label_counts(library: Library, kind: str) -> dict[str, dict[str, int]]:
+    """How often each label of the annotations of a kind occurs, by take; takes without any are left out."""
+    return count_labels(library.path, kind)
 
 
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 from kinetograph.errors import FormatError, KinetographError, RequestError
 from kinetograph.formats import stream
 from kinetograph.library import (
-    Entry,
+    Addition,
     Facts,
     Library,
     Selection,
@@ -60,7 +61,7 @@ class IngestSettings:
     ----------
     strict : bool
         Add everything or nothing: a file that cannot be read is an error. Nothing is committed before the end.
-    workers : Workers
+    workers : Workers or Executor
         Who reads.
     seconds : float
         Takes are committed when this much time has passed since the last ones were.
@@ -69,7 +70,7 @@ class IngestSettings:
     """
 
     strict: bool = False
-    workers: Workers = HERE
+    workers: Workers | Executor = HERE
     seconds: float = 1.0
     bytes: int = 32_000_000
 
@@ -258,7 +259,7 @@ def _commit(library: Library, group: Sequence[_Read], reading: ReadRecordings, r
             _stream(library, one, reading, result)
 
 
-def _entries(read: _Read, result: Ingested, strict: bool = False) -> list[Entry]:
+def _entries(read: _Read, result: Ingested, strict: bool = False) -> list[Addition]:
     """The takes of a file as they are added, and what is said of it."""
     recording, path = read.planned.recording, str(read.planned.recording.path)
     if read.why:
@@ -276,7 +277,7 @@ def _entries(read: _Read, result: Ingested, strict: bool = False) -> list[Entry]
         (result.replaced if take.name in known else result.added).append(take.name)
     if read.takes:
         result.gone += [name for name in known if name not in {take.name for take in read.takes}]
-    return [Entry(take, read.facts, take.name in known, keep=True) for take in read.takes]
+    return [Addition(take, read.facts, take.name in known, keep=True) for take in read.takes]
 
 
 def _stream(library: Library, read: _Read, reading: ReadRecordings, result: Ingested) -> None:
