@@ -94,7 +94,7 @@ def test_takes_of_other_joints_are_named_at_once(files: Path, tmp_path: Path) ->
     save(motion_of(other), files / "d.npz")
     created = run("library", "create", tmp_path / "made", files)
     assert created.returncode == 0
-    said = "(motion) have different joints: 3 joints in a, b, c; 2 joints in d; methods use recordings of the same"
+    said = "(motion) have different joints: 3 joints in a, b, c; 2 joints in d; methods use those of most seconds"
     assert said in created.stderr
     added = run("library", "add", tmp_path / "made", "--take", "e", f"motion={files / 'a.npz'}")
     assert "3 joints in a, b, c and 1 more; 2 joints in d" in added.stderr
@@ -164,5 +164,5 @@ def test_a_take_that_cannot_be_cut_is_named_and_the_others_are_cut(tmp_path: Pat
     assert "1 not cut, as found before; try again with --again: idle" in again.stderr
     assert "looked at now  0" in again.stdout
     library.remove("walk")
-    alone = run("library", "segment", library.path, "--take", "i*")
+    alone = run("library", "segment", library.path, "--takes", "i*")
     assert (alone.returncode, "take 'idle' cannot be cut: idle (nobody steps)" in alone.stderr) == (1, True)

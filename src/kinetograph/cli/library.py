@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.label import label
-from kinetograph.cli.options import AsJson, Force, LibraryArgument, Working, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryArgument, Working, add, options
 from kinetograph.cli.output import (
     detailed_bar,
     first_of,
@@ -90,7 +90,7 @@ def create(
     if found is None:
         if library.names():
             raise LibraryError(f"{folder}: already holds a library; name files or folders to add to it")
-        _summary(folder, as_json)
+        _summary(library, as_json)
         return
     try:
         done = _fill(library, found.recordings, (reading.recordings, IngestSettings(strict, working.workers)))
@@ -99,7 +99,7 @@ def create(
         note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
         raise
     done.skipped.update(found.skipped)
-    _report(folder, done, as_json)
+    _report(library, done, as_json)
     notes(differing_skeletons(library))
 
 
@@ -114,7 +114,7 @@ def _fill(library: Library, recordings: Sequence[Recording], how: tuple[ReadReco
         return ingest(library, recordings, *how, progress=show)
 
 
-def _report(folder: Path, done: Ingested, as_json: bool) -> None:
+def _report(library: Library, done: Ingested, as_json: bool) -> None:
     """Say what became of the files; an error where none could be read."""
     _tell(done)
     counts = {"added": len(done.added), "replaced": len(done.replaced), "unchanged_files": done.unchanged}
@@ -122,7 +122,7 @@ def _report(folder: Path, done: Ingested, as_json: bool) -> None:
     if as_json:
         skipped = [{"file": path, "why": why} for path, why in done.skipped.items()]
         more = {**counts, "skipped": skipped, "renamed": done.renamed, "gone": done.gone, "dropped": done.dropped}
-    _summary(folder, as_json, more)
+    _summary(library, as_json, more)
     if done.skipped and not (done.added or done.replaced or done.unchanged):
         raise RequestError(f"none of the {len(done.skipped)} files could be read")
 
@@ -217,17 +217,20 @@ def remove(folder: LibraryArgument, take: TakeName) -> None:
 
 def info(
     folder: LibraryArgument,
+    chosen: Chosen,
     every: Annotated[bool, typer.Option("--all", help="List every track, however many there are.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Show what is in a library: what it holds in all, and its tracks where they are few.
 
     Example: kinetograph library info out/walks.library
+
+    Example: kinetograph library info out/clips.library --takes "*run*"
     """
     from kinetograph.library import contents, facts_of
     from kinetograph.pipeline import open_library
 
-    library = open_library(folder)
+    library = open_library(folder, chosen.selection)
     facts = facts_of(library)
     rows = [
         {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
@@ -236,12 +239,12 @@ def info(
     subjects = Counter(known.subject for known in facts.values() if known.subject)
     tags = Counter(tag for known in facts.values() for tag in known.tags)
     if as_json:
-        _summary(folder, True, {"subjects": subjects, "tags": tags, **({"tracks_of": rows} if every else {})})
+        _summary(library, True, {"subjects": subjects, "tags": tags, **({"tracks_of": rows} if every else {})})
         return
     if rows and (every or len(rows) <= _FEW):
         table(rows, as_json=False)
     counted = {"subjects": subjects, "tags": tags}
-    _summary(folder, False, {name: _counted(counts) for name, counts in counted.items() if counts})
+    _summary(library, False, {name: _counted(counts) for name, counts in counted.items() if counts})
     if len(rows) > _FEW and not every:
         note(f"{len(rows)} tracks: list them with --all")
 
@@ -252,14 +255,17 @@ def _counted(counts: Mapping[str, int]) -> str:
     return f"{len(counts)}: {first_of([f'{word} ({counts[word]})' for word in ordered], 8)}"
 
 
-def annotate(
-    folder: LibraryArgument,
-    export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None,
-    source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None,
-    kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None,
-    force: Force = False,
-    as_json: AsJson = False,
-) -> None:
+@options()
+class Exchange(Chosen):
+    """What is exported or imported."""
+
+    export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None
+    source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None
+    kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None
+    force: Force = False
+
+
+def annotate(folder: LibraryArgument, exchange: Exchange, as_json: AsJson = False) -> None:
     """Export annotations as a table to edit, or import an edited one.
 
     Example: kinetograph library annotate out/walks.library --export out/annotations.csv
@@ -269,12 +275,18 @@ def annotate(
     from kinetograph.library import export_annotations, import_annotations
     from kinetograph.pipeline import open_library
 
+    export, source = exchange.export, exchange.source
     if (export is None) == (source is None):
         raise RequestError("give one of --export FILE and --from FILE")
+    if source and exchange.selection:
+        raise RequestError("--takes, --tagged and --without choose what is exported; a table names its takes itself")
     if export:
-        refuse_existing([export], force)
-    library = open_library(folder)
-    count = export_annotations(library, export, kind=kind) if export else import_annotations(library, Path(str(source)))
+        refuse_existing([export], exchange.force)
+    library = open_library(folder, exchange.selection)
+    if export:
+        count = export_annotations(library, export, kind=exchange.kind)
+    else:
+        count = import_annotations(library, Path(str(source)))
     result({"annotations": count, "file": str(export or source)}, as_json)
 
 
@@ -338,14 +350,12 @@ def backup(
             back_up(library, copy, force=force, progress=progress)
     notes((why for take, why in left_out.items() if not take), folder)
     notes(f"take {take!r} left out: {why}" for take, why in left_out.items() if take)
-    _summary(copy, as_json)
+    _summary(open_library(copy), as_json)
     if left_out:
         raise typer.Exit(1)
 
 
-def _summary(folder: Path, as_json: bool, more: Mapping[str, Any] | None = None) -> None:
+def _summary(library: Library, as_json: bool, more: Mapping[str, Any] | None = None) -> None:
     from dataclasses import asdict
 
-    from kinetograph.library import Library
-
-    result({"library": str(folder), **asdict(Library.open(folder).info()), **(more or {})}, as_json)
+    result({"library": str(library.path), **asdict(library.info()), **(more or {})}, as_json)

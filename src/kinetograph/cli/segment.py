@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, LibraryArgument, Working, options
+from kinetograph.cli.options import AsJson, Chosen, LibraryArgument, Working, options
 from kinetograph.cli.output import first_of, grouped, note, notes, progress_bar, result, table
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def segment(
     cutting: Cutting,
     growing: Growing,
     working: Working,
-    take: Annotated[list[str] | None, typer.Option(help="Only takes called so: a name or pattern. Repeatable.")] = None,
+    chosen: Chosen,
     as_json: AsJson = False,
 ) -> None:
     """Cut the takes that have not been cut so yet, and store the cuts, which people can edit (library annotate).
@@ -83,12 +82,9 @@ def segment(
 
     Example: kinetograph library segment out/clips.library --by examples --example humanoid3d_punch --join
     """
-    from kinetograph.library import Selection
     from kinetograph.pipeline import open_library, segment_library
 
-    library = open_library(folder)
-    if take:
-        library = library.only(Selection(takes=_patterns(library, take)))
+    library = open_library(folder, chosen.selection)
     if cutting.by == "examples":
         table(_grown(library, (cutting, growing), as_json), as_json)
         return
@@ -97,13 +93,6 @@ def segment(
             library, cutting.by, cutting.settings, again=cutting.again, workers=working.workers, progress=progress
         )
     _show(library, done, as_json)
-
-
-def _patterns(library: Library, names: Sequence[str]) -> tuple[str, ...]:
-    """Patterns as they are, and whole names."""
-    from kinetograph.library import full_names
-
-    return tuple(name if set(name) & set("*?[") else full_names(library, [name])[0] for name in names)
 
 
 def _show(library: Library, done: Segmented, as_json: bool) -> None:

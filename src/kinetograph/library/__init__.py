@@ -7,7 +7,7 @@ from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
 from kinetograph.library.groups import Addition, Annotated
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
@@ -19,6 +19,7 @@ from kinetograph.library.store import (
     describe_takes,
     facts_of,
     full_names,
+    joints_of,
     label_counts,
     labels,
     skeletons,
@@ -31,6 +32,7 @@ __all__ = [
     "Entry",
     "Facts",
     "Info",
+    "Joints",
     "Library",
     "Report",
     "Selection",
@@ -49,6 +51,7 @@ __all__ = [
     "facts_of",
     "full_names",
     "import_annotations",
+    "joints_of",
     "kept",
     "label_counts",
     "labels",

@@ -39,8 +39,10 @@ _ROOMS = {
     "label_partners": "labelling",
     "listed": "ingesting",
     "matches": "finding",
+    "noted": "noting",
     "open_library": "libraries",
     "open_or_create": "libraries",
+    "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
     "perform_with": "performing",
@@ -85,8 +87,10 @@ __all__ = [
     "label_partners",
     "listed",
     "matches",
+    "noted",
     "open_library",
     "open_or_create",
+    "open_without_labels",
     "perform",
     "perform_alternatives",
     "perform_with",
@@ -117,7 +121,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
-    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
+    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
@@ -128,6 +132,7 @@ if TYPE_CHECKING:
         read_take,
         read_takes,
     )
+    from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,
