@@ -9,7 +9,7 @@ import pytest
 
 import walkers
 from kinetograph.errors import RequestError
-from kinetograph.library import Library, Selection, facts_of
+from kinetograph.library import Library, Selection, Shards, facts_of, full_names
 from kinetograph.motion import Motion
 from kinetograph.pipeline import CutSettings, segment_library, segmenting
 from kinetograph.take import Annotation, Take

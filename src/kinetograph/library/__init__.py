@@ -10,9 +10,8 @@ from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
-from kinetograph.library.store import (
-    Library,
-    add_takes,
+from kinetograph.library.shards import (
+    Shards,
     annotate_takes,
     annotations_of,
     contents,
@@ -22,8 +21,10 @@ from kinetograph.library.store import (
     joints_of,
     label_counts,
     labels,
+    shards_in,
     skeletons,
 )
+from kinetograph.library.store import Library, add_takes
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Library",
     "Report",
     "Selection",
+    "Shards",
     "Stream",
     "TrackInfo",
     "add_stream",
@@ -60,5 +62,6 @@ __all__ = [
     "read_times",
     "salvage",
     "set_limit",
+    "shards_in",
     "skeletons",
 ]

@@ -280,23 +280,7 @@ def _chosen(library: Library) -> frozenset[str] | None:
 
 
 def full_names(library: Library, names: Iterable[str]) -> tuple[str, ...]:
-    """The whole names of takes.
-
-    Parameters
-    ----------
-    library : Library
-    names : iterable of str
-        As for `Library.take`.
-
-    Returns
-    -------
-    tuple of str
-
-    Raises
-    ------
-    RequestError
-        A name is unknown, or stands for several takes.
-    """
+    """The whole names of takes. Raises RequestError for one that is unknown, or stands for several takes."""
     with catalogue.reading(library.path) as db:
         return tuple(takes.locate(library.path, db, name)[1] for name in names)
 
@@ -326,18 +310,7 @@ def add_takes(library: Library, entries: Iterable[Addition]) -> dict[str, tuple[
 
 
 def annotate_takes(library: Library, changes: Iterable[Annotated]) -> None:
-    """Put annotations of takes in place of others, all or none, in the time of one take.
-
-    Parameters
-    ----------
-    library : Library
-    changes : iterable of Annotated
-
-    Raises
-    ------
-    RequestError
-        A name is unknown, or an annotation is of a kind or on a track that is not replaced.
-    """
+    """Put annotations of takes in place of others, all or none. Raises RequestError."""
     annotate_all(library.path, changes)
 
 
