@@ -90,6 +90,17 @@ def test_cuts_that_were_stored_before_it_was_noted_how_are_known(
     assert seen == ["a/idle", "b/walk"]
 
 
+def test_shards_are_cut_each_by_itself(library: Library, tmp_path: Path) -> None:
+    other = Library.create(tmp_path / "other")
+    other.add(Take("a/walk", {"motion": WALK}))
+    shards = Shards.of([library.path, other.path])
+    done = segment_library(shards, "footplants")
+    assert set(done.cuts) == {"library/a/walk", "other/a/walk", "b/walk"}
+    assert other.take("a/walk").annotations == library.take("b/walk").annotations != ()
+    assert full_names(shards, ["idle"]) == ("a/idle",)
+    assert segment_library(shards, "footplants").new == ()
+
+
 def test_a_library_without_anything_to_cut_is_an_error(tmp_path: Path) -> None:
     library = Library.create(tmp_path / "idle")
     for name in ("one", "two"):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, store
@@ -124,10 +124,6 @@ class Shards(Library):
         library, own = self.place(take_name)
         library.annotate(own, annotations, kind=kind, track=track)
 
-    def add(self, take: Take, *, replace: bool = False) -> NoReturn:
-        """Raise RequestError: takes are added to a shard by itself."""
-        raise self._refusal("add to")
-
     def remove(self, name: str) -> None:
         """See `Library.remove`."""
         library, own = self.place(name)
@@ -135,14 +131,11 @@ class Shards(Library):
 
     def check(self, repair: bool = False) -> Report:
         """Raise RequestError: shards are checked by themselves."""
-        raise self._refusal("check")
+        raise _by_itself(self, "check")
 
     def info(self) -> Info:
         """Raise RequestError: shards are counted by themselves."""
-        raise self._refusal("count")
-
-    def _refusal(self, what: str) -> RequestError:
-        return RequestError(f"{self.path}: a folder of {len(self.libraries)} libraries; {what} one of them by itself")
+        raise _by_itself(self, "count")
 
     def __reduce__(self) -> Any:
         return _again, (self.path, self.selection, self.libraries)
@@ -150,6 +143,11 @@ class Shards(Library):
 
 def _again(path: Path, selection: Selection, libraries: tuple[Library, ...]) -> Shards:
     return Shards(path, selection, libraries=libraries)
+
+
+def _by_itself(shards: Shards, what: str) -> RequestError:
+    folders = ", ".join(library.path.name for library in shards.libraries[:4])
+    return RequestError(f"{shards.path}: {len(shards.libraries)} libraries ({folders}, ...); {what} each by itself")
 
 
 def shards_in(folder: Path) -> list[Path]:

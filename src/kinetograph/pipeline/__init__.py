@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
     "CUT_BY": "segmenting",
+    "Copy": "copies",
     "CutSettings": "segmenting",
     "Done": "ingesting",
     "ExampleIndex": "finding",
@@ -24,16 +25,19 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "copies_of": "copies",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
     "disagreements": "ingesting",
     "find_alike": "finding",
+    "find_copies": "copies",
     "find_recordings": "folders",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
+    "index_of": "finding",
     "index_takes": "finding",
     "ingest": "ingesting",
     "label_partners": "labelling",
@@ -60,6 +64,7 @@ _ROOMS = {
 
 __all__ = [
     "CUT_BY",
+    "Copy",
     "CutSettings",
     "Done",
     "ExampleIndex",
@@ -72,16 +77,19 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "copies_of",
     "couple_of",
     "cut_by_hand",
     "differing_skeletons",
     "disagreements",
     "find_alike",
+    "find_copies",
     "find_recordings",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
+    "index_of",
     "index_takes",
     "ingest",
     "label_partners",
@@ -118,7 +126,8 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
+    from kinetograph.pipeline.copies import Copy, copies_of, find_copies
+    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
