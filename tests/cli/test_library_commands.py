@@ -159,10 +159,10 @@ def test_a_take_that_cannot_be_cut_is_named_and_the_others_are_cut(tmp_path: Pat
     assert cut.returncode == 0, cut.stderr
     rows = {row["take"]: row["cuts"] for row in json.loads(cut.stdout)}
     assert rows["idle"] == 0 < 8 <= rows["walk"]
-    assert {row["take"]: row["why"] for row in json.loads(cut.stdout)} == {"idle": "idle (nobody steps)", "walk": None}
+    assert {row["take"]: row["why"] for row in json.loads(cut.stdout)} == {"idle": "idle, nobody steps", "walk": None}
     again = run("library", "segment", library.path)
     assert "1 not cut, as found before; try again with --again: idle" in again.stderr
     assert "looked at now  0" in again.stdout
     library.remove("walk")
     alone = run("library", "segment", library.path, "--takes", "i*")
-    assert (alone.returncode, "take 'idle' cannot be cut: idle (nobody steps)" in alone.stderr) == (1, True)
+    assert (alone.returncode, "take 'idle' cannot be cut: idle, nobody steps" in alone.stderr) == (1, True)

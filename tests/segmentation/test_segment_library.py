@@ -37,7 +37,7 @@ def cut_takes(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_only_what_is_new_is_looked_at(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
     first = segment_library(library, "footplants")
-    assert (set(first.cuts), first.uncut) == ({"a/walk", "b/walk"}, {"a/idle": "idle (nobody steps)"})
+    assert (set(first.cuts), first.uncut) == ({"a/walk", "b/walk"}, {"a/idle": "idle, nobody steps"})
     seen = cut_takes(monkeypatch)
     library.add(Take("c/walk", {"motion": WALK}))
     second = segment_library(library, "footplants")
@@ -106,5 +106,5 @@ def test_a_library_without_anything_to_cut_is_an_error(tmp_path: Path) -> None:
     for name in ("one", "two"):
         library.add(Take(name, {"motion": STILL}))
     for _ in range(2):
-        with pytest.raises(RequestError, match=r"take 'one' cannot be cut: idle \(nobody steps\), nor can 1 others"):
+        with pytest.raises(RequestError, match=r"take 'one' cannot be cut: idle, nobody steps, nor can 1 others"):
             segment_library(library, "footplants")

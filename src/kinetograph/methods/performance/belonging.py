@@ -9,13 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.kinematics import velocities
 from kinetograph.methods.everyday import everyday_frames
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.segments import Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
+from kinetograph.motion import Motion
 
+RUN = 2.0
+"""Metres per second from which on people who are carried as runners are; slower, they lean and do something else."""
 ANYONE = -1
 """The origin of a pose that is held: whoever it is, nothing changes."""
 
@@ -59,7 +64,7 @@ def unusual_shares(sources: Sequence[Source], segments: Sequence[Segment]) -> Fl
     counts = []
     for source in sources:
         walking, running = everyday_frames(source.motion)
-        counts.append(np.concatenate([[0.0], np.cumsum(~(walking | running))]))
+        counts.append(np.concatenate([[0.0], np.cumsum(~(walking | (running & _fast(source.motion))))]))
     shares = np.zeros(len(segments))
     for place, segment in enumerate(segments):
         if not segment.held:
@@ -68,6 +73,12 @@ def unusual_shares(sources: Sequence[Source], segments: Sequence[Segment]) -> Fl
             high = min(high, len(count) - 1)
             shares[place] = (count[high] - count[low]) / max(high - low, 1)
     return shares
+
+
+def _fast(motion: Motion) -> BoolArray:
+    """The frames ``(F,)`` in which a body goes as fast as people who run."""
+    speed = np.linalg.norm(velocities(motion.translation, motion.fps)[:, [0, 2]], axis=1)
+    return np.asarray(uniform_filter1d(speed, max(round(motion.fps / 2), 1), mode="nearest") >= RUN)
 
 
 def drawn(settings: PerformanceSettings) -> bool:
