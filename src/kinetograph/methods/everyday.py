@@ -50,7 +50,7 @@ AROUND = 0.25
 ROLES = tuple(f"{side}_{part}" for part in ("hip", "shoulder", "hand", "foot", "knee") for side in ("left", "right"))
 
 
-def everyday_frames(motion: Motion) -> tuple[BoolArray, BoolArray]:
+def everyday_frames(motion: Motion, walking: Carriage = WALKING) -> tuple[BoolArray, BoolArray]:
     """The frames in which someone walks, stands or turns, and those in which someone runs.
 
     A frame counts where the body is carried so for `AROUND` seconds before and after.
@@ -58,6 +58,8 @@ def everyday_frames(motion: Motion) -> tuple[BoolArray, BoolArray]:
     Parameters
     ----------
     motion : Motion
+    walking : Carriage
+        How people who walk are carried.
 
     Returns
     -------
@@ -68,8 +70,8 @@ def everyday_frames(motion: Motion) -> tuple[BoolArray, BoolArray]:
         return np.ones(len(motion), dtype=np.bool_), np.ones(len(motion), dtype=np.bool_)
     places = role_positions(motion, ROLES).reshape(len(motion), 5, 2, 3)
     leg, half = leg_length(motion.skeleton), round(AROUND * motion.fps)
-    walking, running = (_carried(places, leg, motion.fps, how) for how in (WALKING, RUNNING))
-    return _throughout(walking, half), _throughout(running, half)
+    walks, runs = (_carried(places, leg, motion.fps, how) for how in (walking, RUNNING))
+    return _throughout(walks, half), _throughout(runs, half)
 
 
 def _throughout(fine: BoolArray, half: int) -> BoolArray:

@@ -7,18 +7,21 @@ rather than danced: a change of either costs a little, and so does motion that i
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.kinematics import velocities
-from kinetograph.methods.everyday import everyday_frames
+from kinetograph.methods.everyday import WALKING, everyday_frames
 from kinetograph.methods.performance.control_points import GroundPath
 from kinetograph.methods.performance.segments import Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.motion import Motion
 
+UPRIGHT = replace(WALKING, tilt=float(np.radians(12.0)))
+"""How people are carried who walk along a path: in takes of walking, trunks are within 10 degrees of upright."""
 RUN = 2.0
 """Metres per second from which on people who are carried as runners are; slower, they lean and do something else."""
 ANYONE = -1
@@ -63,7 +66,7 @@ def unusual_shares(sources: Sequence[Source], segments: Sequence[Segment]) -> Fl
     """The share of each segment during which nobody walks, runs, stands or turns, shape ``(N,)``; 0 for held poses."""
     counts = []
     for source in sources:
-        walking, running = everyday_frames(source.motion)
+        walking, running = everyday_frames(source.motion, UPRIGHT)
         counts.append(np.concatenate([[0.0], np.cumsum(~(walking | (running & _fast(source.motion))))]))
     shares = np.zeros(len(segments))
     for place, segment in enumerate(segments):

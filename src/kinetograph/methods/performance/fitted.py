@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -58,8 +58,35 @@ class BodyLimits:
     overlap: float | None = None
 
 
+class Preferences:
+    """What a path is preferably performed by: the part of `Fitted` that says so."""
+
+    settings: PerformanceSettings
+    sources: tuple[Source, ...]
+    instances: Instances
+    unusual: FloatArray | None
+
+    @cached_property
+    def origins(self) -> IntArray | None:
+        """The person and style of every state, shape ``(S,)``; None where all are the same, or a change is free."""
+        origins = origins_of(self.sources, self.instances.segments) if self.settings.change > 0 else None
+        return None if origins is None else origins[self.instances.states[:, 0]]
+
+    @cached_property
+    def prices(self) -> FloatArray | None:
+        """What each state costs for being unusual, shape ``(S,)``, per second; None where that is free."""
+        if self.unusual is None or self.settings.unusual == 0:
+            return None
+        return np.asarray(self.settings.unusual * self.unusual[self.instances.states[:, 0]])
+
+    @cached_property
+    def for_anything(self) -> Fitted:
+        """The same where nothing is unusual: for the motion of somebody, whatever that is."""
+        return cast(Fitted, self if self.prices is None else replace(cast(Any, self), unusual=None))
+
+
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class Fitted(Preferences):
     """The recordings of a library, the segments they are cut into, and what is derived from both.
 
     Parameters
@@ -99,24 +126,6 @@ class Fitted:
             origins=origins,
             change=0.0 if origins is None else settings.change,
         )
-
-    @cached_property
-    def origins(self) -> IntArray | None:
-        """The person and style of every state, shape ``(S,)``; None where all are the same, or a change is free."""
-        origins = origins_of(self.sources, self.instances.segments) if self.settings.change > 0 else None
-        return None if origins is None else origins[self.instances.states[:, 0]]
-
-    @cached_property
-    def prices(self) -> FloatArray | None:
-        """What each state costs for being unusual, shape ``(S,)``, per second; None where that is free."""
-        if self.unusual is None or self.settings.unusual == 0:
-            return None
-        return np.asarray(self.settings.unusual * self.unusual[self.instances.states[:, 0]])
-
-    @cached_property
-    def for_anything(self) -> Fitted:
-        """The same where nothing is unusual: for the motion of somebody, whatever that is."""
-        return self if self.prices is None else replace(self, unusual=None)
 
     @cached_property
     def reuse(self) -> Reuse | None:
