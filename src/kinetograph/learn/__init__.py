@@ -48,12 +48,14 @@ _ROOMS = {
     "Similarity": "alignment",
     "Solution": "posterior",
     "Span": "retiming",
+    "Spread": "spread",
     "Tolls": "goals",
     "UnreachableError": "markov",
     "Windows": "windows",
     "advance_body": "frame_programme",
     "bar": "transitions",
     "best_paths": "continuity",
+    "blocks": "spread",
     "classes_of": "posterior",
     "complete_linkage": "linkage",
     "count_transitions": "markov",
@@ -88,6 +90,7 @@ _ROOMS = {
     "shrinkage": "trust",
     "smooth_path": "smoothing",
     "solve": "segmental",
+    "spread_of": "spread",
     "squared_distances": "distances",
     "squared_distances_to": "distances",
     "step_paths": "continuity",
@@ -131,12 +134,14 @@ __all__ = [
     "Similarity",
     "Solution",
     "Span",
+    "Spread",
     "Tolls",
     "UnreachableError",
     "Windows",
     "advance_body",
     "bar",
     "best_paths",
+    "blocks",
     "classes_of",
     "complete_linkage",
     "count_transitions",
@@ -171,6 +176,7 @@ __all__ = [
     "shrinkage",
     "smooth_path",
     "solve",
+    "spread_of",
     "squared_distances",
     "squared_distances_to",
     "step_paths",
@@ -236,6 +242,7 @@ if TYPE_CHECKING:
         solve,
     )
     from kinetograph.learn.smoothing import smooth_path
+    from kinetograph.learn.spread import Spread, blocks, spread_of
     from kinetograph.learn.timed_search import find_route
     from kinetograph.learn.transitions import (
         Graph,

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
+from kinetograph.learn import spread_of
 from kinetograph.library import Library
-from kinetograph.methods.recordings import adopt, collect
-from kinetograph.methods.sensor.pose_space import PoseSpace, fit_pose_space
-from kinetograph.methods.sensor.root import RootModel, fit_root_model, root_features
+from kinetograph.methods.recordings import Recording, adopt, collect
+from kinetograph.methods.sensor.pose_space import PoseSpace, moments, one_sided, pose_space_of, without_heading
+from kinetograph.methods.sensor.root import HEIGHT, FootLevels, RootModel, features_over, foot_levels, root_model_of
 from kinetograph.methods.sensor.settings import require_positive
 from kinetograph.motion import Motion, resample
 from kinetograph.progress import Progress
+from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import (
     KINDS,
     Layout,
@@ -28,13 +30,16 @@ from kinetograph.sensing import (
     simulate_kinds,
     uniform,
 )
+from kinetograph.skeleton import Skeleton
 
 LEAST = {"force": 0.5, "angular": 0.1, "tilt": 0.02}
 """Spread of a channel, in its unit, below which it is noise rather than movement."""
 SHORTEST = 0.5
 """Seconds; shorter takes are left out."""
 
-Motions = Mapping[tuple[str, str], Motion]
+Key = tuple[str, str]
+"""Take and track."""
+Motions = Mapping[Key, Motion]
 """Motions of one skeleton by take and track."""
 
 
@@ -76,10 +81,10 @@ class Examples:
     ----------
     space : PoseSpace
     root : RootModel
-    poses : ndarray, shape (N, D)
+    poses : ndarray of float32, shape (N, D)
         Vectors in ``space``.
-    root_features : ndarray, shape (N, A)
-    readings : ndarray, shape (N, C)
+    root_features : ndarray of float32, shape (N, A)
+    readings : ndarray of float32, shape (N, C)
         Divided by ``scale``.
     scale : ndarray, shape (C,)
         In the channels' units.
@@ -96,15 +101,18 @@ class Examples:
 
     space: PoseSpace
     root: RootModel
-    poses: FloatArray
-    root_features: FloatArray
-    readings: FloatArray
+    poses: SingleArray
+    root_features: SingleArray
+    readings: SingleArray
     scale: FloatArray
     starts: IntArray
-    takes: tuple[tuple[str, str], ...]
+    takes: tuple[Key, ...]
     names: tuple[str, ...]
     fps: float
     kinds: tuple[str, ...] = ("force",)
+
+    def __len__(self) -> int:
+        return len(self.poses)
 
     @property
     def first(self) -> BoolArray:
@@ -120,7 +128,7 @@ def example_motions(
     exclude: Iterable[str] = (),
     track: str | None = None,
     progress: Progress | None = None,
-) -> dict[tuple[str, str], Motion]:
+) -> dict[Key, Motion]:
     """The motions of a library's takes, all on the skeleton of the first.
 
     Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count more
@@ -146,19 +154,36 @@ def example_motions(
         For a name to leave out that is not there, for no take that is long enough, and for skeletons of different
         joints.
     """
-    recordings = collect(library, exclude=exclude, track=track, progress=progress)
-    long_enough = [recording for recording in recordings if recording.motion.duration >= SHORTEST]
-    if not long_enough:
+    return dict(adopted(long_enough(collect(library, exclude=exclude, track=track, progress=progress))[0]))
+
+
+def long_enough(recordings: Iterable[Recording]) -> tuple[list[Recording], tuple[str, ...]]:
+    """The recordings that last half a second or more, and the names of the others.
+
+    Raises RequestError where there are none.
+    """
+    used, short = [], []
+    for recording in recordings:
+        (used if recording.motion.duration >= SHORTEST else short).append(recording)
+    if not used:
         raise RequestError(f"the library has no take of {SHORTEST} s or more to use; add recordings, or exclude fewer")
-    skeleton = long_enough[0].motion.skeleton
-    return {(r.name, r.track): adopt(r.motion, skeleton) for r in long_enough}
+    return used, tuple(recording.name for recording in short)
+
+
+def adopted(recordings: list[Recording]) -> Iterator[tuple[Key, Motion]]:
+    """The motions of recordings, on the skeleton of the first; the list is emptied on the way, for its memory."""
+    skeleton = recordings[0].motion.skeleton
+    recordings.reverse()
+    while recordings:
+        recording = recordings.pop()
+        yield (recording.name, recording.track), adopt(recording.motion, skeleton)
 
 
 def build_examples(
-    motions: Motions,
+    motions: Motions | Iterable[tuple[Key, Motion]],
     setup: SensorSetup,
     rng: np.random.Generator,
-    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}),
+    recorded: Mapping[Key, Readings] = MappingProxyType({}),
     progress: Progress | None = None,
 ) -> Examples:
     """Examples of motions whose readings are recorded or, where they are not, simulated.
@@ -168,44 +193,94 @@ def build_examples(
 
     Parameters
     ----------
-    motions : mapping
-        Motions of one skeleton by take and track.
+    motions : mapping, or iterable of pairs
+        Motions of one skeleton by take and track; one at a time is in memory.
     setup : SensorSetup
     rng : numpy.random.Generator
         For the noise of simulated sensors.
     recorded : mapping, optional
         Readings by take and track.
     progress : Progress, optional
-        Called with the takes done and their number.
+        Called with the frames done.
 
     Returns
     -------
     Examples
     """
-    at_rate = {key: resample(motion, setup.rate) for key, motion in motions.items()}
-    readings = []
-    for done, (key, motion) in enumerate(at_rate.items(), start=1):
-        rows = recorded.get(key) or simulate_kinds(motions[key], faultless(setup.layout), setup.kinds, rng)
-        readings.append(_sampled(rows, setup, (len(motion) - 1) / setup.rate))
+    made = _Made()
+    for key, motion in motions.items() if isinstance(motions, Mapping) else motions:
+        at_rate = resample(motion, setup.rate)
+        rows = recorded.get(key) or simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng)
+        made.add(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
         if progress:
-            progress(done, len(at_rate))
-    together = np.concatenate(readings)
-    scale = np.maximum(together.std(axis=0), _least_spread(setup))
-    space = fit_pose_space(list(at_rate.values()))
-    root = fit_root_model(list(at_rate.values()))
+            progress(len(made.takes), len(motions) if isinstance(motions, Mapping) else 0)
+    return _joined(made, setup)
+
+
+class _Made:
+    """What is made of motions, take by take: arrays of float32, and sums of float64."""
+
+    def __init__(self) -> None:
+        self.takes: list[Key] = []
+        self.lengths: list[int] = []
+        self.readings: list[SingleArray] = []
+        self.rotations: list[SingleArray] = []
+        self.features: list[SingleArray] = []
+        self.levels: list[FootLevels] = []
+        self.moments: FloatArray | None = None
+        self.skeleton: Skeleton | None = None
+
+    def add(self, key: Key, motion: Motion, readings: FloatArray) -> None:
+        """Take a motion at the examples' rate, and its readings ``(F, C)``."""
+        rotations = without_heading(motion.rotations, motion.skeleton)
+        second = moments(rotations)
+        contacts = detect_contacts(motion)
+        levels = foot_levels(motion, contacts)
+        self.takes.append(key)
+        self.lengths.append(len(motion))
+        self.readings.append(readings.astype(np.float32))
+        self.rotations.append(rotations.astype(np.float32))
+        self.features.append(features_over(motion, levels.ground, contacts).astype(np.float32))
+        self.levels.append(levels)
+        self.moments = second if self.moments is None else self.moments + second
+        self.skeleton = self.skeleton or motion.skeleton
+
+
+def _joined(made: _Made, setup: SensorSetup) -> Examples:
+    assert made.skeleton is not None and made.moments is not None  # one motion or more
+    space = pose_space_of(made.skeleton, made.moments, made.rotations)
+    root = root_model_of(made.skeleton, made.levels)
+    readings, features = _end_to_end(made.readings), _end_to_end(made.features)
+    scale = np.maximum(spread_of(readings).deviation, _least_spread(setup))
+    readings /= scale.astype(np.float32)
+    features[:, HEIGHT] += np.float32(root.level)
     return Examples(
         space,
         root,
-        np.concatenate([space.encode(motion) for motion in at_rate.values()]),
-        np.concatenate([root_features(motion, root) for motion in at_rate.values()]),
-        together / scale,
+        _end_to_end(made.rotations, lambda part: one_sided(part, space.reference)[:, space.moving]),
+        features,
+        readings,
         scale,
-        np.concatenate([[0], np.cumsum([len(motion) for motion in at_rate.values()])]),
-        tuple(motions),
+        np.concatenate([[0], np.cumsum(made.lengths)]),
+        tuple(made.takes),
         setup.layout.names,
         setup.rate,
         setup.kinds,
     )
+
+
+def _end_to_end(
+    parts: list[SingleArray], through: Callable[[SingleArray], SingleArray] = lambda part: part
+) -> SingleArray:
+    """Parts ``(F, ...)`` as one array of rows; the list is emptied on the way, for its memory."""
+    total, at = sum(map(len, parts)), 0
+    out = np.empty((total, through(parts[0][:1]).shape[1]), dtype=np.float32)
+    parts.reverse()
+    while parts:
+        rows = through(parts.pop())
+        out[at : at + len(rows)] = rows
+        at += len(rows)
+    return out
 
 
 def _sampled(rows: Readings, setup: SensorSetup, duration: float) -> FloatArray:
