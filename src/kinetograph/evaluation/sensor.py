@@ -126,7 +126,7 @@ def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = Non
 
 def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: str) -> Fold:
     rest = {other: motion for other, motion in motions.items() if other != key}
-    examples = build_examples(rest, method.setup, np.random.default_rng(method.seed))
+    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed))
     return Fold(key[0], group, resample(motions[key], method.rate), examples)
 
 

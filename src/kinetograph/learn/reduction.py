@@ -72,7 +72,6 @@ def fit_pca(data: FloatArray | SingleArray, keep: float | int) -> Pca:
     >>> pca.dimensions, round(pca.share, 6)
     (1, 1.0)
     """
-    data = np.asarray(data)
     if data.ndim != 2 or len(data) == 0:
         raise DataError(f"components need rows of numbers (N, D), found shape {data.shape}")
     if not 0 < keep <= data.shape[1]:

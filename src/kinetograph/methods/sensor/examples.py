@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -162,7 +162,8 @@ def long_enough(recordings: Iterable[Recording]) -> tuple[list[Recording], tuple
 
     Raises RequestError where there are none.
     """
-    used, short = [], []
+    used: list[Recording] = []
+    short: list[Recording] = []
     for recording in recordings:
         (used if recording.motion.duration >= SHORTEST else short).append(recording)
     if not used:
@@ -180,10 +181,12 @@ def adopted(recordings: list[Recording]) -> Iterator[tuple[Key, Motion]]:
 
 
 def build_examples(
-    motions: Motions | Iterable[tuple[Key, Motion]],
+    motions: Iterable[tuple[Key, Motion]],
     setup: SensorSetup,
     rng: np.random.Generator,
     recorded: Mapping[Key, Readings] = MappingProxyType({}),
+    *,
+    count: int = 0,
     progress: Progress | None = None,
 ) -> Examples:
     """Examples of motions whose readings are recorded or, where they are not, simulated.
@@ -193,28 +196,44 @@ def build_examples(
 
     Parameters
     ----------
-    motions : mapping, or iterable of pairs
-        Motions of one skeleton by take and track; one at a time is in memory.
+    motions : iterable of tuple of (str, str) and Motion
+        Take and track, and the motion; all of one skeleton. Each is let go before the next is asked for.
     setup : SensorSetup
     rng : numpy.random.Generator
         For the noise of simulated sensors.
     recorded : mapping, optional
         Readings by take and track.
+    count : int
+        How many motions there are, for the progress.
     progress : Progress, optional
-        Called with the frames done.
+        Called with the motions done and their number.
 
     Returns
     -------
     Examples
     """
     made = _Made()
-    for key, motion in motions.items() if isinstance(motions, Mapping) else motions:
+    for key, motion in motions:
         at_rate = resample(motion, setup.rate)
         rows = recorded.get(key) or simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng)
         made.add(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
         if progress:
-            progress(len(made.takes), len(motions) if isinstance(motions, Mapping) else 0)
+            progress(len(made.takes), max(count, len(made.takes)))
     return _joined(made, setup)
+
+
+def examples_of(examples: Examples, kept: BoolArray) -> Examples:
+    """The examples of some takes, ``kept`` of shape ``(T,)``."""
+    lengths = np.diff(examples.starts)
+    rows = np.repeat(kept, lengths)
+    return replace(
+        examples,
+        poses=examples.poses[rows],
+        root_features=examples.root_features[rows],
+        readings=examples.readings[rows],
+        starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
+        takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
+    )
 
 
 class _Made:
@@ -247,7 +266,8 @@ class _Made:
 
 
 def _joined(made: _Made, setup: SensorSetup) -> Examples:
-    assert made.skeleton is not None and made.moments is not None  # one motion or more
+    assert made.skeleton is not None  # one motion or more
+    assert made.moments is not None
     space = pose_space_of(made.skeleton, made.moments, made.rotations)
     root = root_model_of(made.skeleton, made.levels)
     readings, features = _end_to_end(made.readings), _end_to_end(made.features)

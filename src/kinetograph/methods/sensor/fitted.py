@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
-from kinetograph.learn import Gaussian, blocks, fit_gaussian, spread_of
+from kinetograph.learn import Gaussian, NeighbourLists, blocks, fit_gaussian, spread_of
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
 
@@ -47,7 +47,7 @@ class SensorFit:
         Squared Mahalanobis distance from it that few examples exceed.
     local : LocalModels, optional
         What interpolation and optimisation work with.
-    search : ndarray of float32, shape (C, N), or ReadingIndex, optional
+    search : ndarray of float32, shape (C, N), or NeighbourLists, optional
         The examples' readings as continuity searches them.
     strengths : ndarray, shape (J,), optional
         Strength with which each joint shrinks towards the mean pose where continuity is uncertain.
@@ -58,7 +58,7 @@ class SensorFit:
     overall: Gaussian
     reach: float
     local: LocalModels | None = None
-    search: SingleArray | None = None
+    search: SingleArray | NeighbourLists | None = None
     strengths: FloatArray | None = None
 
 

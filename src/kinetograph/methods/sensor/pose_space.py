@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.motion import Motion, root_facing
 from kinetograph.skeleton import Skeleton
 
+Floats = TypeVar("Floats", FloatArray, SingleArray)
 STILL = 1e-3
 """Standard deviation of a quaternion's component below which it counts as one that does not move."""
 
@@ -50,9 +52,7 @@ class PoseSpace:
 
     def encode(self, motion: Motion) -> FloatArray:
         """Vectors, shape ``(F, D)``, of a motion's poses."""
-        return np.asarray(
-            one_sided(without_heading(motion.rotations, motion.skeleton), self.reference)[:, self.moving]
-        )
+        return np.asarray(one_sided(without_heading(motion.rotations, motion.skeleton), self.reference)[:, self.moving])
 
     def decode(self, vectors: FloatArray) -> FloatArray:
         """Rotations, shape ``(F, J, 4)``, of vectors ``(F, D)``; the root faces straight ahead."""
@@ -84,7 +84,7 @@ def without_heading(rotations: FloatArray, skeleton: Skeleton | None = None) -> 
 def fit_pose_space(motions: Sequence[Motion]) -> PoseSpace:
     """The space of the poses of motions of one skeleton."""
     parts = [without_heading(motion.rotations, motion.skeleton) for motion in motions]
-    return pose_space_of(motions[0].skeleton, sum(map(moments, parts)), parts)
+    return pose_space_of(motions[0].skeleton, np.sum([moments(part) for part in parts], axis=0), parts)
 
 
 def moments(rotations: FloatArray) -> FloatArray:
@@ -92,7 +92,7 @@ def moments(rotations: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("fji,fjk->jik", rotations, rotations))
 
 
-def pose_space_of(skeleton: Skeleton, second: FloatArray, parts: Sequence[FloatArray | SingleArray]) -> PoseSpace:
+def pose_space_of(skeleton: Skeleton, second: FloatArray, parts: Sequence[Floats]) -> PoseSpace:
     """The space of poses.
 
     Parameters
@@ -115,7 +115,7 @@ def pose_space_of(skeleton: Skeleton, second: FloatArray, parts: Sequence[FloatA
     return PoseSpace(skeleton, reference, np.sqrt(square) > STILL)
 
 
-def one_sided(q: FloatArray | SingleArray, reference: FloatArray) -> FloatArray | SingleArray:
+def one_sided(q: Floats, reference: FloatArray) -> Floats:
     """Quaternions ``(F, J, 4)``, of the same type, on the side of a reference ``(J, 4)``."""
     opposite = np.einsum("fji,ji->fj", q, reference.astype(q.dtype)) < 0
     return np.where(opposite[..., None], -q, q)
