@@ -11,8 +11,10 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import spread_of
+from kinetograph.left_out import by_reason, left_out_lines, together
 from kinetograph.library import Library
-from kinetograph.methods.recordings import Recording, adopt, collect
+from kinetograph.methods.bodies import Bodies
+from kinetograph.methods.recordings import Gathered, Recording, adopt, gather
 from kinetograph.methods.sensor.pose_space import PoseSpace, moments, one_sided, pose_space_of, without_heading
 from kinetograph.methods.sensor.root import HEIGHT, FootLevels, RootModel, features_over, foot_levels, root_model_of
 from kinetograph.methods.sensor.settings import require_positive
@@ -129,7 +131,20 @@ def example_motions(
     track: str | None = None,
     progress: Progress | None = None,
 ) -> dict[Key, Motion]:
-    """The motions of a library's takes, all on the skeleton of the first.
+    """The motions of a library's takes, all on the skeleton of the first; see `gather_long_enough`."""
+    gathered = gather_long_enough(library, exclude=exclude, track=track, progress=progress)
+    return dict(adopted(list(gathered.recordings)))
+
+
+def gather_long_enough(
+    library: Library,
+    bodies: Bodies | None = None,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
+) -> Gathered:
+    """The recordings that examples are made of.
 
     Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count more
     in means and mixtures.
@@ -137,6 +152,8 @@ def example_motions(
     Parameters
     ----------
     library : Library
+    bodies : Bodies, optional
+        Which skeleton is used where there are several, and whether takes of others are brought over or left out.
     exclude : iterable of str
         Names of takes to leave out.
     track : str, optional
@@ -145,30 +162,20 @@ def example_motions(
 
     Returns
     -------
-    dict
-        Motions by take and track.
+    Gathered
 
     Raises
     ------
     RequestError
-        For a name to leave out that is not there, for no take that is long enough, and for skeletons of different
-        joints.
+        For a name to leave out that is not there, and for no take that is long enough.
     """
-    return dict(adopted(long_enough(collect(library, exclude=exclude, track=track, progress=progress))[0]))
-
-
-def long_enough(recordings: Iterable[Recording]) -> tuple[list[Recording], tuple[str, ...]]:
-    """The recordings that last half a second or more, and the names of the others.
-
-    Raises RequestError where there are none.
-    """
-    used: list[Recording] = []
-    short: list[Recording] = []
-    for recording in recordings:
-        (used if recording.motion.duration >= SHORTEST else short).append(recording)
+    gathered = gather(library, bodies, exclude=exclude, track=track, progress=progress)
+    used = tuple(recording for recording in gathered.recordings if recording.motion.duration >= SHORTEST)
     if not used:
         raise RequestError(f"the library has no take of {SHORTEST} s or more to use; add recordings, or exclude fewer")
-    return used, tuple(recording.name for recording in short)
+    brief = [recording for recording in gathered.recordings if recording.motion.duration < SHORTEST]
+    short = by_reason((recording.name, f"shorter than {SHORTEST} s") for recording in brief)
+    return Gathered(used, together(gathered.left, short), (*gathered.notes, *left_out_lines(short)))
 
 
 def adopted(recordings: list[Recording]) -> Iterator[tuple[Key, Motion]]:

@@ -6,16 +6,24 @@ Notation: ``c`` is a frame of readings, ``q`` a pose vector, ``r`` its reduced c
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from kinetograph.errors import RequestError
+from kinetograph.left_out import LeftOut
 from kinetograph.library import Library
-from kinetograph.methods.recordings import collect
+from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.sensor.estimators import Estimator
-from kinetograph.methods.sensor.examples import Examples, Motions, SensorSetup, adopted, build_examples, long_enough
+from kinetograph.methods.sensor.examples import (
+    Examples,
+    Motions,
+    SensorSetup,
+    adopted,
+    build_examples,
+    gather_long_enough,
+)
 from kinetograph.methods.sensor.fitted import SensorFit
 from kinetograph.methods.sensor.live import LiveSensor
 from kinetograph.methods.sensor.local_models import LocalModels
@@ -53,6 +61,8 @@ class SensorControl:
         Whether planted feet are held still in whole results.
     seed : int
         Of simulated noise and of the mixture's runs.
+    bodies : Bodies
+        Which skeleton is used of a library that has several.
 
     Raises
     ------
@@ -74,6 +84,7 @@ class SensorControl:
     resampling: Resampling = field(default_factory=Resampling)
     clean_feet: bool = True
     seed: int = 0
+    bodies: Bodies = field(default_factory=Bodies)
 
     def __post_init__(self) -> None:
         require_one_of(self, "synthesis", Continuity, Interpolation, Optimisation)
@@ -131,16 +142,18 @@ class SensorControl:
         Raises
         ------
         RequestError
-            For a name to leave out that is not there, for takes whose skeletons have different joints or lack one that
-            the layout names, and for no take to use.
+            For a name to leave out that is not there, for skeletons that lack a joint that the layout names, and for no
+            take to use.
         """
-        found = collect(library, exclude=exclude, track=track, progress=stage(progress, 0.0, READ))
-        recordings, _ = long_enough(found)
-        del found  # each motion is let go once there are examples of it
+        reading = stage(progress, 0.0, READ)
+        gathered = gather_long_enough(library, self.bodies, exclude=exclude, track=track, progress=reading)
+        recordings, notes, left = list(gathered.recordings), gathered.notes, gathered.left
+        del gathered  # each motion is let go once there are examples of it
         rng = np.random.default_rng(self.seed)
         simulating = stage(progress, READ, SIMULATED)
         examples = build_examples(adopted(recordings), self.setup, rng, count=len(recordings), progress=simulating)
-        return fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
+        model = fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
+        return replace(model, notes=notes, left_out=left)
 
     def fit_motions(
         self,
@@ -207,10 +220,16 @@ class SensorModel:
         The configuration.
     fitted : SensorFit
         What was learnt from the library.
+    notes : tuple of str
+        What a person should know of how the library was read.
+    left_out : mapping of str to tuple of str
+        Takes of the library that are not used, by reason.
     """
 
     method: SensorControl
     fitted: SensorFit
+    notes: tuple[str, ...] = ()
+    left_out: LeftOut = field(default_factory=dict)
 
     @property
     def latency(self) -> float:
