@@ -26,7 +26,7 @@ from kinetograph.cli.options import (
     add,
     options,
 )
-from kinetograph.cli.output import note, result, table
+from kinetograph.cli.output import note, progress_bar, result, table
 from kinetograph.cli.sense import PoseEstimation
 from kinetograph.errors import RequestError
 
@@ -126,7 +126,9 @@ def sense(
 
     sinks = stream.sinks(recordings.library)
     method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate)
-    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
+    library = open_library(recordings.library, recordings.selection)
+    with progress_bar("learning") as progress:
+        model = method.fit(library, track=recordings.track, progress=progress)
     driver = SensorDriver(model, _renamed(sensor), _watching(sinks))
     session = _run(stream.source, driver, sinks, stream.seconds, model.fitted.examples.names)
     heard = {name: heard.rows for name, heard in driver.gathering.heard.items()}

@@ -71,7 +71,9 @@ def sense(
     rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
     method = replace(method, bodies=recordings.bodies)
-    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
+    library = open_library(recordings.library, recordings.selection)
+    with progress_bar("learning") as progress:
+        model = method.fit(library, track=recordings.track, progress=progress)
     with progress_bar("sensing") as progress:
         synthesis = noted(model.synthesize(rows, progress), model.notes, model.left_out)
     notes(synthesis.warnings)
