@@ -9,17 +9,18 @@ from kinetograph.library.facts import Facts
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
-from kinetograph.library.store import (
-    UNFINISHED,
-    Library,
+from kinetograph.library.shards import (
+    Shards,
     annotations_of,
     contents,
     describe_takes,
     facts_of,
     joints_of,
     labels,
+    shards_in,
     skeletons,
 )
+from kinetograph.library.store import UNFINISHED, Library
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "Library",
     "Report",
     "Selection",
+    "Shards",
     "Stream",
     "TrackInfo",
     "add_stream",
@@ -51,5 +53,6 @@ __all__ = [
     "read_times",
     "salvage",
     "set_limit",
+    "shards_in",
     "skeletons",
 ]

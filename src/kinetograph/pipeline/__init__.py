@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
     "CUT_BY": "segmenting",
+    "Copy": "copies",
     "CutSettings": "segmenting",
     "ExampleIndex": "finding",
     "Found": "finding",
@@ -19,15 +20,18 @@ _ROOMS = {
     "Labelled": "labelling",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "copies_of": "copies",
     "couple_of": "labelling",
     "creating": "libraries",
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
     "find_alike": "finding",
+    "find_copies": "copies",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
+    "index_of": "finding",
     "index_takes": "finding",
     "label_partners": "labelling",
     "matches": "finding",
@@ -51,6 +55,7 @@ _ROOMS = {
 
 __all__ = [
     "CUT_BY",
+    "Copy",
     "CutSettings",
     "ExampleIndex",
     "Found",
@@ -58,15 +63,18 @@ __all__ = [
     "Labelled",
     "Segmented",
     "Smoothing",
+    "copies_of",
     "couple_of",
     "creating",
     "cut_by_hand",
     "differing_skeletons",
     "find_alike",
+    "find_copies",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
+    "index_of",
     "index_takes",
     "label_partners",
     "matches",
@@ -100,7 +108,8 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
+    from kinetograph.pipeline.copies import Copy, copies_of, find_copies
+    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves

@@ -9,7 +9,17 @@ from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import UNFINISHED, Facts, Library, Selection, contents, facts_of, skeletons
+from kinetograph.library import (
+    UNFINISHED,
+    Facts,
+    Library,
+    Selection,
+    Shards,
+    contents,
+    facts_of,
+    shards_in,
+    skeletons,
+)
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
@@ -34,6 +44,10 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
         For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
     RequestError
         For a selection that chooses no take, or leaves out what is not there; the message has what there is.
+
+    Notes
+    -----
+    A folder of libraries is opened as `kinetograph.library.Shards`.
     """
     folder = Path(path)
     if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
@@ -43,7 +57,8 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
                 f"{folder}: a folder with {len(recordings)} recordings, not a library; "
                 f"make one with: kinetograph library create LIB {folder}"
             )
-    library = Library.open(folder)
+    shards = shards_in(folder)
+    library = Shards.of(shards) if shards else Library.open(folder)
     if not selection:
         return library
     _require_chosen(facts_of(library), selection, folder)
