@@ -1,4 +1,4 @@
-"""Sensor control on a large library: time and memory of a fit, of a second one, and of live steps; what retrieval costs.
+"""Sensor control on a large library: time and memory of a fit, a second one and live steps, and what retrieval costs.
 
 ``python -m benchmarks.sensor_size LIBRARY`` fits the eight sensors of the preset wii at 60 Hz, without takes that are
 held out; a copy of a held-out take, which has the same last part of its name, is left out too. Their readings are
@@ -20,6 +20,7 @@ from kinetograph.evaluation import timed
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SYNTHESES, SensorControl, SensorModel, without_heading
 from kinetograph.motion import Motion, resample
+from kinetograph.pipeline import fit_sensor
 from kinetograph.sensing import Readings, select_rows, simulate
 
 SECONDS = 3.0
@@ -47,7 +48,7 @@ def fitted(library: Library, method: SensorControl, exclude: tuple[str, ...]) ->
     """The model, fitted twice: the second time what was kept is read."""
     for what in ("fit", "again"):
         began, worked = time.perf_counter(), time.process_time()
-        model = method.fit(library, exclude=exclude)
+        model = fit_sensor(method, library, exclude=exclude)
         wall, processor = time.perf_counter() - began, time.process_time() - worked
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(f"{what:6s} {wall:7.1f} s, {processor:7.1f} s of processor time, peak {peak:.0f} MB", flush=True)

@@ -27,6 +27,7 @@ _ROOMS = {
     "differing_skeletons": "libraries",
     "find_alike": "finding",
     "find_copies": "copies",
+    "fit_sensor": "sensing",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
@@ -70,6 +71,7 @@ __all__ = [
     "differing_skeletons",
     "find_alike",
     "find_copies",
+    "fit_sensor",
     "grow_library",
     "has_partners",
     "inbetween",
@@ -140,4 +142,4 @@ if TYPE_CHECKING:
         segment_library,
         segment_take,
     )
-    from kinetograph.pipeline.sensing import read_rows
+    from kinetograph.pipeline.sensing import fit_sensor, read_rows

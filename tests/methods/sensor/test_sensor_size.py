@@ -24,6 +24,7 @@ from kinetograph.methods.sensor import (
 from kinetograph.methods.sensor.fitted import averages_of
 from kinetograph.methods.sensor.root import fit_root_model, root_features
 from kinetograph.motion import resample
+from kinetograph.pipeline import fit_sensor
 from kinetograph.sensing import preset, simulate
 from kinetograph.take import Take
 from walkers import walk
@@ -65,7 +66,11 @@ def test_motions_are_asked_for_one_at_a_time():
 
     made: list[int] = []
     build_examples(
-        stream(), SensorControl().setup, np.random.default_rng(0), count=12, progress=lambda d, _: made.append(len(alive))
+        stream(),
+        SensorControl().setup,
+        np.random.default_rng(0),
+        count=12,
+        progress=lambda d, _: made.append(len(alive)),
     )
     assert made == list(range(1, 13))
 
@@ -75,9 +80,7 @@ def test_retrieval_estimates_what_a_scan_does(sensors):
     names = preset("wii").names[sensors]
     readings = replace(QUERY)
     chosen = np.isin(readings.sensors, [QUERY.names.index(name) for name in names])
-    part = replace(
-        QUERY, times=QUERY.times[chosen], sensors=QUERY.sensors[chosen], force=QUERY.force[chosen]
-    )
+    part = replace(QUERY, times=QUERY.times[chosen], sensors=QUERY.sensors[chosen], force=QUERY.force[chosen])
     scan = SensorControl(synthesis=Continuity()).fit_motions(WALKS)
     near = SensorControl(synthesis=Continuity(scanned=0)).fit_motions(WALKS)
     assert isinstance(near.fitted.search, NeighbourLists)
@@ -133,9 +136,9 @@ def test_a_second_fit_is_read_and_gives_the_same(tmp_path: Path, monkeypatch):
         library.add(Take(name, {"motion": motion}))
     library.add(Take("blink", {"motion": walk(0.3)}))
     method = SensorControl(synthesis=Continuity(scanned=100))
-    first = method.fit(library)
+    first = fit_sensor(method, library)
     calls: list[int] = []
-    second = replace(method, clean_feet=False).fit(library, progress=lambda done, total: calls.append(done))
+    second = fit_sensor(replace(method, clean_feet=False), library, progress=lambda done, total: calls.append(done))
     assert calls == []
     assert not second.method.clean_feet
     assert second.notes == first.notes == ("1 take left out: shorter than 0.5 s (blink)",)

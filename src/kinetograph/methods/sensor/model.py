@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from types import MappingProxyType
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.left_out import LeftOut
-from kinetograph.library import Library, kept
+from kinetograph.library import Library
 from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.sensor.estimators import Estimator
 from kinetograph.methods.sensor.examples import (
@@ -121,7 +120,7 @@ class SensorControl:
         track: str | None = None,
         progress: Progress | None = None,
     ) -> SensorModel:
-        """Learn from a library's takes, whose sensors are simulated; what is learnt is kept beside it.
+        """Learn from a library's takes, whose sensors are simulated.
 
         Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count
         more in means and mixtures.
@@ -146,14 +145,6 @@ class SensorControl:
             For a name to leave out that is not there, for skeletons that lack a joint that the layout names, and for no
             take to use.
         """
-        left_out = tuple(exclude)
-        learnt = replace(self, smoothing=None, clean_feet=True)  # neither bears on what is learnt
-        make = partial(learnt._fitted, library, left_out, track, progress)
-        return replace(kept(library, "sensor control", (learnt, left_out, track), make), method=self)
-
-    def _fitted(
-        self, library: Library, exclude: tuple[str, ...], track: str | None, progress: Progress | None
-    ) -> SensorModel:
         reading = stage(progress, 0.0, READ)
         gathered = gather_long_enough(library, self.bodies, exclude=exclude, track=track, progress=reading)
         recordings, notes, left = list(gathered.recordings), gathered.notes, gathered.left
