@@ -49,6 +49,28 @@ def list_distances(
 
 
 @numba.njit(cache=True, nogil=True)
+def cheapest(
+    i: int, kept: IntArray, costs: SingleArray, first: BoolArray, warp: float, jump: float
+) -> tuple[float, int]:
+    """The cost before example ``i`` on the cheapest path to it from any of three kept ones, and the step."""
+    stay = on = skip = np.inf
+    for k in range(kept.shape[0]):
+        if kept[k] == i:
+            stay = costs[k] + warp
+        elif kept[k] == i - 1:
+            on = costs[k]
+        elif kept[k] == i - 2:
+            skip = costs[k] + warp
+    value, step = stay, STAY
+    if not first[i]:
+        if on <= value:
+            value, step = on, ON
+        if i > 1 and not first[i - 1] and skip < value:
+            value, step = skip, SKIP
+    return (jump, ON) if jump < value else (value, step)
+
+
+@numba.njit(cache=True, nogil=True)
 def advance_kept(
     kept: IntArray, costs: SingleArray, fresh: IntArray, rows: SingleArray, first: BoolArray,
     query: SingleArray, weights: SingleArray, decay: float, warp: float, jump: float,
@@ -77,22 +99,7 @@ def advance_kept(
         last = i
         while p < kept.shape[0] and kept[p] < i - 2:
             p += 1
-        stay = on = skip = np.inf
-        for k in range(p, min(p + 3, kept.shape[0])):
-            if kept[k] == i:
-                stay = costs[k] + warp
-            elif kept[k] == i - 1:
-                on = costs[k]
-            elif kept[k] == i - 2:
-                skip = costs[k] + warp
-        value, step = stay, STAY
-        if not first[i]:
-            if on <= value:
-                value, step = on, ON
-            if i > 1 and not first[i - 1] and skip < value:
-                value, step = skip, SKIP
-        if jump < value:
-            value, step = jump, ON
+        value, step = cheapest(i, kept[p : p + 3], costs[p : p + 3], first, warp, jump)
         examples[count] = i
         new[count] = decay * value + distance(rows[i], query, weights)
         steps[count] = step
