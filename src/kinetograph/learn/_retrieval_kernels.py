@@ -50,7 +50,7 @@ def list_distances(
 
 @numba.njit(cache=True, nogil=True)
 def cheapest(
-    i: int, kept: IntArray, costs: SingleArray, first: BoolArray, warp: float, jump: float
+    i: int | np.int64, kept: IntArray, costs: SingleArray, first: BoolArray, warp: float, jump: float
 ) -> tuple[float, int]:
     """The cost before example ``i`` on the cheapest path to it from any of three kept ones, and the step."""
     stay = on = skip = np.inf
