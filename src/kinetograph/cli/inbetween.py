@@ -9,7 +9,7 @@ import typer
 
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
 from kinetograph.cli.options import Exclude, Floor, Footskate, LibraryOption, Mirror, Track, Written, add, options
-from kinetograph.cli.output import notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
+from kinetograph.cli.output import note, notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
 from kinetograph.cli.reading import Reading
 from kinetograph.errors import RequestError
 
@@ -72,18 +72,15 @@ def inbetween(
 
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/c.bvh --move walk --without punch
     """
-    import numpy as np
-
     from kinetograph.formats import together
-    from kinetograph.pipeline import inbetween_with, open_library
+    from kinetograph.pipeline import fit_keyframe, inbetween_with, open_library
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
     library = open_library(ends.library)
     wanted = _keys(keys, ends, library, reading.read_options)
     method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
-    rng = np.random.default_rng(search.seed)
-    model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
+    model = fit_keyframe(method, library, exclude=ends.exclude or (), track=ends.track, seed=search.seed, note=note)
     made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
     with together():

@@ -15,6 +15,7 @@ from kinetograph.cli.configurations import Finish, Partner, Search, finished, pe
 from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
+    note,
     notes,
     progress_bar,
     refuse_existing,
@@ -152,7 +153,7 @@ def perform(
     """
     from kinetograph.formats import together
     from kinetograph.methods.performance import only_track, require_moves
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
@@ -160,7 +161,7 @@ def perform(
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     with compilation_announced():
         rules = search.rules
-        model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
+        model = fit_performance(method, library, exclude=inputs.exclude or (), track=inputs.target, note=note)
         if answers.transcript:
             require_moves(model.fitted)
         performed = following.performed(wanted)

@@ -24,6 +24,8 @@ _ROOMS = {
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
     "find_alike": "finding",
+    "fit_keyframe": "inbetweening",
+    "fit_performance": "performing",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
@@ -61,6 +63,8 @@ __all__ = [
     "cut_by_hand",
     "differing_skeletons",
     "find_alike",
+    "fit_keyframe",
+    "fit_performance",
     "grow_library",
     "has_partners",
     "inbetween",
@@ -98,7 +102,7 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
-    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with
+    from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
         creating,
@@ -111,6 +115,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.pipeline.performing import (
         Smoothing,
+        fit_performance,
         perform,
         perform_alternatives,
         perform_with,
