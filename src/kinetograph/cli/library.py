@@ -10,7 +10,7 @@ import typer
 
 from kinetograph.cli.label import label
 from kinetograph.cli.markers import fitted
-from kinetograph.cli.options import AsJson, Force, LibraryArgument, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryArgument, add, options
 from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
@@ -80,7 +80,7 @@ def create(
             note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
             raise
     notes(differing_skeletons(library))
-    _summary(folder, as_json)
+    _summary(library, as_json)
 
 
 def _fill(library: Library, paths: list[Path], reading: RecordingReading) -> None:
@@ -174,32 +174,37 @@ def remove(folder: LibraryArgument, take: TakeName) -> None:
     result({"removed": take}, as_json=False)
 
 
-def info(folder: LibraryArgument, as_json: AsJson = False) -> None:
+def info(folder: LibraryArgument, chosen: Chosen, as_json: AsJson = False) -> None:
     """Show what is in a library.
 
     Example: kinetograph library info out/walks.library
+
+    Example: kinetograph library info out/clips.library --takes "*run*"
     """
     from kinetograph.library import contents
     from kinetograph.pipeline import open_library
 
-    library = open_library(folder)
+    library = open_library(folder, chosen.selection)
     if not as_json:
         rows = [
             {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
             for t in contents(library)
         ]
         table(rows, as_json=False)
-    _summary(folder, as_json)
+    _summary(library, as_json)
 
 
-def annotate(
-    folder: LibraryArgument,
-    export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None,
-    source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None,
-    kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None,
-    force: Force = False,
-    as_json: AsJson = False,
-) -> None:
+@options()
+class Exchange(Chosen):
+    """What is exported or imported."""
+
+    export: Annotated[Path | None, typer.Option("--export", help="Write the annotations to this CSV.")] = None
+    source: Annotated[Path | None, typer.Option("--from", help="Read the annotations from this CSV.")] = None
+    kind: Annotated[str | None, typer.Option(help="Only this kind (cut, contact, ...), for --export.")] = None
+    force: Force = False
+
+
+def annotate(folder: LibraryArgument, exchange: Exchange, as_json: AsJson = False) -> None:
     """Export annotations as a table to edit, or import an edited one.
 
     Example: kinetograph library annotate out/walks.library --export out/annotations.csv
@@ -209,12 +214,18 @@ def annotate(
     from kinetograph.library import export_annotations, import_annotations
     from kinetograph.pipeline import open_library
 
+    export, source = exchange.export, exchange.source
     if (export is None) == (source is None):
         raise RequestError("give one of --export FILE and --from FILE")
+    if source and exchange.selection:
+        raise RequestError("--takes, --tagged and --without choose what is exported; a table names its takes itself")
     if export:
-        refuse_existing([export], force)
-    library = open_library(folder)
-    count = export_annotations(library, export, kind=kind) if export else import_annotations(library, Path(str(source)))
+        refuse_existing([export], exchange.force)
+    library = open_library(folder, exchange.selection)
+    if export:
+        count = export_annotations(library, export, kind=exchange.kind)
+    else:
+        count = import_annotations(library, Path(str(source)))
     result({"annotations": count, "file": str(export or source)}, as_json)
 
 
@@ -278,7 +289,7 @@ def backup(
             back_up(library, copy, force=force, progress=progress)
     notes((why for take, why in left_out.items() if not take), folder)
     notes(f"take {take!r} left out: {why}" for take, why in left_out.items() if take)
-    _summary(copy, as_json)
+    _summary(open_library(copy), as_json)
     if left_out:
         raise typer.Exit(1)
 
@@ -323,9 +334,7 @@ def cache(
     result({**listed, **total, **({"freed": freed} if clear else {})}, as_json)
 
 
-def _summary(folder: Path, as_json: bool) -> None:
+def _summary(library: Library, as_json: bool) -> None:
     from dataclasses import asdict
 
-    from kinetograph.library import Library
-
-    result({"library": str(folder), **asdict(Library.open(folder).info())}, as_json)
+    result({"library": str(library.path), **asdict(library.info())}, as_json)

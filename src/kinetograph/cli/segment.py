@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, LibraryArgument, options
+from kinetograph.cli.options import AsJson, Chosen, LibraryArgument, options
 from kinetograph.cli.output import note, notes, progress_bar, table
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ class Growing:
     ] = 0.1
 
 
-def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json: AsJson = False) -> None:
+def segment(
+    folder: LibraryArgument, cutting: Cutting, growing: Growing, chosen: Chosen, as_json: AsJson = False
+) -> None:
     """Cut every take, and store the cuts as annotations, which people can edit (library annotate).
 
     By examples: takes without cuts are cut, and their moves named, like those that have cuts. What a person has cut is
@@ -70,7 +72,7 @@ def segment(folder: LibraryArgument, cutting: Cutting, growing: Growing, as_json
     """
     from kinetograph.pipeline import open_library, segment_library
 
-    library = open_library(folder)
+    library = open_library(folder, chosen.selection)
     if cutting.by == "examples":
         table(_grown(library, growing, as_json), as_json)
         return

@@ -6,7 +6,7 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
@@ -16,6 +16,7 @@ from kinetograph.library.store import (
     contents,
     describe_takes,
     facts_of,
+    joints_of,
     labels,
     skeletons,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "Entry",
     "Facts",
     "Info",
+    "Joints",
     "Library",
     "Report",
     "Selection",
@@ -41,6 +43,7 @@ __all__ = [
     "export_annotations",
     "facts_of",
     "import_annotations",
+    "joints_of",
     "kept",
     "labels",
     "limit_of",

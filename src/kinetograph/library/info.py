@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,10 @@ from typing import Any
 from kinetograph.library import catalogue, storage
 from kinetograph.library.digests import Damaged
 from kinetograph.library.records import read_skeleton
+from kinetograph.skeleton import plain_names
 
+Joints = tuple[tuple[str, ...], tuple[int, ...]]
+"""Names of joints without namespaces, and their parents."""
 _TYPES = (str, str, str, float, int, int)
 
 
@@ -30,7 +34,7 @@ class Info:
     skeletons : int
         Number of different ones.
     bytes : int
-        On disk.
+        Of the whole library on disk.
     annotations : mapping of str to int
         How many there are of each kind.
     """
@@ -71,14 +75,20 @@ class TrackInfo:
         return (self.frames - 1) / self.fps
 
 
-def count(folder: Path) -> Info:
-    """Count what the library in a folder holds. Raises LibraryError."""
+def count(folder: Path, chosen: Sequence[str] | None = None) -> Info:
+    """Count what the library in a folder holds, or what some of its takes do. Raises LibraryError."""
     with catalogue.reading(folder) as db:
-        longest = "SELECT max((frames - 1) / fps) AS seconds FROM tracks GROUP BY take"
-        takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})").fetchone()
-        tracks, frames = db.execute("SELECT count(*), ifnull(sum(frames), 0) FROM tracks").fetchone()
-        (skeletons,) = db.execute("SELECT count(*) FROM skeletons").fetchone()
-        kinds = dict(db.execute("SELECT kind, count(*) FROM annotations GROUP BY kind ORDER BY kind").fetchall())
+        ids = "SELECT id FROM takes"
+        given: tuple[str, ...] = ()
+        if chosen is not None:
+            ids, given = f"{ids} WHERE name IN (SELECT value FROM json_each(?))", (json.dumps(list(chosen)),)
+        longest = f"SELECT max((frames - 1) / fps) AS seconds FROM tracks WHERE take IN ({ids}) GROUP BY take"
+        tracks_in = f"FROM tracks WHERE take IN ({ids})"
+        takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})", given).fetchone()
+        tracks, frames = db.execute(f"SELECT count(*), ifnull(sum(frames), 0) {tracks_in}", given).fetchone()
+        (skeletons,) = db.execute(f"SELECT count(DISTINCT skeleton) {tracks_in}", given).fetchone()
+        noted = f"FROM annotations WHERE track IN (SELECT id {tracks_in})"
+        kinds = dict(db.execute(f"SELECT kind, count(*) {noted} GROUP BY kind ORDER BY kind", given).fetchall())
         files = [folder / name for name in (catalogue.FILE_NAME, storage.read(db).file)]
         size = sum(file.stat().st_size for file in files if file.exists())
     return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
@@ -117,6 +127,23 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
     return {take: tuple(pairs) for take, pairs in found.items()}
 
 
+def list_joints(folder: Path) -> tuple[tuple[str, str, Joints], ...]:
+    """The joints of every motion of the library in a folder, without reading frames. Raises LibraryError.
+
+    Returns
+    -------
+    tuple of (str, str, Joints)
+        Take, track, and the names of the joints, without namespaces, with their parents.
+    """
+    with catalogue.reading(folder) as db:
+        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
+        rows = db.execute(
+            "SELECT takes.name, tracks.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
+            "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
+        )
+        return tuple((str(take), str(track), joints.get(skeleton, ((), ()))) for take, track, skeleton in rows)
+
+
 def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
     """The motions of the library in a folder by their joints, without reading frames. Raises LibraryError.
 
@@ -125,20 +152,12 @@ def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
     dict of str to list of tuple of int and list of str
         By name of the track, one for each different set of joints: the number of joints, and the takes in order.
     """
-    found: dict[str, dict[str, tuple[int, list[str]]]] = {}
-    with catalogue.reading(folder) as db:
-        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
-        rows = db.execute(
-            "SELECT tracks.name, takes.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
-            "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
-        )
-        for track, take, skeleton in rows:
-            names, parents = joints.get(skeleton, ((), ()))
-            of_joints = found.setdefault(str(track), {}).setdefault(repr((names, parents)), (len(names), []))
-            of_joints[1].append(str(take))
+    found: dict[str, dict[Joints, tuple[int, list[str]]]] = {}
+    for take, track, joints in list_joints(folder):
+        found.setdefault(track, {}).setdefault(joints, (len(joints[0]), []))[1].append(take)
     return {track: list(groups.values()) for track, groups in found.items()}
 
 
-def _joints(db: sqlite3.Connection, digest: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+def _joints(db: sqlite3.Connection, digest: str) -> Joints:
     skeleton = read_skeleton(db, digest)
-    return skeleton.names, tuple(skeleton.parents.tolist())
+    return plain_names(skeleton.names), tuple(skeleton.parents.tolist())

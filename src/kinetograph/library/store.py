@@ -17,7 +17,16 @@ from kinetograph.library import catalogue, frame_files, headers, schema, storage
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
-from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
+from kinetograph.library.info import (
+    Info,
+    Joints,
+    TrackInfo,
+    count,
+    list_joints,
+    list_labels,
+    list_skeletons,
+    list_tracks,
+)
 from kinetograph.library.repair import examine
 from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
@@ -236,7 +245,7 @@ class Library:
 
     def info(self) -> Info:
         """Count what the library holds."""
-        return count(self.path)
+        return count(self.path, self.names() if self.selection else None)
 
     def __reduce__(self) -> tuple[type[Library], tuple[Path, Selection]]:
         return Library, (self.path, self.selection)  # skeletons that were read are not pickled
@@ -244,17 +253,38 @@ class Library:
 
 def contents(library: Library) -> tuple[TrackInfo, ...]:
     """Every track of a library, by take, without reading its frames."""
-    return list_tracks(library.path)
+    chosen = _chosen(library)
+    return tuple(track for track in list_tracks(library.path) if chosen is None or track.take in chosen)
 
 
 def skeletons(library: Library) -> dict[str, list[tuple[int, list[str]]]]:
     """The motions of a library by their joints: of each name of a track, the number of joints and the takes."""
-    return list_skeletons(library.path)
+    found = list_skeletons(library.path)
+    if (chosen := _chosen(library)) is None:
+        return found
+    kept = {
+        track: [(joints, [take for take in takes if take in chosen]) for joints, takes in groups]
+        for track, groups in found.items()
+    }
+    some = {track: [group for group in groups if group[1]] for track, groups in kept.items()}
+    return {track: groups for track, groups in some.items() if groups}
+
+
+def joints_of(library: Library) -> dict[tuple[str, str], Joints]:
+    """The joints of every motion of a library, by take and track, without reading its frames."""
+    chosen = frozenset(library.names())
+    return {(take, track): joints for take, track, joints in list_joints(library.path) if take in chosen}
 
 
 def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:
     """The different annotations of every annotated take of a library: kind and label, by take."""
-    return list_labels(library.path)
+    chosen = _chosen(library)
+    return {take: of for take, of in list_labels(library.path).items() if chosen is None or take in chosen}
+
+
+def _chosen(library: Library) -> frozenset[str] | None:
+    """The takes that are selected; None where no selection is made."""
+    return frozenset(library.names()) if library.selection else None
 
 
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:

@@ -33,7 +33,9 @@ _ROOMS = {
     "index_takes": "finding",
     "label_partners": "labelling",
     "matches": "finding",
+    "noted": "noting",
     "open_library": "libraries",
+    "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
     "perform_with": "performing",
@@ -72,7 +74,9 @@ __all__ = [
     "index_takes",
     "label_partners",
     "matches",
+    "noted",
     "open_library",
+    "open_without_labels",
     "perform",
     "perform_alternatives",
     "perform_with",
@@ -102,7 +106,7 @@ def __dir__() -> list[str]:
 if TYPE_CHECKING:
     from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_takes, matches
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
-    from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with
+    from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
         creating,
@@ -113,6 +117,7 @@ if TYPE_CHECKING:
         read_takes,
         recordings_in,
     )
+    from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,
         fit_performance,

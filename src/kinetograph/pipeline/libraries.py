@@ -9,19 +9,31 @@ from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import UNFINISHED, Library, contents, skeletons
+from kinetograph.library import UNFINISHED, Facts, Library, Selection, contents, facts_of, skeletons
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
 
 
-def open_library(path: str | Path) -> Library:
-    """Open a library.
+def open_library(path: str | Path, selection: Selection | None = None) -> Library:
+    """Open a library, or a selection of its takes.
+
+    Parameters
+    ----------
+    path : str or Path
+    selection : Selection, optional
+        The takes that are used; without it, all.
+
+    Returns
+    -------
+    Library
 
     Raises
     ------
     LibraryError
         For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
+    RequestError
+        For a selection that chooses no take, or leaves out what is not there; the message has what there is.
     """
     folder = Path(path)
     if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
@@ -31,7 +43,25 @@ def open_library(path: str | Path) -> Library:
                 f"{folder}: a folder with {len(recordings)} recordings, not a library; "
                 f"make one with: kinetograph library create LIB {folder}"
             )
-    return Library.open(folder)
+    library = Library.open(folder)
+    if not selection:
+        return library
+    _require_chosen(facts_of(library), selection, folder)
+    return library.only(selection)
+
+
+def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path) -> None:
+    """Raise RequestError where a selection leaves out what is not there, or leaves nothing."""
+    tags = sorted({tag for of_take in facts.values() for tag in of_take.tags})
+    there = (
+        f"there are {_listed(list(facts), 6)}; tags are {_listed(tags, 12)}"
+        if tags
+        else f"there are {_listed(list(facts), 6)}"
+    )
+    if unknown := selection.unknown(facts):
+        raise RequestError(f"{folder}: no take or tag {unknown[0]!r} to leave out; {there}")
+    if not selection.of(facts):
+        raise RequestError(f"{folder}: no take is {selection}; {there}")
 
 
 @contextmanager
@@ -70,7 +100,7 @@ def _unfinished(folder: Path) -> bool:
 
 
 def differing_skeletons(library: Library) -> tuple[str, ...]:
-    """Say which takes have different joints, since a method uses recordings of the same joints only.
+    """Say which takes have different joints, since a method uses those of one skeleton unless asked for more.
 
     Parameters
     ----------
@@ -84,16 +114,15 @@ def differing_skeletons(library: Library) -> tuple[str, ...]:
     return tuple(
         f"{library.path}: the takes' skeletons ({track}) have different joints: "
         + "; ".join(f"{joints} joints in {_listed(takes)}" for joints, takes in groups)
-        + "; methods use recordings of the same joints only: retarget the others (kinetograph convert --retarget), "
-        "or make a library of each"
+        + "; methods use those of most seconds: --skeleton-of TAKE uses others, --retarget brings all to one skeleton"
         for track, groups in skeletons(library).items()
         if len(groups) > 1
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return ", ".join(names[:3]) + more
+def _listed(names: Sequence[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (", ".join(names[:most]) or "none") + more
 
 
 def has_partners(library: Library, target: str | None) -> bool:

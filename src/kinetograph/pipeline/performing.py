@@ -18,6 +18,7 @@ from kinetograph.methods.performance import (
     with_settings,
 )
 from kinetograph.motion import Motion
+from kinetograph.pipeline.noting import noted
 from kinetograph.post import PostSettings
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
@@ -119,7 +120,7 @@ def fit_performance(
         return _with_properties(plain.fit(library, exclude=left_out, track=track))
 
     model = kept(library, "performance", (plain, left_out, track), make, note=note)
-    return PerformanceModel(with_settings(model.fitted, method))
+    return replace(model, fitted=with_settings(model.fitted, method))
 
 
 def _with_properties(model: PerformanceModel) -> PerformanceModel:
@@ -139,8 +140,7 @@ def perform_with(
     progress: Progress | None = None,
 ) -> Synthesis:
     """Perform a control with a fitted model, whose notes are among the warnings; see `perform`."""
-    result = model.synthesize(smoothed(control, smoothing), progress, rules)
-    return replace(result, warnings=(*model.notes, *result.warnings))
+    return noted(model.synthesize(smoothed(control, smoothing), progress, rules), model.notes, model.fitted.left_out)
 
 
 def perform_alternatives(
@@ -176,7 +176,7 @@ def perform_alternatives(
         For a control that cannot be performed.
     """
     results = model.alternatives(smoothed(control, smoothing), count, rules, alike=alike)
-    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in results)
+    return tuple(noted(each, model.notes, model.fitted.left_out) for each in results)
 
 
 def smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Take | Signal | Motion:
