@@ -23,6 +23,7 @@ EVERY = 5
 """Rows from one window that is looked up to the next."""
 NEIGHBOURS = 24
 """Windows that are looked up for each at most."""
+_Pairs = tuple[IntArray, IntArray]  # rows at which windows begin, of two sequences
 _NUMBERS = 12
 _ROUGHLY = 2.5  # half a row of lag is left
 _SAMPLED = 20_000
@@ -131,7 +132,8 @@ class Lookup:
     def of(cls, sequences: Sequences) -> Lookup | None:
         """Every window of some sequences; None where all are too short."""
         mean = np.asarray(sequences.rows.mean(axis=0), dtype=np.float32)
-        pose = _axes(sequences.rows - mean)
+        some = sequences.rows[:: max(len(sequences.rows) // _SAMPLED, 1)]
+        pose = _axes(some - mean)
         parts = [_windows((sequences.of(each) - mean) @ pose) for each in range(len(sequences))]
         places = [np.stack([np.full(len(part), i), np.arange(len(part))], axis=1) for i, part in enumerate(parts)]
         long = np.concatenate(parts) if parts else np.zeros((0, 1))
@@ -183,17 +185,15 @@ def matches(
                 if other == number or (later and other < number):
                     continue
                 theirs = lookup.sequences.of(other)
-                near = [(lag, rows) for lag, rows in lags if _worth(own, theirs, rows, lag, used)]
-                found = [_grown(own, theirs, rows, lag, used) for lag, rows in near]
+                near = [pairs for pairs in lags if _worth(own, theirs, pairs, used)]
+                found = [_grown(own, theirs, pairs, used) for pairs in near]
                 best = max((each for each in found if each), key=lambda each: each[1] - each[0], default=None)
                 if best:
                     yield Match(number, other, mirrored, *best)
 
 
-def _candidates(
-    lookup: Lookup, number: int, own: SingleArray, nearness: Nearness
-) -> dict[int, list[tuple[float, IntArray]]]:
-    """By sequence, the lags at which windows are alike, and where they begin: the three lags that most agree on."""
+def _candidates(lookup: Lookup, number: int, own: SingleArray, nearness: Nearness) -> dict[int, list[_Pairs]]:
+    """By sequence, the windows that are alike at lags that several agree on."""
     reduced = lookup.reduced(own)[::EVERY]
     starts = np.flatnonzero(_moving(own, nearness.still)[: len(reduced) * EVERY : EVERY]) * EVERY
     if not len(starts):
@@ -204,27 +204,25 @@ def _candidates(
     kept = np.isfinite(far)
     begins = np.repeat(starts, kept.sum(axis=1))
     places = lookup.places[near[kept]]
-    found: dict[int, list[tuple[float, IntArray]]] = {}
+    found: dict[int, list[_Pairs]] = {}
     for other in np.unique(places[:, 0]).tolist():
         of = places[:, 0] == other
         if other != number:
-            found[other] = _lags(begins[of], places[of, 1], len(own), len(lookup.sequences.of(other)))
-    return {other: lags for other, lags in found.items() if lags}
+            found[other] = _agreeing((begins[of], places[of, 1]), len(own), len(lookup.sequences.of(other)))
+    return {other: pairs for other, pairs in found.items() if pairs}
 
 
-def _lags(begins: IntArray, places: IntArray, own: int, other: int) -> list[tuple[float, IntArray]]:
-    """Lags that several windows agree on, within two rows."""
+def _agreeing(pairs: _Pairs, own: int, other: int) -> list[_Pairs]:
+    """The pairs of windows at each of the three lags that most agree on, within two rows."""
+    begins, places = pairs
     lags = places - begins
     counted = Counter((lags // 2).tolist())
     for lag, votes in Counter((lags // 2 + 1).tolist()).items():
         counted[lag] += votes
     enough = 1 if min(own, other) < 2 * SPAN else 2
-    found = []
-    for lag, votes in counted.most_common(3):
-        rows = begins[np.abs(lags - 2 * lag) <= 2]
-        if votes >= enough and len(rows):
-            found.append((float(np.median(lags[np.abs(lags - 2 * lag) <= 2])), rows))
-    return found
+    agreeing = [np.abs(lags - 2 * lag) <= 2 for lag, votes in counted.most_common(3) if votes >= enough]
+    different = {of.tobytes(): of for of in agreeing if of.any()}
+    return [(begins[of], places[of]) for of in different.values()]
 
 
 def _moving(rows: SingleArray, still: float) -> BoolArray:
@@ -236,21 +234,19 @@ def _moving(rows: SingleArray, still: float) -> BoolArray:
     return np.asarray((sums[SPAN + 1 :] - sums[: -SPAN - 1]) / (SPAN + 1) > still**2)
 
 
-def _worth(own: SingleArray, other: SingleArray, begins: IntArray, lag: float, nearness: Nearness) -> bool:
+def _worth(own: SingleArray, other: SingleArray, pairs: _Pairs, nearness: Nearness) -> bool:
     """Whether the windows of a candidate, as they are, are nearly as near as a copy's."""
-    rows = (begins[:, None] + np.arange(0, SPAN + 1, 2)).ravel()
-    places = np.asarray(rows + round(lag))
-    inside = (places >= 0) & (places < len(other))
-    gaps = own[rows[inside]] - other[places[inside]]
-    return bool(inside.any()) and _mean_square(gaps - gaps.mean(axis=0)) < (_ROUGHLY * nearness.varying) ** 2
+    steps = np.arange(0, SPAN + 1, 2)
+    gaps = own[(pairs[0][:, None] + steps).ravel()] - other[(pairs[1][:, None] + steps).ravel()]
+    return _mean_square(gaps - gaps.mean(axis=0)) < (_ROUGHLY * nearness.varying) ** 2
 
 
 def _grown(
-    own: SingleArray, other: SingleArray, begins: IntArray, lag: float, nearness: Nearness
+    own: SingleArray, other: SingleArray, pairs: _Pairs, nearness: Nearness
 ) -> tuple[int, int, float, float, float] | None:
     """The copy around some windows: start, stop, shift, speed and distance; None where there is none."""
-    start, stop = int(begins.min()), int(begins.max()) + SPAN + 1
-    shift, speed = lag, 1.0
+    start, stop = int(pairs[0].min()), int(pairs[0].max()) + SPAN + 1
+    shift, speed = _guessed(pairs, nearness)
     for turn in range(3):
         shift, speed = _fitted(own, other, (start, stop), (shift, speed), turn > 0)
         if abs(speed - 1.0) > nearness.speed:
@@ -265,6 +261,17 @@ def _grown(
             return None
         start, stop = int(rows[0]) + span[0], int(rows[0]) + span[1]
     return _judged(own, (rows, gaps), (start, stop), (shift, speed), nearness)
+
+
+def _guessed(pairs: _Pairs, nearness: Nearness) -> tuple[float, float]:
+    """The lag and the speed that pairs of windows show."""
+    begins, places = pairs
+    if np.ptp(begins) < 3 * SPAN:
+        return float(np.median(places - begins)), 1.0
+    speed, shift = np.polyfit(begins, places, 1)
+    if abs(speed - 1.0) > nearness.speed:
+        return float(np.median(places - begins)), 1.0
+    return float(shift), float(speed)
 
 
 def _judged(
@@ -291,7 +298,7 @@ def _mean_square(gaps: FloatArray | SingleArray) -> float:
 
 def _gaps(own: SingleArray, other: SingleArray, shift: float, speed: float) -> tuple[IntArray, FloatArray]:
     """The rows that have one in the other sequence, and what they differ by; velocities count at one speed."""
-    times = speed * np.arange(len(own)) + shift
+    times: FloatArray = np.asarray(speed * np.arange(len(own)) + shift, dtype=np.float64)
     rows = np.flatnonzero((times >= -1e-9) & (times <= len(other) - 1 + 1e-9))
     if not len(rows):
         return rows, np.zeros((0, own.shape[1]))
@@ -301,9 +308,18 @@ def _gaps(own: SingleArray, other: SingleArray, shift: float, speed: float) -> t
 
 
 def _at(rows: SingleArray, times: FloatArray) -> FloatArray:
-    low = np.clip(np.floor(times).astype(np.int64), 0, max(len(rows) - 2, 0))
-    share = (times - low)[:, None]
-    return np.asarray(rows[low] * (1 - share) + rows[np.minimum(low + 1, len(rows) - 1)] * share, dtype=np.float64)
+    """Rows at times between them, by cubic interpolation (Catmull and Rom)."""
+    last = len(rows) - 1
+    low = np.clip(np.floor(times).astype(np.int64), 0, max(last - 1, 0))
+    t = (times - low)[:, None].astype(np.float32)
+    before, after, beyond = (
+        rows[np.maximum(low - 1, 0)],
+        rows[np.minimum(low + 1, last)],
+        rows[np.minimum(low + 2, last)],
+    )
+    here = rows[low]
+    bent = t * (2 * before - 5 * here + 4 * after - beyond + t * (3 * (here - after) + beyond - before))
+    return np.asarray(here + 0.5 * t * (after - before + bent), dtype=np.float64)
 
 
 def _fitted(
@@ -317,8 +333,10 @@ def _fitted(
         rows, gaps = rows[kept], gaps[kept]
         if len(rows) < 3:
             break
-        times = np.asarray(speed * rows + shift, dtype=np.float64)
-        slope = _at(other, np.minimum(times + 0.5, len(other) - 1)) - _at(other, np.maximum(times - 0.5, 0))
+        times: FloatArray = np.asarray(speed * rows + shift, dtype=np.float64)
+        slope = _at(other, np.clip(times + 0.5, 0, len(other) - 1)) - _at(
+            other, np.clip(times - 0.5, 0, len(other) - 1)
+        )
         middle = rows.mean()
         columns = [slope, slope * (rows - middle)[:, None]] if speeds else [slope]
         centred = np.stack([(column - column.mean(axis=0)).ravel() for column in columns])
@@ -326,7 +344,7 @@ def _fitted(
         steps = np.linalg.solve(gain + 1e-9 * np.eye(len(gain)), centred @ (gaps - gaps.mean(axis=0)).ravel())
         faster = float(np.clip(steps[1], -0.05, 0.05)) if speeds else 0.0
         shift, speed = shift + float(np.clip(steps[0], -1, 1)) - faster * middle, speed + faster
-    return shift, speed
+    return float(shift), float(speed)
 
 
 def _smoothed(values: FloatArray, width: int = 5) -> FloatArray:
@@ -348,8 +366,10 @@ def _around(good: BoolArray, middle: int) -> tuple[int, int] | None:
 
 
 def joined(found: Sequence[Match]) -> tuple[Match, ...]:
-    """The longest of each pair's matches that were found from either side, by pair."""
-    by_pair: dict[tuple[int, int, bool], list[Match]] = defaultdict(list)
+    """The longest match of each pair of sequences, mirrored or not; of two as long, the nearer."""
+    by_pair: dict[tuple[int, int], list[Match]] = defaultdict(list)
     for each in found:
-        by_pair[min(each.first, each.second), max(each.first, each.second), each.mirrored].append(each)
-    return tuple(max(of, key=lambda each: each.stop - each.start) for _, of in sorted(by_pair.items()))
+        by_pair[min(each.first, each.second), max(each.first, each.second)].append(each)
+    return tuple(
+        max(of, key=lambda each: (each.stop - each.start, -each.distance)) for _, of in sorted(by_pair.items())
+    )
