@@ -25,6 +25,7 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
@@ -80,6 +81,7 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "copies_among",
     "copies_of",
     "couple_of",
     "cut_by_hand",
@@ -132,7 +134,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.pipeline.copies import Copy, copies_of, find_copies
+    from kinetograph.pipeline.copies import Copy, copies_among, copies_of, find_copies
     from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
