@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
@@ -222,6 +222,14 @@ def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
         seconds = (path.stops - np.maximum(path.starts, 0)) / fitted.settings.rate
         costs["unusual"] = float((fitted.prices[path.states] * seconds).sum())
     return costs
+
+
+def with_settings(fitted: Fitted, settings: PerformanceSettings) -> Fitted:
+    """The same fit for settings that differ only in what is done after it; properties that were computed come along."""
+    made = replace(fitted, settings=settings)
+    stated = {*(one.name for one in fields(fitted)), "for_anything"}
+    vars(made).update({name: what for name, what in vars(fitted).items() if name not in stated})
+    return made
 
 
 def recorded_speeds(fitted: Fitted) -> FloatArray:
