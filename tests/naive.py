@@ -18,12 +18,22 @@ from kinetograph.learn.segmental import Arrivals
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A control of T steps: ``arrivals[t - 1]`` belongs to step t, ``partial[e]`` to segments left after e steps."""
+    """A control of T steps: ``arrivals[t - 1]`` belongs to step t, ``partial[e]`` to segments left after e steps.
+
+    Where a state has another of the ``origins`` than the one before it, that costs ``change``; -1 is every origin.
+    """
 
     durations: IntArray
     continuity: float
     arrivals: list[Arrivals]
     partial: dict[int, Arrivals]
+    origins: IntArray | None = None
+    change: float = 0.0
+
+    def changed(self, before: int, after: int) -> float:
+        if self.origins is None or -1 in (self.origins[before], self.origins[after]):
+            return 0.0
+        return self.change if self.origins[before] != self.origins[after] else 0.0
 
 
 @dataclass(frozen=True)
@@ -62,7 +72,7 @@ def coverings(durations: Sequence[int], steps: int, partial: Sequence[int]) -> I
 
 def score(problem: Problem, sequence: list[Placed]) -> float:
     """Equation 4.5 of one sequence, in float64."""
-    total, tail = 0.0, None
+    total, tail, before = 0.0, None, 0
     steps = len(problem.arrivals)
     for piece in sequence:
         early = piece.stop > steps
@@ -70,8 +80,8 @@ def score(problem: Problem, sequence: list[Placed]) -> float:
         total += float(here.costs[piece.state])
         head = np.asarray(here.heads[piece.state], dtype=np.float64)
         if tail is not None:
-            total += problem.continuity * float(np.sum((tail - head) ** 2))
-        tail = np.asarray(here.tails[piece.state], dtype=np.float64)
+            total += problem.continuity * float(np.sum((tail - head) ** 2)) + problem.changed(before, piece.state)
+        tail, before = np.asarray(here.tails[piece.state], dtype=np.float64), piece.state
     return total
 
 
@@ -109,22 +119,23 @@ def segmental_score(problem: Problem, beam: float = np.inf) -> float:
     q = np.full((steps + 1, states), np.inf)
     tails = [np.zeros(0), *(np.asarray(a.tails, dtype=np.float64) for a in problem.arrivals)]
 
-    def best_before(origin: int, head: FloatArray) -> float:
+    def best_before(origin: int, head: FloatArray, state: int) -> float:
         gaps = ((tails[origin] - head) ** 2).sum(axis=1)
         alive = q[origin] <= q[origin].min() + beam
-        return float(np.min(np.where(alive, q[origin], np.inf) + problem.continuity * gaps))
+        charges = np.array([problem.changed(before, state) for before in range(states)])
+        return float(np.min(np.where(alive, q[origin], np.inf) + problem.continuity * gaps + charges))
 
     for t in range(1, steps + 1):
         arrivals = problem.arrivals[t - 1]
         for s, d in enumerate(problem.durations):
             head = np.asarray(arrivals.heads[s], dtype=np.float64)
-            q[t, s] = arrivals.costs[s] + (0.0 if t <= d else best_before(t - d, head))
+            q[t, s] = arrivals.costs[s] + (0.0 if t <= d else best_before(t - d, head, s))
     best = float(q[steps].min())
     for used, arrivals in problem.partial.items():
         for s, d in enumerate(problem.durations):
             if d > used:
                 head = np.asarray(arrivals.heads[s], dtype=np.float64)
-                before = 0.0 if used == steps else best_before(steps - used, head)
+                before = 0.0 if used == steps else best_before(steps - used, head, s)
                 best = min(best, float(arrivals.costs[s]) + before)
     return best
 

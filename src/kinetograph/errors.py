@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 _LONGEST = 1000  # letters of a message, of which a damaged file may have given any number
 
@@ -44,6 +46,13 @@ class TooSoonError(RequestError):
         self.seconds = seconds
         super().__init__(message)
 
+    def __reduce__(self) -> tuple[type[TooSoonError], tuple[str, str, float]]:
+        return TooSoonError, (self.args[0], self.label, self.seconds)
+
+
+class WorkError(KinetographError):
+    """Work of other processes or machines that cannot go on: a cluster that is not there, workers that are lost."""
+
 
 class LibraryError(KinetographError):
     """A library folder that is missing, damaged or of another version."""
@@ -75,4 +84,8 @@ class FormatError(KinetographError, ValueError):
         self.path = Path(path)
         self.line, self.column = line, column
         where = ":".join(str(part) for part in (path, line, column) if part is not None)
+        self._message = message
         super().__init__(f"{where}: {message}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(FormatError, line=self.line, column=self.column), (self.path, self._message)

@@ -19,10 +19,13 @@ import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, cast, dataclass_transform, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, dataclass_transform, get_args, get_type_hints
 
 import typer
 from typer.models import OptionInfo
+
+if TYPE_CHECKING:
+    from kinetograph.work import Workers
 
 _Group = TypeVar("_Group", bound=type)
 _PANELS: dict[type, str | None] = {}
@@ -136,6 +139,23 @@ Mirror = Annotated[bool, typer.Option("--mirror", help="Use every recording mirr
 Footskate = Annotated[bool, typer.Option(help="Hold planted feet still.")]
 Floor = Annotated[bool, typer.Option(help="Keep the body above the floor, where its recordings do.")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Contact sheet to draw, .png.")]
+
+
+@options("Work")
+class Working:
+    """Who does the work."""
+
+    jobs: Annotated[int, typer.Option(min=1, help="Processes of this machine that share the work.")] = 1
+    cluster: Annotated[
+        str | None, typer.Option(help="Dask scheduler whose workers share the work instead: tcp://HOST:PORT.")
+    ] = None
+
+    @property
+    def workers(self) -> Workers:
+        """The same for the library."""
+        from kinetograph.work import Workers
+
+        return Workers(self.jobs, self.cluster)
 
 
 @options("Output")

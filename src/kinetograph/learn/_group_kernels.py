@@ -19,6 +19,9 @@ from kinetograph.learn._kernels import (
     Links,
     RingArrays,
     Scored,
+    StepCharge,
+    change_between,
+    charge_lanes,
     compiled,
     end_of_span,
     exact_total,
@@ -37,8 +40,8 @@ Packed = tuple[SingleArray, SingleArray, SingleArray, SingleArray]
 """One step's blocks: scores ``(B, LANES)``, points ``(B, K, LANES)``, least scores ``(B,)``, boxes ``(2, K, B)``."""
 Near = tuple[SingleArray, IntArray, SingleArray, SingleArray]
 """Blocks that are not ruled out: floors of totals, indices, least scores ``(B,)``, boxes ``(2, K, B)``."""
-Blocks = tuple[Packed, IntArray]
-"""One step's blocks, and the order of the states in them."""
+Blocks = tuple[Packed, IntArray, StepCharge]
+"""One step's blocks, the order of the states in them, and what a change of origin costs."""
 Room = tuple[SingleArray, SingleArray, Links]
 """Bounds of totals, totals from which on a state's minimum is of no interest, and back-pointers, each ``(S,)``."""
 GroupedArrays = tuple[RingArrays, SingleArray, SingleArray]
@@ -246,7 +249,8 @@ def block_floors(head: SingleArray, count: int, near: Near) -> int:
 @compiled
 def scan_group(heads: SingleArray, states: IntArray, count: int, near: Near, blocks: Blocks, room: Room) -> int:
     """Lower the bounds of states with like heads to their minima over the near blocks; the pairs evaluated."""
-    (floor, kept), (packed, index), (bound, limit, back) = near[:2], blocks, room
+    (floor, kept), (packed, index, charge), (bound, limit, back) = near[:2], blocks, room
+    change, origins, packed_origins = charge
     total, best = np.empty(LANES, np.float32), np.empty(1, np.float32)
     bits, best_bits, pairs = total.view(np.int32), best.view(np.int32), 0
     for j in states:
@@ -270,6 +274,8 @@ def scan_group(heads: SingleArray, states: IntArray, count: int, near: Near, blo
                 a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
                 e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
                 total[lane] = scores[lane] + ((a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h))
+            if change > 0 and origins[j] >= 0:
+                charge_lanes(total, packed_origins[kept[block]], origins[j], np.float32(change))
             least = NONE
             for lane in range(LANES):
                 least = min(least, bits[lane])
@@ -362,7 +368,7 @@ def seed_groups(
             out_scores[low:high] = np.inf
         elif time - spans[low] > 0:
             span = (low, high, bound, out_back)
-            first_bounds(scaled, costs, last_back, root, (seeds[slot], scores[slot], tails[slot]), span)
+            first_bounds(scaled, costs, last_back, root, ((seeds[slot], scores[slot], tails[slot]), ring[0][7]), span)
             least = scores[slot, seeds[slot, -1]]
             for j in range(low, high):
                 if costs[j] < HUGE:
@@ -401,7 +407,7 @@ def extend_groups(
     and these are what `seed_groups` left.
     """
     costs, heads, scaled, continuity = arriving
-    (live, orders, seeds, scores, tails, packed_scores, packed_points), least_scores, boxes = ring
+    (live, orders, seeds, scores, tails, packed_scores, packed_points, charge), least_scores, boxes = ring
     bound, enough, (out_scores, out_back) = out
     limit = np.empty(costs.shape[0], np.float32)
     pairs = 0
@@ -415,11 +421,13 @@ def extend_groups(
             group(bound, scaled, 1.0, order, (0, order.shape[0]), GROUP)
             packed = (packed_scores[slot], packed_points[slot], least_scores[slot], boxes[slot])
             room = (bound, limit, out_back)
-            pairs += scan_groups(scaled, order, -(-live[slot] // LANES), (packed, orders[slot]), room)
+            blocks = (packed, orders[slot], (charge[0], charge[1], charge[2][slot]))
+            pairs += scan_groups(scaled, order, -(-live[slot] // LANES), blocks, room)
             for j in order:
                 if out_back[j] < -1:
                     out_scores[j] = least + np.float64(bound[j]) * ROUNDED + costs[j]
                 else:
-                    out_scores[j] = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity) + costs[j]
+                    total = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity)
+                    out_scores[j] = total + change_between(out_back[j], j, charge) + costs[j]
         low = high
     return pairs

@@ -29,10 +29,22 @@ Arriving = tuple[FloatArray, SingleArray, float]
 """Costs ``(S,)`` and heads ``(S, K)`` of the states that end at a step, and the continuity."""
 Recorded = tuple[IntArray, FloatArray, SingleArray]
 """One step of the ring: seeds ``(S + 1,)``, scores ``(S,)``, tails ``(S, K)``."""
-RingArrays = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray]
+Charge = tuple[float, Links, npt.NDArray[np.int32]]
+"""What a change of origin costs; the origins ``(S,)`` of all states, -1 for those of every origin; and the same laid
+out like scores ``(R, B, LANES)``, without blocks where a change is free."""
+StepCharge = tuple[float, Links, npt.NDArray[np.int32]]
+"""The same of one step: laid out ``(B, LANES)``."""
+RingArrays = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray, Charge]
 """The latest R steps; see `extend`."""
 Span = tuple[int, int, SingleArray, Links]
 """Which states are taken together, from one to before another; bounds and back-pointers ``(S,)`` of all states."""
+
+
+@compiled
+def lay_out_origins(order: IntArray, part: tuple[int, int], origins: Links, packed: Links) -> None:
+    """Lay out the origins of some blocks of states in ``order``, from one block to before another."""
+    for i in range(part[0] * LANES, part[1] * LANES):
+        packed[i // LANES, i % LANES] = origins[order[min(i, order.shape[0] - 1)]]
 
 
 @compiled
@@ -48,7 +60,7 @@ def record(
     step: scores ``(S,)``, tails ``(S, K)``, and the states by score ``(S,)``. Scores are laid out relative to the least
     and tails times the root of ``continuity``. ring: see `extend`.
     """
-    live, orders, seeds, ring_scores, ring_tails, packed_scores, packed_tails = ring
+    live, orders, seeds, ring_scores, ring_tails, packed_scores, packed_tails, charge = ring
     scores, tails, order = step
     slot = time % live.shape[0]
     width, least, root = tails.shape[1], scores[order[0]], np.float32(np.sqrt(continuity))
@@ -66,15 +78,39 @@ def record(
             packed_scores[slot, block, lane] = np.float32(scores[source] - least) if i < count else FAR
             for k in range(width):
                 packed_tails[slot, block, k, lane] = tails[source, k] * root
+    if charge[0] > 0:
+        lay_out_origins(order[:count], (0, -(-count // LANES)), charge[1], charge[2][slot])
+
+
+@compiled
+def change_between(before: int, after: int, charge: Charge | StepCharge) -> float:
+    """What it costs that a state comes after one of another origin; nothing where either belongs to every one."""
+    change, origins, _ = charge
+    if change > 0 and origins[before] != origins[after] and origins[before] >= 0 and origins[after] >= 0:
+        return change
+    return 0.0
+
+
+@compiled
+def charge_lanes(total: SingleArray, origins: Links, own: int, change: np.float32) -> None:
+    """Add what a change of origin costs to the totals of a block's predecessors."""
+    for lane in range(LANES):
+        changes = (origins[lane] != own) & (origins[lane] >= 0)
+        total[lane] += change if changes else np.float32(0.0)
 
 
 @compiled
 def first_bounds(
-    heads: SingleArray, costs: FloatArray, last_back: Links, root: np.float32, before: Recorded, span: Span
+    heads: SingleArray,
+    costs: FloatArray,
+    last_back: Links,
+    root: np.float32,
+    before: tuple[Recorded, Charge],
+    span: Span,
 ) -> None:
     """The totals that the states of a span have with their seeds; illegal states get a bound nothing is under."""
     low, high, bound, back = span
-    seeds, scores, tails = before
+    (seeds, scores, tails), charge = before
     least = scores[seeds[-1]]
     for j in range(low, high):
         seed = seeds[last_back[j]]
@@ -82,6 +118,7 @@ def first_bounds(
         for k in range(heads.shape[1]):
             difference = tails[seed, k] * root - heads[j, k]
             value += difference * difference
+        value += np.float32(change_between(seed, j, charge))
         bound[j] = value if costs[j] < HUGE else np.float32(0.0)
         back[j] = seed
 
@@ -96,12 +133,19 @@ def lane_of(bits: Links, least: np.int32) -> np.int32:
 
 
 @compiled
-def scan(heads: SingleArray, packed: tuple[SingleArray, SingleArray], order: IntArray, live: int, span: Span) -> int:
+def scan(
+    heads: SingleArray,
+    packed: tuple[SingleArray, SingleArray, StepCharge],
+    order: IntArray,
+    live: int,
+    span: Span,
+) -> int:
     """Lower the bounds of the states of a span to their minima; returns how many pairs were evaluated.
 
     Blocks are in the outer loop: one stays in the fastest cache while all states pass over it.
     """
     low, high, bound, back = span
+    change, origins, packed_origins = packed[2]
     total = np.empty(LANES, np.float32)
     bits, bound_bits = total.view(np.int32), bound.view(np.int32)
     pairs = 0
@@ -119,6 +163,8 @@ def scan(heads: SingleArray, packed: tuple[SingleArray, SingleArray], order: Int
                 e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
                 near = (a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h)
                 total[lane] = scores[lane] + near
+            if change > 0 and origins[j] >= 0:
+                charge_lanes(total, packed_origins[block], origins[j], np.float32(change))
             least = NONE
             for lane in range(LANES):
                 least = min(least, bits[lane])
@@ -167,14 +213,14 @@ def extend(time: int, spans: IntArray, arriving: Arriving, last_back: Links, rin
     spans ``(S,)`` steps, ascending; heads ``(S, K)``, K a multiple of 4, 8 at least; last_back ``(S,)``: the
     predecessors of the same states a step ago, which make good first bounds. ring: arrays of the latest R steps, at
     index step % R: live counts ``(R,)``, orders ``(R, S)``, seeds ``(R, S + 1)``, scores ``(R, S)``, tails
-    ``(R, S, K)``, packed scores ``(R, B, LANES)``, packed tails ``(R, B, K, LANES)``.
+    ``(R, S, K)``, packed scores ``(R, B, LANES)``, packed tails ``(R, B, K, LANES)``, and the charge.
 
     States of one span have the same predecessors and are taken together. A state is done with the first block whose
     least score reaches its best total so far, since no later predecessor can do better, and leaves a block whose
     first eight coordinates rule it out: the minimum is exact. It is found in float32, relative to the least score, and
     its value taken in float64.
     """
-    live, orders, seeds, scores, tails, packed_scores, packed_tails = ring
+    live, orders, seeds, scores, tails, packed_scores, packed_tails, charge = ring
     costs, heads, continuity = arriving
     out_scores, out_back = out
     root = np.float32(np.sqrt(continuity))
@@ -189,12 +235,13 @@ def extend(time: int, spans: IntArray, arriving: Arriving, last_back: Links, rin
             out_scores[low:high], out_back[low:high] = np.inf, -1
         else:
             span, before = (low, high, bound, out_back), (seeds[slot], scores[slot], tails[slot])
-            first_bounds(scaled, costs, last_back, root, before, span)
-            packed = (packed_scores[slot], packed_tails[slot])
+            first_bounds(scaled, costs, last_back, root, (before, charge), span)
+            packed = (packed_scores[slot], packed_tails[slot], (charge[0], charge[1], charge[2][slot]))
             pairs += scan(scaled, packed, orders[slot], live[slot], span)
             for j in range(low, high):
                 if costs[j] < HUGE:
-                    out_scores[j] = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity) + costs[j]
+                    total = exact_total(scores[slot], tails[slot], out_back[j], heads[j], continuity)
+                    out_scores[j] = total + change_between(out_back[j], j, charge) + costs[j]
                 else:
                     out_scores[j], out_back[j] = np.inf, -1
         low = high

@@ -15,7 +15,16 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import DataError
-from kinetograph.learn.segmental import Arrivals, SearchState, SegmentalPath, SegmentalSearch, init, left_early, step
+from kinetograph.learn.segmental import (
+    Arrivals,
+    SearchState,
+    SegmentalPath,
+    SegmentalSearch,
+    costs_of_change_to,
+    init,
+    left_early,
+    step,
+)
 
 MOST_BYTES = 4 << 30
 """Memory that the scores and ends of all steps may take."""
@@ -127,7 +136,7 @@ def _extended(forward: _Forward, end: _End, count: int) -> list[tuple[float, _En
     """An end with the best pieces before it, each with the total of its best sequence."""
     before = forward.arrivals[end.start - 1]
     gaps = np.sum((before.tails.astype(np.float64) - end.head.astype(np.float64)) ** 2, axis=1)
-    links = forward.search.continuity * gaps
+    links = forward.search.continuity * gaps + costs_of_change_to(forward.search, end.state)
     totals = forward.scores[end.start - 1] + links + end.cost
     rest = [_piece(forward, s, end.start, end, end.cost + float(links[s])) for s in _least(totals, count)]
     return [(float(totals[piece.state]), piece) for piece in rest]

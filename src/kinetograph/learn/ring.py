@@ -13,10 +13,14 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _group_kernels, _kernels
 from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
+
+Change = tuple[IntArray, float]
+"""The origins ``(S,)`` of states, and what a change of origin costs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,12 @@ class Ring:
     packed_scores : ndarray of float32, shape (R, B, LANES)
         Laid out in blocks for the kernels.
     packed_tails : ndarray of float32, shape (R, B, K, LANES)
+    origins : ndarray of int32, shape (S,)
+        The origin of each state, -1 for those that belong to every one.
+    packed_origins : ndarray of int32, shape (R, B, LANES)
+        Without blocks where a change of origin is free.
+    change : float
+        What a change of origin costs.
     """
 
     live: IntArray
@@ -46,11 +56,14 @@ class Ring:
     tails: SingleArray
     packed_scores: SingleArray
     packed_tails: SingleArray
+    origins: Links
+    packed_origins: npt.NDArray[np.int32]
+    change: float
 
     @classmethod
-    def empty(cls, reach: int, states: int, width: int) -> Ring:
+    def empty(cls, reach: int, states: int, width: int, change: Change | None = None) -> Ring:
         """Room for ``reach`` steps of ``states`` states with ends of ``width`` coordinates."""
-        return cls(*_room(reach, states, width))
+        return cls(*_room(reach, states, width), *_charge(reach, states, change))
 
     def arrays(self) -> RingArrays:
         """The arrays in the order in which the kernels take them."""
@@ -62,6 +75,7 @@ class Ring:
             self.tails,
             self.packed_scores,
             self.packed_tails,
+            (self.change, self.origins, self.packed_origins),
         )
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
@@ -127,11 +141,14 @@ class GroupedRing(Ring):
     share: float = 1.0
 
     @classmethod
-    def empty(cls, reach: int, states: int, width: int, share: float = 1.0) -> GroupedRing:
+    def empty(
+        cls, reach: int, states: int, width: int, change: Change | None = None, share: float = 1.0
+    ) -> GroupedRing:
         """See `Ring.empty`."""
         blocks = -(-states // _kernels.LANES)
+        least_scores = np.zeros((reach, blocks), dtype=np.float32)
         boxes = np.zeros((reach, 2, width, blocks), dtype=np.float32)
-        return cls(*_room(reach, states, width), np.zeros((reach, blocks), dtype=np.float32), boxes, share)
+        return cls(*_room(reach, states, width), *_charge(reach, states, change), least_scores, boxes, share)
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
         """See `Ring.record`."""
@@ -153,6 +170,8 @@ class GroupedRing(Ring):
             _group_kernels.group(scores, tails, continuity, order, (low, high), _kernels.LANES)
             blocks = low // _kernels.LANES, -(-high // _kernels.LANES)
             _group_kernels.pack((scores, tails), least, root, order, blocks, packed)
+            if self.change > 0:
+                _kernels.lay_out_origins(order, blocks, self.origins, self.packed_origins[slot])
 
         list(self.threads.map(lay_out, range(len(borders) - 1)))
         self.orders[slot, : len(order)] = order
@@ -197,7 +216,9 @@ def predecessors(back: Links) -> Links:
     return np.where(inexact(back), -2 - back, back).astype(np.int32)
 
 
-def _room(reach: int, states: int, width: int) -> RingArrays:
+def _room(
+    reach: int, states: int, width: int
+) -> tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray]:
     blocks = -(-states // _kernels.LANES)
     return (
         np.zeros(reach, dtype=np.int64),
@@ -208,3 +229,10 @@ def _room(reach: int, states: int, width: int) -> RingArrays:
         np.zeros((reach, blocks, _kernels.LANES), dtype=np.float32),
         np.zeros((reach, blocks, width, _kernels.LANES), dtype=np.float32),
     )
+
+
+def _charge(reach: int, states: int, change: Change | None) -> tuple[Links, npt.NDArray[np.int32], float]:
+    """Origins, room to lay them out in where a change of origin costs something, and what it costs."""
+    origins, cost = change or (np.zeros(states), 0.0)
+    blocks = -(-states // _kernels.LANES) if cost > 0 else 0
+    return np.array(origins, dtype=np.int32), np.zeros((reach, blocks, _kernels.LANES), dtype=np.int32), float(cost)

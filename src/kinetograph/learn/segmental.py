@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -58,11 +59,16 @@ class SegmentalSearch:
         Of many states, the share of a step's states that are worked out; the others get lower bounds of their scores.
     reuse : Reuse, optional
         What it costs to use something again; None makes it free.
+    origins : ndarray of int, shape (S,), optional
+        Where each state comes from, such as a person; -1 for a state that belongs to every origin.
+    change : float
+        What it costs more where a state has another origin than its predecessor; nothing where either has -1.
 
     Raises
     ------
     DataError
-        For durations that are not ascending whole numbers of 1 or more, and for weights out of range.
+        For durations that are not ascending whole numbers of 1 or more, for weights out of range, and for origins that
+        are not one for each state, or a cost of change without them.
     """
 
     durations: IntArray
@@ -70,6 +76,8 @@ class SegmentalSearch:
     beam: float | None = None
     share: float = 1.0
     reuse: Reuse | None = None
+    origins: IntArray | None = None
+    change: float = 0.0
 
     def __post_init__(self) -> None:
         durations = np.asarray(self.durations, dtype=np.int64)
@@ -82,6 +90,14 @@ class SegmentalSearch:
             raise DataError(f"a beam's width must be 0 or more, found {self.beam}")
         if not 0 < self.share <= 1:
             raise DataError(f"the share of states worked out must be above 0 and at most 1, found {self.share}")
+        if not 0 <= self.change < np.inf:
+            raise DataError(f"the cost of a change of origin must be 0 or more, found {self.change}")
+        if self.origins is None and self.change > 0:
+            raise DataError("a change of origin costs something: expected the origin of each state, found none")
+        if self.origins is not None:
+            object.__setattr__(self, "origins", np.asarray(self.origins, dtype=np.int64))
+            if np.shape(self.origins) != durations.shape:
+                raise DataError(f"expected an origin for each of {len(durations)} states, found {len(self.origins)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +161,7 @@ class SegmentalPath:
     starts, stops : ndarray of int, shape (L,)
         First and last steps of the states.
     score : float
-        Equation 4.5, and the cost of reuse.
+        Equation 4.5, and the cost of reuse and of changes of origin.
     pairs : int
         How many pairs of states were evaluated.
     proved : bool
@@ -206,9 +222,10 @@ def padded_width(width: int) -> int:
 def empty_ring(search: SegmentalSearch, states: int, width: int) -> Ring:
     """Room for all steps that a segment may reach back to."""
     reach = int(search.durations[-1]) + 1
-    return (
-        GroupedRing.empty(reach, states, width, search.share) if states >= GROUPED else Ring.empty(reach, states, width)
-    )
+    change = None if search.origins is None else (search.origins, search.change)
+    if states < GROUPED:
+        return Ring.empty(reach, states, width, change)
+    return GroupedRing.empty(reach, states, width, change, search.share)
 
 
 def init(search: SegmentalSearch) -> SearchState:
@@ -263,6 +280,7 @@ def _copied(ring: Ring | None) -> Ring | None:
     """A ring, if there is one, with arrays of its own."""
     if ring is None:
         return None
+    arrays: dict[str, Any]
     arrays = {f.name: v.copy() for f in fields(ring) if isinstance(v := getattr(ring, f.name), np.ndarray)}
     return replace(ring, **arrays)
 
@@ -446,6 +464,23 @@ def trace(search: SegmentalSearch, state: SearchState, end: Ending, time: int, s
     proved = exact and search.beam is None and search.reuse is None
     steps = np.array(starts[::-1]), np.array(stops[::-1])
     return SegmentalPath(np.array(states[::-1]), *steps, end.score, 0, proved, exact)
+
+
+def costs_of_change_to(search: SegmentalSearch, state: int) -> FloatArray:
+    """What a change of origin costs from every state ``(S,)`` to one."""
+    costs = np.zeros(len(search.durations))
+    if search.origins is not None and search.origins[state] >= 0:
+        costs[(search.origins != search.origins[state]) & (search.origins >= 0)] = search.change
+    return costs
+
+
+def cost_of_changes(search: SegmentalSearch, states: IntArray) -> float:
+    """What the changes of origin of a sequence of states ``(L,)`` cost, part of its score."""
+    if search.origins is None:
+        return 0.0
+    origins = search.origins[states]
+    before, after = origins[:-1], origins[1:]
+    return search.change * int(np.sum((before != after) & (before >= 0) & (after >= 0)))
 
 
 def _reuse_paid(state: SearchState, end: Ending) -> float:

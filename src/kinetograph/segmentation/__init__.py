@@ -11,6 +11,7 @@ from kinetograph.segmentation.footplants import CONTACT_ROLES, ContactThresholds
 from kinetograph.segmentation.handholds import HANDS, HoldThresholds, detect_handholds
 from kinetograph.segmentation.intervals import runs
 from kinetograph.segmentation.partners import Couple, StanceThresholds, find_thresholds, notation, transition_of
+from kinetograph.segmentation.uncut import UncutError
 
 __all__ = [
     "CONTACT_ROLES",
@@ -21,6 +22,7 @@ __all__ = [
     "CutAgreement",
     "HoldThresholds",
     "StanceThresholds",
+    "UncutError",
     "compare_cuts",
     "compare_labels",
     "cuts_at_labels",

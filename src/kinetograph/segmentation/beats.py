@@ -16,6 +16,7 @@ from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.motion import Motion, resample
+from kinetograph.segmentation.uncut import UncutError
 
 FEET = ("left_toe", "right_toe")
 """The roles whose landings are looked at."""
@@ -67,16 +68,17 @@ def detect_beats(motions: Sequence[Motion], settings: BeatSettings | None = None
 
     Raises
     ------
-    RequestError
+    UncutError
         If a motion is shorter than four of the longest periods, or no foot moves.
     """
     settings = settings or BeatSettings()
     pulse = common_pulse(motions, settings.smooth)
     if len(pulse) < 4 * settings.period[1] * RATE:
-        found = f"found {len(pulse) / RATE:.1f} s"
-        raise RequestError(f"beats need {4 * settings.period[1]:.1f} s of motion or more, {found}")
+        why = f"shorter than {4 * settings.period[1]:.1f} s, which beats need"
+        raise UncutError(f"found {len(pulse) / RATE:.1f} s of motion; {why}", why)
     if pulse.std() < 1e-9:
-        raise RequestError("no foot ever moves, so there is no beat; cut by fixed length instead (--by fixed)")
+        why = "no foot ever moves, so there is no beat"
+        raise UncutError(f"{why}; cut by fixed length instead (--by fixed)", why)
     pulse = pulse / pulse.std()
     period = tempo(pulse, *(round(p * RATE) for p in settings.period))
     return tuple(float(frame / RATE) for frame in track_beats(pulse, period, settings.evenness))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
 from kinetograph.segmentation.intervals import runs, with_hysteresis
+from kinetograph.segmentation.uncut import UncutError, why_uncut
 from kinetograph.take import Annotation
 
 CONTACT_ROLES = ("left_foot", "left_toe", "right_foot", "right_toe")
@@ -86,7 +86,7 @@ def footplant_cuts(motion: Motion, contacts: tuple[Annotation, ...], shortest: f
 
     Raises
     ------
-    RequestError
+    UncutError
         If there are fewer than two.
     """
     times = sorted(_plants(contacts, "left") + _plants(contacts, "right"))
@@ -95,10 +95,9 @@ def footplant_cuts(motion: Motion, contacts: tuple[Annotation, ...], shortest: f
         if not kept or time - kept[-1] >= shortest:
             kept.append(time)
     if len(kept) < 2:
-        raise RequestError(
-            f"found {len(kept)} footplants in {motion.duration:.1f} s, expected 2 or more; "
-            "is the ground at the feet's height? cut by fixed length instead (--by fixed)"
-        )
+        why = why_uncut(motion, contacts)
+        found = f"found {len(kept)} footplant{'s' if len(kept) != 1 else ''} in {motion.duration:.1f} s"
+        raise UncutError(f"{found}, expected 2 or more; {why}; cut by fixed length instead (--by fixed)", why)
     return tuple(kept)
 
 

@@ -1,0 +1,157 @@
+"""A pure function over items."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from kinetograph.errors import RequestError, WorkError
+from kinetograph.progress import Progress
+from kinetograph.work.cluster import Cluster, require_address
+from kinetograph.work.crews import TRIES, Borrowed, Crew, Inline, Processes
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who works.
+
+    Parameters
+    ----------
+    jobs : int
+        Processes of this machine; with 1, all is done in this process.
+    cluster : str, optional
+        Address of a Dask scheduler, ``tcp://HOST:PORT``, whose workers are used instead.
+
+    Raises
+    ------
+    RequestError
+        For less than one process, both several processes and a cluster, and what is no address.
+    """
+
+    jobs: int = 1
+    cluster: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise RequestError(f"work takes 1 process or more, found {self.jobs}")
+        if self.cluster is not None:
+            require_address(self.cluster)
+            if self.jobs > 1:
+                raise RequestError(f"work is done by {self.jobs} processes here or by a cluster; give one of the two")
+
+
+HERE = Workers()
+"""This process alone."""
+
+
+@contextmanager
+def crew_of(workers: Workers | Executor, *, apart: bool = False) -> Iterator[Crew]:
+    """Those who work, for the block; whatever ends it early stops them. ``apart``: a single process is another one."""
+    crew = Processes(1) if apart else _crew(workers)
+    try:
+        yield crew
+    except BaseException:
+        crew.close(stop=True)
+        raise
+    crew.close(stop=False)
+
+
+def _crew(workers: Workers | Executor) -> Crew:
+    if isinstance(workers, Executor):
+        return Borrowed(workers)
+    if workers.cluster is not None:
+        return Cluster(workers.cluster)
+    return Inline() if workers.jobs == 1 else Processes(workers.jobs)
+
+
+def in_shards(
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    workers: Workers | Executor = HERE,
+    *,
+    count: int = 0,
+    progress: Progress | None = None,
+) -> Iterator[Result]:
+    """Call a function for every item.
+
+    A call whose process dies is made again; one whose process dies three times ends the work.
+
+    Parameters
+    ----------
+    function : callable
+        At the top of a module, so that other processes find it. What it returns depends on its item only.
+    items : iterable
+        Few are taken ahead of what is done, so that they need not fit into memory together. They should be small:
+        paths and names in place of recordings.
+    workers : Workers or Executor
+        An executor of one's own is left open.
+    count : int
+        How many items there are, for the progress.
+    progress : Progress, optional
+        Called with the items done and their number.
+
+    Yields
+    ------
+    object
+        The results, in the order of the items.
+
+    Raises
+    ------
+    WorkError
+        Where processes die again and again, and where a cluster is not there or loses all its workers.
+    """
+    with crew_of(workers) as crew:
+        for done, result in enumerate(_results(crew, function, items), start=1):
+            yield result
+            if progress:
+                progress(done, max(count, done))
+
+
+def _results(crew: Crew, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    waiting: deque[Call[Item, Result]] = deque()
+    for item in items:
+        waiting.append(Call(crew, function, item))
+        if len(waiting) >= crew.ahead():
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
+
+
+class Call(Generic[Item, Result]):
+    """A call that is handed out, and handed out again where it is lost.
+
+    Parameters
+    ----------
+    crew : Crew
+    function : callable
+    item : object
+    """
+
+    def __init__(self, crew: Crew, function: Callable[[Item], Result], item: Item) -> None:
+        self._crew, self._function, self._item = crew, function, item
+        self._future: Future[Result] = crew.submit(function, item)
+
+    def result(self) -> Result:
+        """What the function returned. Raises WorkError where its process has died three times."""
+        for _ in range(TRIES - 1):
+            try:
+                return self._awaited()
+            except BrokenExecutor:
+                self._future = self._crew.submit(self._function, self._item)
+        try:
+            return self._awaited()
+        except BrokenExecutor as error:
+            raise WorkError(
+                f"a process died {TRIES} times over the same work, as where memory runs out; try fewer at once (--jobs)"
+            ) from error
+
+    def _awaited(self) -> Result:
+        result: Result = self._crew.wait(self._future)
+        return result
