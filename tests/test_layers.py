@@ -26,7 +26,7 @@ _LAYERS = (
     {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
     {"rotations", "rows", "sampling", "quaternion_kernels", "work"},
-    {"errors", "arrays", "display", "progress"},
+    {"errors", "arrays", "display", "left_out", "progress"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 

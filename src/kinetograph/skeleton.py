@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -283,6 +283,20 @@ def with_roles(skeleton: Skeleton, overrides: Mapping[str, str | Landmark]) -> S
             raise RequestError(f"unknown role {role!r}; expected one of {', '.join(ROLES)}")
         roles[role] = Landmark(skeleton.index(value)) if isinstance(value, str) else value
     return replace(skeleton, roles=roles)
+
+
+def plain_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Names of joints without the namespace that all share, as in ``actor:Hips``.
+
+    Examples
+    --------
+    >>> plain_names(["a:Hips", "a:Head"]), plain_names(["a:Hips", "Head"])
+    (('Hips', 'Head'), ('a:Hips', 'Head'))
+    """
+    names = tuple(names)
+    space, colon, _ = names[0].rpartition(":") if names else ("", "", "")
+    shared = space + colon
+    return tuple(name[len(shared) :] for name in names) if all(name.startswith(shared) for name in names) else names
 
 
 def same_shape(a: Skeleton, b: Skeleton, tolerance: float = 1e-3) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -140,6 +140,8 @@ class Synthesis:
         Empty where no frame mixes two recordings.
     met : tuple of float, optional
         Seconds at which the keys of keyframe control are met, one per key; empty for other controls.
+    left_out : mapping of str to tuple of str, optional
+        Takes of the library that were not used, by reason.
     """
 
     motion: Motion
@@ -152,6 +154,7 @@ class Synthesis:
     edited: FloatArray = field(default_factory=lambda: np.zeros(0))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
     met: tuple[float, ...] = ()
+    left_out: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def _repr_html_(self) -> str:
         return notebook_html(self)

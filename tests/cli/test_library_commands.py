@@ -88,7 +88,7 @@ def test_takes_of_other_joints_are_named_at_once(files: Path, tmp_path: Path) ->
     save(motion_of(other), files / "d.npz")
     created = run("library", "create", tmp_path / "made", files)
     assert created.returncode == 0
-    said = "(motion) have different joints: 3 joints in a, b, c; 2 joints in d; methods use recordings of the same"
+    said = "(motion) have different joints: 3 joints in a, b, c; 2 joints in d; methods use those of most seconds"
     assert said in created.stderr
     added = run("library", "add", tmp_path / "made", "--take", "e", f"motion={files / 'a.npz'}")
     assert "3 joints in a, b, c and 1 more; 2 joints in d" in added.stderr

@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
-from kinetograph.cli.options import Exclude, Floor, Footskate, LibraryOption, Mirror, Track, Written, add, options
-from kinetograph.cli.output import notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
+from kinetograph.cli.options import (
+    Exclude,
+    Floor,
+    Footskate,
+    LibraryOption,
+    Mirror,
+    Skeletons,
+    Track,
+    Written,
+    add,
+    options,
+)
+from kinetograph.cli.output import left_out, notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
 from kinetograph.cli.reading import Reading
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from kinetograph.formats import ReadOptions
     from kinetograph.keys import Key
     from kinetograph.library import Library
+    from kinetograph.methods.bodies import Bodies
     from kinetograph.synthesis import Synthesis
 
 
@@ -26,7 +41,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Ends:
+class Ends(Skeletons):
     """The poses to go through, and what the motion is made of."""
 
     first: Annotated[str | None, typer.Option("--from", help="First pose: FILE@SECOND or take:NAME@SECOND.")] = None
@@ -44,7 +59,9 @@ class Ends:
 class Answers(Written):
     """What is written."""
 
-    alternatives: Annotated[int, typer.Option(help="How many different motions to write: out.bvh, out_2.bvh, ...")] = 1
+    alternatives: Annotated[
+        int, typer.Option(help="How many different motions to write: out.bvh, out_2.bvh, ...", min=1)
+    ] = 1
 
 
 @options("After the search")
@@ -82,6 +99,7 @@ def inbetween(
     library = open_library(ends.library)
     wanted = _keys(keys, ends, library, reading.read_options)
     method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
+    method = replace(method, bodies=_bodies(ends, wanted, library))
     rng = np.random.default_rng(search.seed)
     model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
     made = inbetween_with(model, wanted, answers.alternatives)
@@ -93,7 +111,15 @@ def inbetween(
     wrote = [str(path) for path in answers.every_file(len(made))]
     summary = _summary(made[0])
     ending = summary if answers.as_json else _in_words(summary)
-    result({**ending, **others, "wrote": wrote}, answers.as_json)
+    left = left_out(made[0], answers.as_json)
+    result({**ending, **others, **left, "wrote": wrote}, answers.as_json)
+
+
+def _bodies(ends: Ends, keys: Sequence[Key], library: Library) -> Bodies:
+    """The skeleton that is named, or that of the first key where the library has it."""
+    from kinetograph.methods.bodies import skeleton_like
+
+    return replace(ends.bodies, like=ends.bodies.like or skeleton_like(library, keys[0].clip.skeleton, ends.track))
 
 
 def _keys(keys: Path | None, ends: Ends, library: Library, options: ReadOptions) -> tuple[Key, ...]:

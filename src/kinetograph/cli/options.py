@@ -25,6 +25,7 @@ import typer
 from typer.models import OptionInfo
 
 if TYPE_CHECKING:
+    from kinetograph.methods.bodies import Bodies
     from kinetograph.work import Workers
 
 _Group = TypeVar("_Group", bound=type)
@@ -139,6 +140,25 @@ Mirror = Annotated[bool, typer.Option("--mirror", help="Use every recording mirr
 Footskate = Annotated[bool, typer.Option(help="Hold planted feet still.")]
 Floor = Annotated[bool, typer.Option(help="Keep the body above the floor, where its recordings do.")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Contact sheet to draw, .png.")]
+
+
+@options()
+class Skeletons:
+    """Which skeleton is used of a library that has several."""
+
+    skeleton_of: Annotated[
+        str | None, typer.Option(help="Of several skeletons use that of this take; default that of most seconds.")
+    ] = None
+    retarget: Annotated[
+        bool, typer.Option("--retarget", help="Bring takes of other skeletons over by roles; else they are left out.")
+    ] = False
+
+    @property
+    def bodies(self) -> Bodies:
+        """The same for the methods."""
+        from kinetograph.methods.bodies import Bodies
+
+        return Bodies(self.skeleton_of or "", self.retarget)
 
 
 @options("Work")

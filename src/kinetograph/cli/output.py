@@ -178,3 +178,9 @@ def summarize(synthesis: Synthesis) -> dict[str, Any]:
         **{name: value for name, value in synthesis.statistics.items() if name.startswith(SHOWN)},
         **{f"cost_of_{name}": value for name, value in synthesis.costs.items()},
     }
+
+
+def left_out(synthesis: Synthesis, as_json: bool) -> dict[str, Any]:
+    """All takes that a synthesis leaves out, by reason, where a machine reads it; people get a line for each reason."""
+    listed = {why: list(takes) for why, takes in synthesis.left_out.items()}
+    return {"left_out": listed} if as_json and listed else {}

@@ -12,9 +12,10 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
-from kinetograph.cli.options import Exclude, LibraryOption, Mirror, TargetTrack, Written, add, options
+from kinetograph.cli.options import Exclude, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
+    left_out,
     notes,
     progress_bar,
     refuse_existing,
@@ -42,7 +43,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Inputs:
+class Inputs(Skeletons):
     """The control, and the recordings that the motion is made of."""
 
     control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")]
@@ -151,19 +152,20 @@ def perform(
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import together
-    from kinetograph.methods.performance import only_track, require_moves
+    from kinetograph.methods.performance import only_track, read_control, require_moves
     from kinetograph.pipeline import open_library
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
+    performed = following.performed(wanted)
     with compilation_announced():
         rules = search.rules
+        read_control(method, performed)  # what cannot be performed is refused before the library is read
         model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
         if answers.transcript:
             require_moves(model.fitted)
-        performed = following.performed(wanted)
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = outcome(made[0], model, performed)
@@ -189,7 +191,8 @@ def _configuration(
     channels = control.names if isinstance(control, Signal) and not control.spatial else ()
     method = performance_control(search, following, mirror=inputs.mirror, partners=partners, channels=channels)
     first = 0.0 if following.facing is None else FIRST_FACING
-    return replace(method, keep_time=following.keep_time, stand=following.stand, first_facing=first)
+    method = replace(method, keep_time=following.keep_time, stand=following.stand, first_facing=first)
+    return replace(method, bodies=inputs.bodies)
 
 
 def _synthesised(
@@ -212,7 +215,8 @@ def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) 
     listed = {"breakdown": rows} if rows and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
     ending = summary if answers.as_json else in_words(summary)
-    result({**ending, **costs, **listed, "wrote": wrote}, answers.as_json)
+    left = left_out(made[0], answers.as_json)
+    result({**ending, **costs, **listed, **left, "wrote": wrote}, answers.as_json)
 
 
 def breakdown(synthesis: Synthesis) -> list[dict[str, Any]]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, sensor_control
-from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Track, Written, add, options
+from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Skeletons, Track, Written, add, options
 from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
+    left_out,
     notes,
     progress_bar,
     refuse_existing,
@@ -32,7 +34,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Recordings:
+class Recordings(Skeletons):
     """What the motion is made of."""
 
     library: LibraryOption
@@ -62,22 +64,24 @@ def sense(
 
     Example: kinetograph sense swing.csv -l golf --layout mine.toml -o swing.bvh
     """
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import noted, open_library
     from kinetograph.sensing import kinds_of
 
     refuse_unknown_formats(written.output)
     refuse_existing(written.files, written.force)
     rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
+    method = replace(method, bodies=recordings.bodies)
     model = method.fit(
         open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track
     )
     with progress_bar("sensing") as progress:
-        synthesis = model.synthesize(rows, progress)
+        synthesis = noted(model.synthesize(rows, progress), model.notes, model.left_out)
     notes(synthesis.warnings)
     write_synthesis(synthesis, written, None, readings.name)
     summary = _summary(synthesis)
     ending = summary if written.as_json else sensed_in_words(summary)
+    ending |= left_out(synthesis, written.as_json)
     result({**ending, "wrote": [str(path) for path in written.files]}, written.as_json)
 
 

@@ -31,6 +31,7 @@ def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) 
         "costs": dict(synthesis.costs),
         "statistics": dict(synthesis.statistics),
         "warnings": synthesis.warnings,
+        "left_out": {why: list(takes) for why, takes in synthesis.left_out.items()},
         "pieces": [
             {**asdict(piece), "held": piece.held, "stretch": None if piece.held else piece.stretch}
             for piece in synthesis.pieces

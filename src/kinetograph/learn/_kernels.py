@@ -34,6 +34,8 @@ Charge = tuple[float, Links, npt.NDArray[np.int32]]
 out like scores ``(R, B, LANES)``, without blocks where a change is free."""
 StepCharge = tuple[float, Links, npt.NDArray[np.int32]]
 """The same of one step: laid out ``(B, LANES)``."""
+Packed = tuple[SingleArray, SingleArray, StepCharge]
+"""One step's scores ``(B, LANES)`` and tails ``(B, K, LANES)`` in blocks, and what a change of origin costs."""
 RingArrays = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, SingleArray, SingleArray, Charge]
 """The latest R steps; see `extend`."""
 Span = tuple[int, int, SingleArray, Links]
@@ -133,13 +135,7 @@ def lane_of(bits: Links, least: np.int32) -> np.int32:
 
 
 @compiled
-def scan(
-    heads: SingleArray,
-    packed: tuple[SingleArray, SingleArray, StepCharge],
-    order: IntArray,
-    live: int,
-    span: Span,
-) -> int:
+def scan(heads: SingleArray, packed: Packed, order: IntArray, live: int, span: Span) -> int:
     """Lower the bounds of the states of a span to their minima; returns how many pairs were evaluated.
 
     Blocks are in the outer loop: one stays in the fastest cache while all states pass over it.

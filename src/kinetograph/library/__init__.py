@@ -6,7 +6,8 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
-from kinetograph.library.info import Info, TrackInfo
+from kinetograph.library.info import Info, Joints, TrackInfo
+from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import (
     UNFINISHED,
@@ -15,6 +16,7 @@ from kinetograph.library.store import (
     contents,
     describe_takes,
     facts_of,
+    joints_of,
     labels,
     skeletons,
 )
@@ -22,8 +24,10 @@ from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
     "UNFINISHED",
+    "Entry",
     "Facts",
     "Info",
+    "Joints",
     "Library",
     "Report",
     "Selection",
@@ -32,14 +36,20 @@ __all__ = [
     "add_stream",
     "annotations_of",
     "back_up",
+    "clear",
     "contents",
     "describe_takes",
+    "entries",
     "export_annotations",
     "facts_of",
     "import_annotations",
+    "joints_of",
+    "kept",
     "labels",
+    "limit_of",
     "read_annotations",
     "read_times",
     "salvage",
+    "set_limit",
     "skeletons",
 ]

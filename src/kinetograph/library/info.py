@@ -11,7 +11,10 @@ from typing import Any
 from kinetograph.library import catalogue, storage
 from kinetograph.library.digests import Damaged
 from kinetograph.library.records import read_skeleton
+from kinetograph.skeleton import plain_names
 
+Joints = tuple[tuple[str, ...], tuple[int, ...]]
+"""Names of joints without namespaces, and their parents."""
 _TYPES = (str, str, str, float, int, int)
 
 
@@ -117,6 +120,23 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
     return {take: tuple(pairs) for take, pairs in found.items()}
 
 
+def list_joints(folder: Path) -> tuple[tuple[str, str, Joints], ...]:
+    """The joints of every motion of the library in a folder, without reading frames. Raises LibraryError.
+
+    Returns
+    -------
+    tuple of (str, str, Joints)
+        Take, track, and the names of the joints, without namespaces, with their parents.
+    """
+    with catalogue.reading(folder) as db:
+        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
+        rows = db.execute(
+            "SELECT takes.name, tracks.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
+            "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
+        )
+        return tuple((str(take), str(track), joints.get(skeleton, ((), ()))) for take, track, skeleton in rows)
+
+
 def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
     """The motions of the library in a folder by their joints, without reading frames. Raises LibraryError.
 
@@ -125,20 +145,12 @@ def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
     dict of str to list of tuple of int and list of str
         By name of the track, one for each different set of joints: the number of joints, and the takes in order.
     """
-    found: dict[str, dict[str, tuple[int, list[str]]]] = {}
-    with catalogue.reading(folder) as db:
-        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
-        rows = db.execute(
-            "SELECT tracks.name, takes.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
-            "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
-        )
-        for track, take, skeleton in rows:
-            names, parents = joints.get(skeleton, ((), ()))
-            of_joints = found.setdefault(str(track), {}).setdefault(repr((names, parents)), (len(names), []))
-            of_joints[1].append(str(take))
+    found: dict[str, dict[Joints, tuple[int, list[str]]]] = {}
+    for take, track, joints in list_joints(folder):
+        found.setdefault(track, {}).setdefault(joints, (len(joints[0]), []))[1].append(take)
     return {track: list(groups.values()) for track, groups in found.items()}
 
 
-def _joints(db: sqlite3.Connection, digest: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+def _joints(db: sqlite3.Connection, digest: str) -> Joints:
     skeleton = read_skeleton(db, digest)
-    return skeleton.names, tuple(skeleton.parents.tolist())
+    return plain_names(skeleton.names), tuple(skeleton.parents.tolist())

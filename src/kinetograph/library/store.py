@@ -17,7 +17,16 @@ from kinetograph.library import catalogue, frame_files, headers, schema, storage
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
-from kinetograph.library.info import Info, TrackInfo, count, list_labels, list_skeletons, list_tracks
+from kinetograph.library.info import (
+    Info,
+    Joints,
+    TrackInfo,
+    count,
+    list_joints,
+    list_labels,
+    list_skeletons,
+    list_tracks,
+)
 from kinetograph.library.repair import examine
 from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
@@ -25,8 +34,10 @@ from kinetograph.take import Annotation, Take
 
 UNFINISHED = "unfinished"
 """A file in the folder of a library that a command has begun to fill."""
+KEPT = "kept"
+"""The folder in that of a library for what has been made of it."""
 _FIRST_FRAMES = "frames-1.bin"
-_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED}
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED, KEPT}
 
 
 @dataclass(frozen=True)
@@ -248,6 +259,12 @@ def contents(library: Library) -> tuple[TrackInfo, ...]:
 def skeletons(library: Library) -> dict[str, list[tuple[int, list[str]]]]:
     """The motions of a library by their joints: of each name of a track, the number of joints and the takes."""
     return list_skeletons(library.path)
+
+
+def joints_of(library: Library) -> dict[tuple[str, str], Joints]:
+    """The joints of every motion of a library, by take and track, without reading its frames."""
+    chosen = frozenset(library.names())
+    return {(take, track): joints for take, track, joints in list_joints(library.path) if take in chosen}
 
 
 def labels(library: Library) -> dict[str, tuple[tuple[str, str], ...]]:

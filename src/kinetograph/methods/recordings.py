@@ -1,25 +1,28 @@
 """From a library to the recordings that a method learns from: one collector for all methods.
 
-A name to leave out that the library does not have is refused, a looping clip is played several times, and every
-recording is put on the skeleton of the first.
+A name to leave out that the library does not have is refused, a looping clip is played several times, recordings of
+another skeleton are left out or brought over, and every recording is put on the skeleton of the first.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions
+from kinetograph.left_out import LeftOut, together
 from kinetograph.library import Library
+from kinetograph.methods.bodies import Bodies, bring_over, choose_takes, cost_lines, notes_on
 from kinetograph.motion import Motion, repeat
+from kinetograph.post.retargeting_error import RetargetingError
 from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
-from kinetograph.skeleton import Skeleton, opposite, same_shape
+from kinetograph.skeleton import Skeleton, opposite, plain_names, same_shape
 from kinetograph.take import Annotation, Take
 
 ALIKE = 0.05
@@ -66,6 +69,25 @@ class Recording:
         return noted or detect_contacts(self.motion, track=self.track)
 
 
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """The recordings of a library that a method uses.
+
+    Parameters
+    ----------
+    recordings : tuple of Recording
+        All with the same joints.
+    left : mapping of str to tuple of str
+        Takes that are left out, by reason.
+    notes : tuple of str
+        What a person should know of both, a line each.
+    """
+
+    recordings: tuple[Recording, ...]
+    left: LeftOut = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
 def collect(
     library: Library,
     *,
@@ -73,56 +95,80 @@ def collect(
     track: str | None = None,
     progress: Progress | None = None,
 ) -> tuple[Recording, ...]:
-    """Every take's motion, as it was recorded.
+    """Every take's motion, as it was recorded; of several skeletons, those of most seconds. See `gather`."""
+    return gather(library, exclude=exclude, track=track, progress=progress).recordings
+
+
+def gather(
+    library: Library,
+    bodies: Bodies | None = None,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
+) -> Gathered:
+    """Every take's motion, as it was recorded or, where it has another skeleton and that is asked for, brought over.
 
     Parameters
     ----------
     library : Library
+    bodies : Bodies, optional
+        Which skeleton is used where there are several, and whether takes of others are brought over or left out.
     exclude : iterable of str
         Names of takes to leave out.
     track : str, optional
         Name of the motions' track; needed where takes have several motions.
     progress : Progress, optional
 
+    Returns
+    -------
+    Gathered
+
     Raises
     ------
     RequestError
-        For a name to leave out that is not there, for a library without takes to use, and for skeletons of
-        different joints.
+        For a name to leave out that is not there, and for a library without takes to use.
     """
-    left_out = tuple(exclude)
-    names = library.names()
-    if unknown := sorted(set(left_out) - set(names)):
-        raise RequestError(f"no take {unknown[0]!r} to leave out; there are {', '.join(names) or 'none'}")
-    found = []
-    for done, name in enumerate(names, start=1):
-        if name not in left_out:
-            take = library.take(name)
-            found.append(Recording(take, *take.named_motion(track)))
+    chosen = choose_takes(library, bodies, exclude=exclude, track=track)
+    skeleton = library.take(chosen.first).motion(chosen.tracks[chosen.first]).skeleton if chosen.others else None
+    found: list[Recording] = []
+    costs: dict[str, tuple[Skeleton, RetargetingError]] = {}
+    failed: dict[str, tuple[str, ...]] = {}
+    for done, name in enumerate(chosen.names, start=1):
+        take = library.take(name)
+        recording = Recording(take, chosen.tracks[name], take.motion(chosen.tracks[name]))
+        if skeleton is not None and name in chosen.others:
+            try:
+                recording, cost = brought_over(recording, skeleton)
+                costs[name] = cost
+                found.append(recording)
+            except RequestError as error:
+                failed = together(failed, {f"which cannot be brought over: {error}": (name,)})
+        else:
+            found.append(recording)
         if progress:
-            progress(done, len(names))
-    if not found:
-        raise RequestError("the library has no take to use; add recordings, or exclude fewer")
-    require_same_joints(found)
-    return tuple(found)
+            progress(done, len(chosen.names))
+    left = together(chosen.left, failed)
+    told = cost_lines(costs, skeleton) if skeleton is not None else ()
+    return Gathered(tuple(found), left, (*notes_on(left), *told))
 
 
-def require_same_joints(recordings: Iterable[Recording]) -> None:
-    """Raise RequestError where recordings have skeletons of different joints."""
-    first: Recording | None = None
-    for recording in recordings:
-        first = first or recording
-        if not same_joints(first.motion.skeleton, recording.motion.skeleton):
-            raise RequestError(
-                f"takes {first.name!r} ({len(first.motion.skeleton)} joints) and {recording.name!r} "
-                f"({len(recording.motion.skeleton)} joints) have different skeletons; retarget one of them first, "
-                "or put it in a library of its own"
-            )
+def brought_over(recording: Recording, skeleton: Skeleton) -> tuple[Recording, tuple[Skeleton, RetargetingError]]:
+    """A recording on another skeleton by roles; the skeleton that it had, and what that cost.
+
+    Raises RequestError for a skeleton without hips or legs.
+    """
+    motion = recording.motion
+    alone = sum(isinstance(track, Motion) for track in recording.take.tracks.values()) == 1
+    notes = tuple(note for note in recording.take.annotations if note.track == recording.track)
+    made, cost = bring_over(motion, skeleton, notes, alone=alone)
+    take = replace(recording.take, tracks={**recording.take.tracks, recording.track: made})
+    return replace(recording, take=take, motion=made), (motion.skeleton, cost)
 
 
 def same_joints(a: Skeleton, b: Skeleton) -> bool:
     """Whether two skeletons have the same joints, whatever the lengths of their bones."""
-    return a.names == b.names and np.array_equal(a.parents, b.parents)
+    return plain_names(a.names) == plain_names(b.names) and np.array_equal(a.parents, b.parents)
 
 
 def looped(recording: Recording) -> Recording:
@@ -139,6 +185,8 @@ def adopt(motion: Motion, skeleton: Skeleton, *, scaled: bool = True) -> Motion:
     A body of nearly the same build is lifted to stand on the floor that it stood on. That of another build has its
     root's path scaled with the legs, unless ``scaled`` is false, as where it must stay with a partner.
     """
+    if motion.skeleton.names != skeleton.names:  # of another namespace
+        motion = replace(motion, skeleton=replace(motion.skeleton, names=skeleton.names))
     if same_shape(motion.skeleton, skeleton):
         return motion
     if scaled and not same_shape(motion.skeleton, skeleton, tolerance=ALIKE):

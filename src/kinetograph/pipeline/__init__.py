@@ -31,6 +31,7 @@ _ROOMS = {
     "index_takes": "finding",
     "label_partners": "labelling",
     "matches": "finding",
+    "noted": "noting",
     "open_library": "libraries",
     "perform": "performing",
     "perform_alternatives": "performing",
@@ -68,6 +69,7 @@ __all__ = [
     "index_takes",
     "label_partners",
     "matches",
+    "noted",
     "open_library",
     "perform",
     "perform_alternatives",
@@ -109,6 +111,7 @@ if TYPE_CHECKING:
         read_takes,
         recordings_in,
     )
+    from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,
         perform,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.pipeline.noting import noted
 from kinetograph.synthesis import Synthesis
 
 
@@ -39,5 +41,8 @@ def inbetween(
 
 
 def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) -> tuple[Synthesis, ...]:
-    """Motions through keys by a fitted model; see `inbetween`."""
-    return model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)
+    """Motions through keys by a fitted model, whose notes are among the warnings; see `inbetween`."""
+    if count < 1:
+        raise RequestError(f"alternatives are 1 motion or more, found {count}")
+    made = model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)
+    return tuple(noted(each, model.notes, model.left_out) for each in made)

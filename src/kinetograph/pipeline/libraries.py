@@ -70,7 +70,7 @@ def _unfinished(folder: Path) -> bool:
 
 
 def differing_skeletons(library: Library) -> tuple[str, ...]:
-    """Say which takes have different joints, since a method uses recordings of the same joints only.
+    """Say which takes have different joints, since a method uses those of one skeleton unless asked for more.
 
     Parameters
     ----------
@@ -84,8 +84,7 @@ def differing_skeletons(library: Library) -> tuple[str, ...]:
     return tuple(
         f"{library.path}: the takes' skeletons ({track}) have different joints: "
         + "; ".join(f"{joints} joints in {_listed(takes)}" for joints, takes in groups)
-        + "; methods use recordings of the same joints only: retarget the others (kinetograph convert --retarget), "
-        "or make a library of each"
+        + "; methods use those of most seconds: --skeleton-of TAKE uses others, --retarget brings all to one skeleton"
         for track, groups in skeletons(library).items()
         if len(groups) > 1
     )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule, only_track, smooth_path
 from kinetograph.motion import Motion
+from kinetograph.pipeline.noting import noted
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
@@ -80,8 +81,7 @@ def perform_with(
     progress: Progress | None = None,
 ) -> Synthesis:
     """Perform a control with a fitted model, whose notes are among the warnings; see `perform`."""
-    result = model.synthesize(smoothed(control, smoothing), progress, rules)
-    return replace(result, warnings=(*model.notes, *result.warnings))
+    return noted(model.synthesize(smoothed(control, smoothing), progress, rules), model.notes, model.fitted.left_out)
 
 
 def perform_alternatives(
@@ -117,7 +117,7 @@ def perform_alternatives(
         For a control that cannot be performed.
     """
     results = model.alternatives(smoothed(control, smoothing), count, rules, alike=alike)
-    return tuple(replace(each, warnings=(*model.notes, *each.warnings)) for each in results)
+    return tuple(noted(each, model.notes, model.fitted.left_out) for each in results)
 
 
 def smoothed(control: Take | Signal | Motion, smoothing: Smoothing | None) -> Take | Signal | Motion:

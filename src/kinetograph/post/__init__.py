@@ -23,6 +23,7 @@ from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
 from kinetograph.post.retargeting import Retargeted, retarget
+from kinetograph.post.retargeting_error import RetargetingError, pooled, retargeting_error
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
 from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overlaps, torso_of
 
@@ -46,6 +47,7 @@ __all__ = [
     "PostSettings",
     "Repertoire",
     "Retargeted",
+    "RetargetingError",
     "TorsoSettings",
     "Undersides",
     "Waypoint",
@@ -81,12 +83,14 @@ __all__ = [
     "parse_table",
     "planted_feet",
     "planted_roles",
+    "pooled",
     "pose_of",
     "put_ends",
     "raise_feet",
     "read_table",
     "recorded_lows",
     "retarget",
+    "retargeting_error",
     "seen_ranges",
     "smooth_weights",
     "smoothstep",

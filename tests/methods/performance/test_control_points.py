@@ -113,7 +113,7 @@ def test_segments_of_several_cuts_begin_at_every_cut(tmp_path: Path) -> None:
 def test_partners_without_cuts_are_cut_at_their_beats(tmp_path: Path) -> None:
     take = _pair("a", 0.0)
     model = _METHOD.fit(_library(tmp_path, Take("a", take.tracks)), track="follower")
-    assert model.notes == ("a: no cuts in the library; cut at beats",)
+    assert model.notes == ("1 take had no cuts and was cut at beats (a); library segment does so once",)
     durations = [s.duration for s in model.fitted.instances.segments]
     np.testing.assert_allclose(durations, 0.5, atol=0.1)
 

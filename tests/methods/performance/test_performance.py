@@ -137,7 +137,7 @@ def test_blending_and_cleanup_leave_what_fits_nearly_as_it_is(tmp_path: Path) ->
 
 def test_a_recording_without_cuts_is_cut_at_its_footplants_and_says_so(tmp_path: Path) -> None:
     model = PerformanceControl(stand=False).fit(_library(tmp_path, Take("walk", {"body": walk(4.0)})))
-    assert model.notes == ("walk: no cuts in the library; cut at footplants",)
+    assert model.notes == ("1 take had no cuts and was cut at footplants (walk); library segment does so once",)
     starts = [s.start for s in model.fitted.instances.segments]
     np.testing.assert_allclose(starts, np.arange(1, 7) / 2, atol=0.05)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,10 +83,23 @@ def collect_examples(
     Raises
     ------
     RequestError
-        For a name to leave out that is not there, for a library without takes to use, and for skeletons of different
-        joints.
+        For a name to leave out that is not there, and for a library without takes to use.
     """
     recordings = collect(library, exclude=exclude, track=track, progress=progress)
+    return examples_of(recordings, rate, mirror=mirror)
+
+
+def examples_of(recordings: Sequence[Recording], rate: float, *, mirror: bool = False) -> tuple[Example, ...]:
+    """Recordings of the same joints as examples, on the skeleton of the first.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    rate : float
+        Frames per second of the examples.
+    mirror : bool
+        Also make an example of every motion with left and right exchanged.
+    """
     skeleton = recordings[0].motion.skeleton
     examples: list[Example] = []
     for recording in recordings:

@@ -9,12 +9,15 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key, check_order
+from kinetograph.left_out import LeftOut
 from kinetograph.library import Library
+from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.keyframe.around import solve_around
-from kinetograph.methods.keyframe.examples import Example, collect_examples
+from kinetograph.methods.keyframe.examples import Example, examples_of
 from kinetograph.methods.keyframe.live import LiveKeys
 from kinetograph.methods.keyframe.solver import FittedSolver, Solver
 from kinetograph.methods.keyframe.timed_search import TimedSearch
+from kinetograph.methods.recordings import gather
 from kinetograph.post.assemble import PostSettings
 from kinetograph.progress import Progress
 from kinetograph.synthesis import Synthesis
@@ -34,6 +37,8 @@ class KeyframeControl:
         Also use every recording with left and right exchanged.
     post : PostSettings
         How the timed search's pieces are joined.
+    bodies : Bodies
+        Which skeleton is used of a library that has several.
 
     Raises
     ------
@@ -50,6 +55,7 @@ class KeyframeControl:
     rate: float = 30.0
     mirror: bool = False
     post: PostSettings = field(default_factory=PostSettings)
+    bodies: Bodies = field(default_factory=Bodies)
 
     def __post_init__(self) -> None:
         if isinstance(self.solver, type) or not isinstance(self.solver, Solver):
@@ -83,12 +89,12 @@ class KeyframeControl:
         Raises
         ------
         RequestError
-            For a name to leave out that is not there, for an empty library, or where takes have different joints.
+            For a name to leave out that is not there, and for a library without takes to use.
         """
-        examples = collect_examples(
-            library, self.rate, mirror=self.mirror, exclude=exclude, track=track, progress=progress
-        )
-        return KeyframeModel(self, examples, self.solver.fit(examples, rng or np.random.default_rng(0)))
+        gathered = gather(library, self.bodies, exclude=exclude, track=track, progress=progress)
+        examples = examples_of(gathered.recordings, self.rate, mirror=self.mirror)
+        fitted = self.solver.fit(examples, rng or np.random.default_rng(0))
+        return KeyframeModel(self, examples, fitted, gathered.notes, gathered.left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +107,17 @@ class KeyframeModel:
     examples : tuple of Example
     fitted : FittedSolver
         What the method's solver learned of the examples.
+    notes : tuple of str
+        What a person should know of how the library was read.
+    left_out : mapping of str to tuple of str
+        Takes of the library that are not used, by reason.
     """
 
     method: KeyframeControl
     examples: tuple[Example, ...]
     fitted: FittedSolver
+    notes: tuple[str, ...] = ()
+    left_out: LeftOut = field(default_factory=dict)
 
     def synthesize(self, keys: Sequence[Key]) -> Synthesis:
         """A motion from key to key.

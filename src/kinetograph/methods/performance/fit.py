@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from kinetograph.errors import RequestError
+from kinetograph.left_out import LeftOut, by_reason, left_out_lines, shortened, takes_counted, together
 from kinetograph.library import Library
 from kinetograph.methods.performance.clustering import cluster_segments
 from kinetograph.methods.performance.control_points import GroundPath
@@ -13,10 +15,14 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.segments import Source, build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.methods.performance.sources import UncutError, sources_of
+from kinetograph.methods.performance.sources import sources_of
 from kinetograph.methods.performance.standing import calm_poses
-from kinetograph.methods.recordings import Recording, collect
+from kinetograph.methods.recordings import Gathered, gather
 from kinetograph.progress import Progress
+from kinetograph.segmentation import UncutError
+
+MEND = "cut such takes by fixed length or by hand to use them (kinetograph library segment LIB --by fixed --take NAME)"
+"""What a person can do about takes without cuts."""
 
 
 def fit(
@@ -29,8 +35,8 @@ def fit(
     progress: Progress | None = None,
 ) -> Fitted:
     """Collect the recordings of a library, cut them into segments and stretch those; see `PerformanceControl.fit`."""
-    recordings = collect(library, exclude=exclude, track=track, progress=progress)
-    sources, notes = _sources(settings, recordings)
+    gathered = gather(library, settings.bodies, exclude=exclude, track=track, progress=progress)
+    sources, uncut, notes = _sources(settings, gathered)
     segments = cut_segments(tuple(sources), settings.longest, settings.span)
     if settings.cluster is not None:
         kept = cluster_segments(tuple(sources), segments, settings, rng)
@@ -40,25 +46,56 @@ def fit(
         segments = (*segments, *calm_poses(sources))
     instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
     own = own_cost(settings, tuple(sources), instances)
-    return Fitted(settings, tuple(sources), instances, tuple(notes), own)
+    left = together(gathered.left, uncut)
+    return Fitted(settings, tuple(sources), instances, (*gathered.notes, *notes), own, left)
 
 
-def _sources(settings: PerformanceSettings, recordings: Iterable[Recording]) -> tuple[list[Source], list[str]]:
-    """The recordings that have cuts, or in which cuts are found; raises UncutError where none has."""
+def _sources(
+    settings: PerformanceSettings, gathered: Gathered
+) -> tuple[list[Source], dict[str, tuple[str, ...]], list[str]]:
+    """The recordings that have cuts, or in which cuts are found, the takes that are left out, and notes on both.
+
+    Raises RequestError where none is left.
+    """
     sources: list[Source] = []
-    notes: list[str] = []
-    uncut: list[UncutError] = []
-    skeleton = None
-    for recording in recordings:
-        skeleton = skeleton or recording.motion.skeleton
+    cut_at: list[tuple[str, str]] = []
+    failed: dict[str, RequestError] = {}
+    skeleton = gathered.recordings[0].motion.skeleton
+    for recording in gathered.recordings:
         try:
-            made, cut_at = sources_of(settings, recording, skeleton)
-        except UncutError as error:
-            uncut.append(error)
+            made, cuts = sources_of(settings, recording, skeleton)
+        except RequestError as error:
+            failed[recording.name] = error
             continue
         sources += made
-        if cut_at:
-            notes.append(f"{recording.name}: no cuts in the library; cut at {cut_at}")
-    if uncut and not sources:
-        raise uncut[0]
-    return sources, [*notes, *(f"{error}; left out" for error in uncut)]
+        if cuts:
+            cut_at.append((recording.name, cuts))
+    uncut = by_reason((name, _why(name, error)) for name, error in failed.items())
+    if failed and not sources:
+        raise _nothing(failed, uncut)
+    return sources, uncut, [*_cut_here(cut_at), *_left_here(uncut)]
+
+
+def _why(name: str, error: RequestError) -> str:
+    """Why a take is left out, without its name."""
+    return error.why if isinstance(error, UncutError) else str(error).removeprefix(f"take {name!r}: ")
+
+
+def _nothing(failed: Mapping[str, RequestError], uncut: LeftOut) -> RequestError:
+    """Why no take is left: the reason of the only one, or all of them."""
+    if len(failed) == 1:
+        return next(iter(failed.values()))
+    return RequestError(f"no take can be used; {'; '.join(left_out_lines(uncut))}; {MEND}")
+
+
+def _cut_here(cut_at: Iterable[tuple[str, str]]) -> Iterable[str]:
+    """What takes without cuts are cut at."""
+    for cuts, takes in by_reason((name, cuts) for name, cuts in cut_at).items():
+        were = "was" if len(takes) == 1 else "were"
+        cut = f"{takes_counted(len(takes))} had no cuts and {were} cut at {cuts}"
+        yield f"{cut} ({shortened(takes)}); library segment does so once"
+
+
+def _left_here(uncut: LeftOut) -> Iterable[str]:
+    lines = list(left_out_lines(uncut))
+    return [*lines[:-1], f"{lines[-1]}; {MEND}"] if lines else ()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.learn import Reuse, SegmentalSearch, fading
+from kinetograph.left_out import LeftOut
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
@@ -69,6 +70,8 @@ class Fitted:
         What a person should know of how the library was read.
     own_cost : float, optional
         What the segments cost per second when they are explained by other takes.
+    left_out : mapping of str to tuple of str
+        Takes of the library that are not used, by reason.
     """
 
     settings: PerformanceSettings
@@ -76,6 +79,7 @@ class Fitted:
     instances: Instances
     notes: tuple[str, ...] = ()
     own_cost: float | None = None
+    left_out: LeftOut = field(default_factory=dict)
 
     @property
     def search(self) -> SegmentalSearch:

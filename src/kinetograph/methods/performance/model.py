@@ -83,7 +83,7 @@ class PerformanceControl(PerformanceSettings):
         Raises
         ------
         RequestError
-            For a name to leave out that is not there, skeletons of different joints, or no segment.
+            For a name to leave out that is not there, and where no take has a segment.
         """
         return PerformanceModel(fit(self, library, exclude=exclude, track=track, rng=rng, progress=progress))
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.learn import Alignment, Ground
+from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.performance.control_points import ControlPoints, GroundPath
 from kinetograph.methods.recordings import SIDES
 from kinetograph.post.assemble import PostSettings
@@ -72,6 +73,8 @@ class PerformanceSettings:
         m^2 s per squared radian; see `begin_facing`.
     post : PostSettings
         What happens to the chosen segments afterwards.
+    bodies : Bodies
+        Which skeleton is used of a library that has several.
 
     Raises
     ------
@@ -97,6 +100,7 @@ class PerformanceSettings:
     keep_time: bool = False
     first_facing: float = 0.0
     post: PostSettings = field(default_factory=PostSettings)
+    bodies: Bodies = field(default_factory=Bodies)
 
     def __post_init__(self) -> None:
         if not self.targets:

@@ -18,14 +18,10 @@ from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, headings, resample, sample
 from kinetograph.post.torsos import has_torso, overlaps, torso_of
 from kinetograph.sampling import interpolate
-from kinetograph.segmentation import detect_beats, detect_handholds, footplant_cuts
+from kinetograph.segmentation import UncutError, detect_beats, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Track
-
-
-class UncutError(RequestError):
-    """A take without cuts in which none can be found."""
 
 
 def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
@@ -85,8 +81,11 @@ def _cuts(recording: Recording, partner: Track | None) -> tuple[tuple[float, ...
         if isinstance(partner, Motion):
             return detect_beats([recording.motion, partner]), contacts, "beats"
         return footplant_cuts(recording.motion, contacts), contacts, "footplants"
-    except RequestError as error:
-        raise UncutError(f"take {recording.name!r}: {error}") from error
+    except UncutError as error:
+        mend = (
+            f"cut it by hand or by fixed length (kinetograph library segment LIB --by fixed --take {recording.name!r})"
+        )
+        raise UncutError(f"take {recording.name!r} cannot be cut: {error.why}; {mend}", error.why) from error
 
 
 def annotated_cuts(recording: Recording) -> tuple[float, ...]:

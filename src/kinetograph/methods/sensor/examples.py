@@ -10,8 +10,10 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.left_out import by_reason, left_out_lines, together
 from kinetograph.library import Library
-from kinetograph.methods.recordings import adopt, collect
+from kinetograph.methods.bodies import Bodies
+from kinetograph.methods.recordings import Gathered, adopt, gather
 from kinetograph.methods.sensor.pose_space import PoseSpace, fit_pose_space
 from kinetograph.methods.sensor.root import RootModel, fit_root_model, root_features
 from kinetograph.methods.sensor.settings import require_positive
@@ -121,6 +123,18 @@ def example_motions(
     track: str | None = None,
     progress: Progress | None = None,
 ) -> dict[tuple[str, str], Motion]:
+    """The motions of a library's takes, all on the skeleton of the first; see `gather_motions`."""
+    return gather_motions(library, exclude=exclude, track=track, progress=progress)[0]
+
+
+def gather_motions(
+    library: Library,
+    bodies: Bodies | None = None,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    progress: Progress | None = None,
+) -> tuple[dict[tuple[str, str], Motion], Gathered]:
     """The motions of a library's takes, all on the skeleton of the first.
 
     Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count more
@@ -129,6 +143,8 @@ def example_motions(
     Parameters
     ----------
     library : Library
+    bodies : Bodies, optional
+        Which skeleton is used where there are several.
     exclude : iterable of str
         Names of takes to leave out.
     track : str, optional
@@ -137,21 +153,26 @@ def example_motions(
 
     Returns
     -------
-    dict
+    motions : dict
         Motions by take and track.
+    gathered : Gathered
+        What is left out.
 
     Raises
     ------
     RequestError
-        For a name to leave out that is not there, for no take that is long enough, and for skeletons of different
-        joints.
+        For a name to leave out that is not there, and for no take that is long enough.
     """
-    recordings = collect(library, exclude=exclude, track=track, progress=progress)
-    long_enough = [recording for recording in recordings if recording.motion.duration >= SHORTEST]
+    gathered = gather(library, bodies, exclude=exclude, track=track, progress=progress)
+    long_enough = [recording for recording in gathered.recordings if recording.motion.duration >= SHORTEST]
     if not long_enough:
         raise RequestError(f"the library has no take of {SHORTEST} s or more to use; add recordings, or exclude fewer")
+    short = by_reason((r.name, f"shorter than {SHORTEST} s") for r in gathered.recordings if r not in long_enough)
     skeleton = long_enough[0].motion.skeleton
-    return {(r.name, r.track): adopt(r.motion, skeleton) for r in long_enough}
+    motions = {(r.name, r.track): adopt(r.motion, skeleton) for r in long_enough}
+    return motions, Gathered(
+        tuple(long_enough), together(gathered.left, short), (*gathered.notes, *left_out_lines(short))
+    )
 
 
 def build_examples(

@@ -6,15 +6,17 @@ Notation: ``c`` is a frame of readings, ``q`` a pose vector, ``r`` its reduced c
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from kinetograph.errors import RequestError
+from kinetograph.left_out import LeftOut
 from kinetograph.library import Library
+from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.sensor.estimators import Estimator
-from kinetograph.methods.sensor.examples import Examples, Motions, SensorSetup, build_examples, example_motions
+from kinetograph.methods.sensor.examples import Examples, Motions, SensorSetup, build_examples, gather_motions
 from kinetograph.methods.sensor.fitted import SensorFit
 from kinetograph.methods.sensor.live import LiveSensor
 from kinetograph.methods.sensor.local_models import LocalModels
@@ -49,6 +51,8 @@ class SensorControl:
         Whether planted feet are held still in whole results.
     seed : int
         Of simulated noise and of the mixture's runs.
+    bodies : Bodies
+        Which skeleton is used of a library that has several.
 
     Raises
     ------
@@ -70,6 +74,7 @@ class SensorControl:
     resampling: Resampling = field(default_factory=Resampling)
     clean_feet: bool = True
     seed: int = 0
+    bodies: Bodies = field(default_factory=Bodies)
 
     def __post_init__(self) -> None:
         require_one_of(self, "synthesis", Continuity, Interpolation, Optimisation)
@@ -127,11 +132,13 @@ class SensorControl:
         Raises
         ------
         RequestError
-            For a name to leave out that is not there, for takes whose skeletons have different joints or lack one that
-            the layout names, and for no take to use.
+            For a name to leave out that is not there, for skeletons that lack a joint that the layout names, and for no
+            take to use.
         """
-        motions = example_motions(library, exclude=exclude, track=track, progress=_half(progress, 0))
-        return self.fit_motions(motions, progress=_half(progress, 1))
+        half = _half(progress, 0)
+        motions, gathered = gather_motions(library, self.bodies, exclude=exclude, track=track, progress=half)
+        model = self.fit_motions(motions, progress=_half(progress, 1))
+        return replace(model, notes=gathered.notes, left_out=gathered.left)
 
     def fit_motions(
         self,
@@ -191,10 +198,16 @@ class SensorModel:
         The configuration.
     fitted : SensorFit
         What was learnt from the library.
+    notes : tuple of str
+        What a person should know of how the library was read.
+    left_out : mapping of str to tuple of str
+        Takes of the library that are not used, by reason.
     """
 
     method: SensorControl
     fitted: SensorFit
+    notes: tuple[str, ...] = ()
+    left_out: LeftOut = field(default_factory=dict)
 
     @property
     def latency(self) -> float:
