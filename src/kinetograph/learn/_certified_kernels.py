@@ -12,7 +12,6 @@ from typing import Any
 import numba as nb
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
@@ -32,10 +31,9 @@ Kept = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, FloatArray, 
 """What is kept of the latest R steps; see `extend`."""
 
 
-@intrinsic
-def gathered(  # type: ignore[no-untyped-def]
-    context, tails, at, head, first, before, start, out, bound
-):
+def _gathered(
+    context: Any, tails: Any, at: Any, head: Any, first: Any, before: Any, start: Any, out: Any, bound: Any
+) -> Any:
     """Add four coordinates' squared distances to the totals of a block; the members under a bound, one bit each.
 
     tails, head, before, out: flat float32; at, first, start: where the four coordinates of the block and of the head
@@ -48,7 +46,7 @@ def gathered(  # type: ignore[no-untyped-def]
         nothing = ir.Constant(vector, ir.Undefined)
 
         def pointer(which: int, index: Any) -> Any:
-            data = cgutils.create_struct_proxy(signature.args[which])(context, builder, args[which]).data
+            data = context.make_array(signature.args[which])(context, builder, args[which]).data
             return builder.gep(data, [index])
 
         def members(which: int, index: Any) -> Any:
@@ -71,14 +69,17 @@ def gathered(  # type: ignore[no-untyped-def]
     return signature, generate
 
 
-@intrinsic
-def first_bit(context, bits):  # type: ignore[no-untyped-def]
+def _first_bit(context: Any, bits: Any) -> Any:
     """The place of the first bit that is set."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
 
     return nb.types.uint64(nb.types.uint64), generate
+
+
+gathered: Any = intrinsic(_gathered)
+first_bit: Any = intrinsic(_first_bit)
 
 
 @compiled
@@ -108,7 +109,7 @@ def nearest(
             left = gathered(tails, tail_at + k * WIDE, head, k, totals, 0, totals, bound)
             k += FOUR
         while left != 0:
-            lane = np.int64(first_bit(left))
+            lane: Any = np.int64(first_bit(left))
             left &= left - np.uint64(1)
             total = totals[lane]
             if change > 0.0 and mine >= 0 and origins[score_at + first + lane] >= 0:
@@ -123,6 +124,7 @@ def nearest(
 def total_of(score_at: int, tail_at: int, place: int, blocks: Blocks, head: SingleArray) -> np.float32:
     """The total of a head with one of the states of a step."""
     scores, tails, _ = blocks
+    total: np.float32
     total, row = scores[score_at + place], tail_at + place // WIDE * head.shape[0] * WIDE + place % WIDE
     for k in range(head.shape[0]):
         gap = tails[row + k * WIDE] - head[k]
@@ -169,6 +171,47 @@ def first_states(
 
 
 @compiled
+def scored(
+    which: tuple[int, int, int],
+    arriving: Arriving,
+    kept: Kept,
+    charge: Origins,
+    room: tuple[SingleArray, SingleArray],
+    limits: tuple[float, bool],
+) -> tuple[float, int, int]:
+    """What a state scores, its back-pointer, and how many pairs were evaluated; infinite where it is of no interest.
+
+    which: the state, its back-pointer a step ago, and the slot of its predecessors. room: for a head and for totals.
+    limits: what may be added to the least of the predecessors and to the state's own cost, and whether what goes on
+    from a lower bound is marked.
+    """
+    state, last, slot = which
+    live, orders, places, least, others, scores, tails, doubtful, blocks = kept
+    (costs, heads, continuity), (head, totals), (change, origins) = arriving, room, charge
+    toll, root, mine = np.float32(change), np.float32(np.sqrt(continuity)), origins[state]
+    size, score_at = head.shape[0], slot * (blocks[0].shape[0] // live.shape[0])
+    tail_at = slot * (blocks[1].shape[0] // live.shape[0])
+    for k in range(size):
+        head[k] = heads[state, k] * root
+    before = last if last >= -1 else -2 - last
+    place = max(places[slot, before], 0) if before >= 0 else 0
+    seeded = total_of(score_at, tail_at, place, blocks, head)
+    seeded += toll if apart(mine, origins[orders[slot, place]]) else np.float32(0.0)
+    cut = np.float32(min(limits[0] * (2.0 - ROUNDED), np.float64(FAR)))
+    bound = min(seeded, others[slot], cut)
+    bound, nearer, pairs = nearest((score_at, tail_at, live[slot]), blocks, head, totals, toll, mine, bound)
+    if nearer >= 0 or seeded <= bound:
+        source = orders[slot, nearer if nearer >= 0 else place]
+        at = (slot * (places.shape[1] - 1) + source) * size
+        value = scores[slot, source] + continuity * squared(tails, at, heads, state)
+        value += change if apart(mine, origins[source]) else 0.0
+        return value + costs[state], -2 - source if limits[1] and doubtful[slot, source] else source, pairs
+    if others[slot] <= cut:
+        return least[slot] + np.float64(bound) * ROUNDED + costs[state], -2 - orders[slot, place], pairs
+    return np.inf, -1, pairs
+
+
+@compiled
 def extend(
     time: int,
     spans: IntArray,
@@ -184,58 +227,33 @@ def extend(
     spans ``(S,)`` steps, ascending; last ``(S,)`` back-pointers a step ago. kept: of the latest R steps, at index step
     % R: how many states are kept ``(R,)``; these by score ``(R, S)``; the place of each state among them or -1
     ``(R, S + 1)``; the least scores ``(R,)``; what states that are not kept score at least, relative to the least
-    ``(R,)``; scores ``(R, S)`` and tails ``(R, S, K)`` of those that are kept; whether a score is a lower bound
+    ``(R,)``; scores ``(R, S)`` and tails ``(R S K,)`` of those that are kept; whether a score is a lower bound
     ``(R, S)``; and blocks. limits: the score that some state has at most; how far above the least a score is of
     interest; and whether what goes on from a lower bound is marked as one.
 
     A state that is known to score more than the cap gets an infinite score. One whose predecessor may be another than
     those that are kept gets a lower bound and a marked back-pointer.
     """
-    live, orders, places, least, others, scores, tails, doubtful, blocks = kept
-    costs, heads, continuity = arriving
-    limit, width, spread = limits
-    out_scores, out_back = out
-    limit = min(limit, HUGE)
-    width = min(width, HUGE)
-    reach, states, size, root = live.shape[0], places.shape[1] - 1, heads.shape[1], np.float32(np.sqrt(continuity))
-    score_row, tail_row = blocks[0].shape[0] // reach, blocks[1].shape[0] // reach
-    head, totals, pairs = np.empty(size, np.float32), np.empty(WIDE, np.float32), 0
-    points, (change, origins) = tails.reshape(-1), charge
-    toll = np.float32(change)
-    first = first_states(time, spans, costs, live, orders, least)
-    for visit in range(-first.shape[0], states):
+    live, orders, least = kept[0], kept[1], kept[3]
+    costs, (limit, width, spread), (out_scores, out_back) = arriving[0], limits, out
+    limit, width = min(limit, HUGE), min(width, HUGE)
+    room, pairs = (np.empty(arriving[1].shape[1], np.float32), np.empty(WIDE, np.float32)), 0
+    first, done = first_states(time, spans, costs, live, orders, least), np.zeros(spans.shape[0], np.bool_)
+    out_scores[:], out_back[:] = np.inf, -1
+    for visit in range(-first.shape[0], spans.shape[0]):
         j = first[visit] if visit < 0 else visit
-        out_scores[j], out_back[j] = np.inf, -1
-        slot = time % reach - spans[j]
-        slot += reach if slot < 0 else 0
-        if costs[j] >= HUGE or (time > spans[j] and live[slot] == 0):
+        slot = time % live.shape[0] - spans[j]
+        slot += live.shape[0] if slot < 0 else 0
+        if costs[j] >= HUGE or done[j] or (time > spans[j] and live[slot] == 0):
             continue
         if time <= spans[j]:
             out_scores[j], limit = costs[j], min(limit, costs[j])
             continue
         left = limit + width - least[slot] - costs[j]
-        if left < 0.0:
-            continue
-        for k in range(size):
-            head[k] = heads[j, k] * root
-        before = last[j] if last[j] >= -1 else -2 - last[j]
-        place = max(places[slot, before], 0) if before >= 0 else 0
-        mine, score_at, tail_at = origins[j], slot * score_row, slot * tail_row
-        seeded = total_of(score_at, tail_at, place, blocks, head)
-        seeded += toll if apart(mine, origins[orders[slot, place]]) else np.float32(0.0)
-        cut = np.float32(min(left * (2.0 - ROUNDED), FAR))
-        bound = min(min(seeded, others[slot]), cut)
-        bound, nearer, more = nearest((score_at, tail_at, live[slot]), blocks, head, totals, toll, mine, bound)
-        pairs += more
-        if nearer >= 0 or seeded <= bound:
-            source = orders[slot, nearer if nearer >= 0 else place]
-            value = scores[slot, source] + continuity * squared(points, (slot * states + source) * size, heads, j)
-            value += change if apart(mine, origins[source]) else 0.0
-            out_scores[j], out_back[j] = value + costs[j], -2 - source if spread and doubtful[slot, source] else source
-            limit = min(limit, out_scores[j])
-        elif others[slot] <= cut:
-            out_scores[j] = least[slot] + np.float64(bound) * ROUNDED + costs[j]
-            out_back[j] = -2 - orders[slot, place]
+        if left >= 0.0:
+            out_scores[j], out_back[j], more = scored((j, last[j], slot), arriving, kept, charge, room, (left, spread))
+            pairs, done[j] = pairs + more, True
+            limit = min(limit, out_scores[j]) if out_scores[j] < HUGE else limit
     return pairs, limit + width
 
 
@@ -251,8 +269,8 @@ def record(
 ) -> None:
     """Keep the states of a step that score at most ``cap``, or the least.
 
-    step: scores ``(S,)``, tails ``(S, K)``, whether scores are lower bounds ``(S,)``. complete: whether no other may be a predecessor.
-    root: of the continuity.
+    step: scores ``(S,)``, tails ``(S, K)``, whether scores are lower bounds ``(S,)``. complete: whether no other may be
+    a predecessor. root: of the continuity.
     """
     live, orders, places, least, others, scores, tails, doubtful, blocks = kept
     now, ends, bounds = step
@@ -275,4 +293,5 @@ def record(
             blocks[1][row + k * WIDE] = ends[source, k] * root
     for i in range(count):
         places[slot, order[i]], doubtful[slot, order[i]] = i, bounds[order[i]]
-        tails[slot, order[i]] = ends[order[i]]
+        at = (slot * ends.shape[0] + order[i]) * size
+        tails[at : at + size] = ends[order[i]]

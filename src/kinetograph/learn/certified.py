@@ -121,5 +121,5 @@ class NearRing(Ring):
         blocks = self.packed_scores.ravel(), self.packed_tails.ravel(), self.packed_origins.ravel()
         return (
             *(self.live, self.orders, self.seeds, self.least, self.others),
-            *(self.scores, self.tails, self.doubtful, blocks),
+            *(self.scores, self.tails.ravel(), self.doubtful, blocks),
         )

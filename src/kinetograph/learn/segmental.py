@@ -43,9 +43,12 @@ SHARES = (0.1, 0.4, 1.0)
 """Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
 
 
-PIECES = (4.5, 12.0)
+PIECES = (4.5, 9.0)
 """Of fewer states, how many pieces' costs a predecessor may score above the best of its step to be looked at, until the
 best sequence is proved to be so; then all are."""
+
+DEARER = 1.5
+"""How many times as many where reuse costs: its sequences take predecessors that score worse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -436,9 +439,9 @@ def prove(
     """
     if search.beam is not None:
         return _within_beam(search, arrivals, partial)
-    many = len(search.durations) >= GROUPED
+    many, more = len(search.durations) >= GROUPED, 1.0 if search.reuse is None else DEARER
     narrow = [replace(search, share=share) for share in SHARES[:-1]]
-    for each in narrow if many else [replace(search, near=Near(pieces)) for pieces in PIECES]:
+    for each in narrow if many else [replace(search, near=Near(more * pieces)) for pieces in PIECES]:
         path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)
         if path.exact:
             return path
@@ -448,7 +451,7 @@ def prove(
 def _with_bound(
     search: SegmentalSearch, arrivals: Iterable[Arrivals], partial: dict[int, Arrivals] | None
 ) -> SegmentalPath:
-    """The best sequence; with a cost of reuse, the one that is found, and the score of the optimum, reuse being free."""
+    """The best sequence; with a cost of reuse, the one that is found, and what it costs at least with reuse free."""
     if search.reuse is None:
         return solve(search, arrivals, partial)
     free = replace(search, reuse=None)
