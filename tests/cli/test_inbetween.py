@@ -65,7 +65,7 @@ def test_moves_are_named_or_refused(clips: Path, tmp_path: Path):
     refused = invoke(
         "inbetween", *_ENDS, "-l", clips, "-o", tmp_path / "no.bvh", "--move", "walk", "--mode", "paper"
     ).exception
-    assert "the paper's mode knows no names" in str(refused)
+    assert "the paper's mode knows no names of moves" in str(refused)
 
 
 def test_held_out_takes_are_named_or_refused(clips: Path):

@@ -63,8 +63,17 @@ def test_two_groups_with_an_option_of_one_name() -> None:
 
 def test_help_shows_the_common_options_first_and_the_rest_in_boxes() -> None:
     text = answer("perform", "--help").stdout
-    titles = ["Arguments", "Options", "Output", "Control", "Search", "After the search", "Reading files"]
+    titles = [
+        "Arguments",
+        "Options",
+        "Takes of the library",
+        "Output",
+        "Control",
+        "Search",
+        "After the search",
+        "Reading files",
+    ]
     places = [text.index(f"─ {title} ─") for title in titles]
     assert places == sorted(places)
     common = text[places[1] : places[2]]
-    assert all(name in common for name in ("--library", "--target", "--mirror", "--exclude", "--help"))
+    assert all(name in common for name in ("--library", "--target", "--mirror", "--help"))

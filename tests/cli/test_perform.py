@@ -86,7 +86,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
             "no take has a track 'singer'; their tracks are follower, leader",
         ),
         ("leader.bvh", "pairs", (), r"several motions \(follower, leader\); name the one to make \(--target\)"),
-        ("path.csv", "walks", ("--exclude", "run"), "no take 'run' to leave out; there are walk"),
+        ("path.csv", "walks", ("--exclude", "run"), "no take or tag 'run' to leave out; there are walk"),
         ("path.csv", "walks", ("--alignment", "round"), "similarity, affine, rigid, fixed or none, found 'round'"),
         (
             "gap.csv",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.configurations import LayoutName
-from kinetograph.cli.options import AsJson, Force, LibraryOption, Track, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Track, add, options
 from kinetograph.cli.output import note, notes, refuse_existing, result, table
 from kinetograph.cli.reading import Reading, RowReading, read_file, read_rows
 from kinetograph.errors import RequestError
@@ -44,7 +44,7 @@ class Movement:
 
 
 @options()
-class Worn:
+class Worn(Chosen):
     """The sensors as they are supposed to be worn, and what is written."""
 
     library: LibraryOption
@@ -106,7 +106,7 @@ def _calibration(
     from kinetograph.pipeline import open_library
     from kinetograph.sensing import calibrate_on_library, calibrate_on_motion
 
-    motions = list(example_motions(open_library(worn.library), track=worn.track).values())
+    motions = list(example_motions(open_library(worn.library, worn.selection), track=worn.track).values())
     if movement.motion is None:
         return calibrate_on_library(rows, layout, motions, movement.span), {}
     performed = _performed(movement.motion, motions[0], reading)

@@ -204,30 +204,31 @@ class InbetweenSearch:
             "a word of one, or a pattern. Repeatable."
         ),
     ] = None
-    without: Annotated[list[str] | None, typer.Option(help="Use nothing that is called so. Repeatable.")] = None
     filler: Annotated[bool, typer.Option(help="Let any recording fill in, at no cost.")] = False
     clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
     seed: Annotated[int, typer.Option(help="Seed of the clusters in the paper's mode.")] = 0
 
 
-def keyframe_control(search: InbetweenSearch, *, mirror: bool, footskate: bool, floor: bool = True) -> KeyframeControl:
-    """The configuration that goes from pose to pose."""
+def keyframe_control(
+    search: InbetweenSearch, without: tuple[str, ...] = (), *, mirror: bool, footskate: bool, floor: bool = True
+) -> KeyframeControl:
+    """The configuration that goes from pose to pose, without what is called by some names."""
     from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.post import PostSettings
 
     post = PostSettings(footskate=footskate, floor=floor)
-    return KeyframeControl(solver=_solver(search), rate=search.rate, mirror=mirror, post=post)
+    return KeyframeControl(solver=_solver(search, without), rate=search.rate, mirror=mirror, post=post)
 
 
-def _solver(search: InbetweenSearch) -> Solver:
+def _solver(search: InbetweenSearch, without: tuple[str, ...]) -> Solver:
     from kinetograph.methods.keyframe import ClusterChain, TimedSearch
 
     if search.mode == "search":
-        named = TimedSearch(meet=search.meet, moves=tuple(search.move or ()), without=tuple(search.without or ()))
+        named = TimedSearch(meet=search.meet, moves=tuple(search.move or ()), without=without)
         return replace(named, begin_unasked=0.0, unasked=0.0) if search.filler else named
     if search.mode == "paper":
-        if search.move or search.without:
-            raise RequestError("the paper's mode knows no names; use --move and --without with --mode search")
+        if search.move or without:
+            raise RequestError("the paper's mode knows no names of moves; use --move and --without with --mode search")
         return ClusterChain(clusters=search.clusters)
     raise RequestError(f"mode must be one of search, paper, found {search.mode!r}")
 

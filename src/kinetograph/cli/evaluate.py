@@ -19,7 +19,7 @@ from kinetograph.cli.configurations import (
     sensor_control,
     syntheses,
 )
-from kinetograph.cli.options import AsJson, LibraryOption, Mirror, TargetTrack, Track, add, options
+from kinetograph.cli.options import AsJson, Chosen, LibraryOption, Mirror, TargetTrack, Track, add, options
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Compared:
+class Compared(Chosen):
     """The recordings, and what is compared on them."""
 
     library: LibraryOption
@@ -66,7 +66,7 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
     """
     from kinetograph.pipeline import has_partners, open_library
 
-    library, target = open_library(compared.library), compared.target
+    library, target = open_library(compared.library, compared.selection), compared.target
     partners = has_partners(library, target)
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
@@ -136,16 +136,20 @@ def _measured(row: dict[str, Any], as_json: bool) -> dict[str, Any]:
 # ---- keyframe control ----
 
 
-def keyframe(
-    library: LibraryOption,
-    held_out: Annotated[list[str], typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")],
+@options()
+class Gaps(Chosen):
+    """What is filled in, and with what."""
+
+    library: LibraryOption
+    held_out: Annotated[list[str], typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")]
     gap: Annotated[
         list[int] | None, typer.Option(help="Length of a gap in frames; default 5, 15, 30 and 45. Repeatable.")
-    ] = None,
-    rate: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
-    mirrored: Mirror = False,
-    as_json: AsJson = False,
-) -> None:
+    ] = None
+    rate: Annotated[float, typer.Option(help="Frames per second.")] = 30.0
+    mirrored: Mirror = False
+
+
+def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
 
     On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
@@ -161,11 +165,12 @@ def keyframe(
     from kinetograph.evaluation import inbetween_held_out
     from kinetograph.pipeline import open_library
 
-    takes = open_library(library)
+    takes, held_out = open_library(gaps.library, gaps.selection), gaps.held_out
     names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
     if not names:
         raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
-    scores = inbetween_held_out(takes, names, tuple(gap or (5, 15, 30, 45)), gap_filling_control(rate, mirrored))
+    method = gap_filling_control(gaps.rate, gaps.mirrored)
+    scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
 
 
@@ -184,7 +189,7 @@ class Instead:
 
 
 @options()
-class Takes:
+class Takes(Chosen):
     """What is held out, and how results are averaged."""
 
     library: LibraryOption
@@ -219,7 +224,7 @@ def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Ins
     """
     from kinetograph.pipeline import open_library
 
-    library = open_library(takes.library)
+    library = open_library(takes.library, takes.selection)
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
     held = takes.held(library)

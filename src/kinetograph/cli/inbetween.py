@@ -10,7 +10,7 @@ import typer
 
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
 from kinetograph.cli.options import (
-    Exclude,
+    Chosen,
     Floor,
     Footskate,
     LibraryOption,
@@ -41,7 +41,7 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Ends(Skeletons):
+class Ends(Skeletons, Chosen):
     """The poses to go through, and what the motion is made of."""
 
     first: Annotated[str | None, typer.Option("--from", help="First pose: FILE@SECOND or take:NAME@SECOND.")] = None
@@ -52,7 +52,6 @@ class Ends(Skeletons):
     library: LibraryOption
     track: Track = None
     mirror: Mirror = False
-    exclude: Exclude = None
 
 
 @options("Output")
@@ -92,16 +91,16 @@ def inbetween(
     import numpy as np
 
     from kinetograph.formats import together
-    from kinetograph.pipeline import inbetween_with, open_library
+    from kinetograph.pipeline import inbetween_with, open_without_labels
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
-    library = open_library(ends.library)
+    library, without = open_without_labels(ends.library, ends.selection)
     wanted = _keys(keys, ends, library, reading.read_options)
-    method = keyframe_control(search, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
+    method = keyframe_control(search, without, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
     method = replace(method, bodies=_bodies(ends, wanted, library))
     rng = np.random.default_rng(search.seed)
-    model = method.fit(library, exclude=tuple(ends.exclude or ()), track=ends.track, rng=rng)
+    model = method.fit(library, track=ends.track, rng=rng)
     made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
     with together():

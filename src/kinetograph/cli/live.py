@@ -17,7 +17,7 @@ from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import LayoutName, Partner, Search, Sensors, performance_control, sensor_control
 from kinetograph.cli.options import (
     AsJson,
-    Exclude,
+    Chosen,
     Force,
     LibraryOption,
     Mirror,
@@ -99,12 +99,11 @@ Renamed = Annotated[
 
 
 @options()
-class Recordings:
+class Recordings(Chosen):
     """What the motion is made of."""
 
     library: LibraryOption
     track: Track = None
-    exclude: Exclude = None
 
 
 def sense(
@@ -127,9 +126,7 @@ def sense(
 
     sinks = stream.sinks(recordings.library)
     method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate)
-    model = method.fit(
-        open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track
-    )
+    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
     driver = SensorDriver(model, _renamed(sensor), _watching(sinks))
     session = _run(stream.source, driver, sinks, stream.seconds, model.fitted.examples.names)
     heard = {name: heard.rows for name, heard in driver.gathering.heard.items()}
@@ -142,13 +139,12 @@ def _watching(sinks: Sequence[Sink]) -> Callable[[LivePose], None] | None:
 
 
 @options()
-class Performers:
+class Performers(Chosen):
     """What the motion is made of."""
 
     library: LibraryOption
     target: TargetTrack = None
     mirror: Mirror = False
-    exclude: Exclude = None
 
 
 def perform(
@@ -168,11 +164,11 @@ def perform(
     from kinetograph.pipeline import has_partners, open_library
 
     sinks = stream.sinks(recordings.library)
-    library = open_library(recordings.library)
+    library = open_library(recordings.library, recordings.selection)
     partners = has_partners(library, recordings.target)
     method = performance_control(search, partner, mirror=recordings.mirror, partners=partners)
     with compilation_announced():
-        model = method.fit(library, exclude=tuple(recordings.exclude or ()), track=recordings.target)
+        model = method.fit(library, track=recordings.target)
         driver = PathDriver(model, lag)
     session = _run(stream.source, driver, sinks, stream.seconds, ())
     result({"frames": session.frames, "seconds": session.frames / driver.output_rate}, stream.as_json)

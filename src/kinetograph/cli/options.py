@@ -25,6 +25,7 @@ import typer
 from typer.models import OptionInfo
 
 if TYPE_CHECKING:
+    from kinetograph.library import Selection
     from kinetograph.methods.bodies import Bodies
     from kinetograph.work import Workers
 
@@ -135,11 +136,43 @@ Track = Annotated[str | None, typer.Option(help="The library's track to use, whe
 TargetTrack = Annotated[
     str | None, typer.Option("--target", "--track", help="The library's track to make, where takes have several.")
 ]
-Exclude = Annotated[list[str] | None, typer.Option(help="Leave a take out. Repeatable.")]
 Mirror = Annotated[bool, typer.Option("--mirror", help="Use every recording mirrored as well.")]
 Footskate = Annotated[bool, typer.Option(help="Hold planted feet still.")]
 Floor = Annotated[bool, typer.Option(help="Keep the body above the floor, where its recordings do.")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Contact sheet to draw, .png.")]
+
+
+_TAKES = "Takes of the library"
+
+
+@options()
+class Chosen:
+    """Which takes of a library are used."""
+
+    takes: Annotated[
+        list[str] | None,
+        typer.Option("--takes", help="Use only these takes: a name, or a pattern. Repeatable.", rich_help_panel=_TAKES),
+    ] = None
+    tagged: Annotated[
+        list[str] | None,
+        typer.Option("--tagged", help="Use only takes with this tag, or pattern. Repeatable.", rich_help_panel=_TAKES),
+    ] = None
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--without",
+            "--exclude",
+            help="Leave out takes of this name or tag, or pattern. Repeatable.",
+            rich_help_panel=_TAKES,
+        ),
+    ] = None
+
+    @property
+    def selection(self) -> Selection:
+        """The same for a library."""
+        from kinetograph.library import Selection
+
+        return Selection(tuple(self.takes or ()), tuple(self.tagged or ()), tuple(self.without or ()))
 
 
 @options()

@@ -12,7 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
-from kinetograph.cli.options import Exclude, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
+from kinetograph.cli.options import Chosen, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     left_out,
@@ -43,14 +43,13 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Inputs(Skeletons):
+class Inputs(Skeletons, Chosen):
     """The control, and the recordings that the motion is made of."""
 
     control: Annotated[Path, typer.Argument(help="A path (CSV with t,x,z in s and m) or a motion file.")]
     library: LibraryOption
     target: TargetTrack = None
     mirror: Mirror = False
-    exclude: Exclude = None
 
 
 @options("Output")
@@ -157,13 +156,13 @@ def perform(
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
-    library = open_library(inputs.library)
+    library = open_library(inputs.library, inputs.selection)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     performed = following.performed(wanted)
     with compilation_announced():
         rules = search.rules
         read_control(method, performed)  # what cannot be performed is refused before the library is read
-        model = method.fit(library, exclude=tuple(inputs.exclude or ()), track=inputs.target)
+        model = method.fit(library, track=inputs.target)
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, rules)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, LibraryOption, add
+from kinetograph.cli.options import AsJson, Chosen, LibraryOption, add
 from kinetograph.cli.output import note, progress_bar, result, table
 from kinetograph.errors import RequestError
 
@@ -68,6 +68,7 @@ def molina_tanco2000(
 def xie2009(
     library: LibraryOption,
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for the page and its pictures.")],
+    chosen: Chosen,
     take: Annotated[list[str] | None, typer.Option(help="Take to hold out; default four. Repeatable.")] = None,
     serves: Annotated[Path | None, typer.Option(help="A folder of C3D files of tennis strokes' markers.")] = None,
     as_json: AsJson = False,
@@ -83,5 +84,7 @@ def xie2009(
     from kinetograph.evaluation.reproduce import xie2009 as paper
     from kinetograph.pipeline import open_library
 
-    rows = paper.reproduce(output, open_library(library), takes=tuple(take or ()), serves=serves, report=note)
+    rows = paper.reproduce(
+        output, open_library(library, chosen.selection), takes=tuple(take or ()), serves=serves, report=note
+    )
     table([asdict(row) for row in rows], as_json, title=f"Xie 2009, in {output / 'index.html'}:")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, sensor_control
-from kinetograph.cli.options import AsJson, Exclude, Force, LibraryOption, Skeletons, Track, Written, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Skeletons, Track, Written, add, options
 from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
     left_out,
@@ -34,12 +34,11 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Recordings(Skeletons):
+class Recordings(Skeletons, Chosen):
     """What the motion is made of."""
 
     library: LibraryOption
     track: Track = None
-    exclude: Exclude = None
 
 
 @options("Estimation")
@@ -72,9 +71,7 @@ def sense(
     rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
     method = replace(method, bodies=recordings.bodies)
-    model = method.fit(
-        open_library(recordings.library), exclude=tuple(recordings.exclude or ()), track=recordings.track
-    )
+    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
     with progress_bar("sensing") as progress:
         synthesis = noted(model.synthesize(rows, progress), model.notes, model.left_out)
     notes(synthesis.warnings)

@@ -20,6 +20,7 @@ FAR = np.float32(3e38)  # a score that no path has; finite, since the kernels as
 HUGE = 1e300  # costs above this are illegal; fast arithmetic may not test for infinity
 NONE = np.int32(0x7FFFFFFF)  # more than the bits of any finite number
 compiled = nb.njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+reproducible = nb.njit(cache=True, error_model="numpy", nogil=True)  # the same bits wherever a number is in its array
 
 Links = npt.NDArray[np.int32]
 """Back-pointers ``(S,)``: the predecessor of each state, -1 for none."""
@@ -244,7 +245,7 @@ def extend(time: int, spans: IntArray, arriving: Arriving, last_back: Links, rin
     return pairs
 
 
-@compiled
+@reproducible
 def place_on_ground(
     mixed: FloatArray,
     rotation_re: FloatArray,
@@ -272,7 +273,7 @@ def place_on_ground(
             out[s, k] = 0.0
 
 
-@compiled
+@reproducible
 def fit_on_ground(
     product: ComplexArray,
     window_spread: FloatArray,

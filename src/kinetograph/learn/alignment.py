@@ -25,6 +25,7 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import _affine_kernels, _kernels
 from kinetograph.learn.ground_examples import GroundExamples
 from kinetograph.learn.placement import GroundPlacement, Placement, RigidPlacement
+from kinetograph.learn.products import products, shifts, weighted_sums
 
 
 class PreparedExamples(Protocol):
@@ -132,8 +133,7 @@ class Similarity:
         _, rotation, _ = _kernels.fit_on_ground(plane.product, *plane.spreads, *plane.means)
         costs, scale = self._fit_scale(np.abs(plane.product), *plane.spreads)
         rotation = scale * rotation
-        window_means, example_means = plane.means
-        shift = window_means[:, None] - rotation * example_means
+        shift = shifts(plane.means[0], rotation, plane.means[1])
         return costs + _heights(windows, examples, weights.ravel()), GroundPlacement(rotation, shift)
 
     def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
@@ -179,8 +179,8 @@ class Affine:
 
     def align(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, Placement]:
         """See `Alignment.align`."""
-        costs, direct, _, (window_means, example_means) = self._fit(windows, examples, weights)
-        shift = window_means[:, None] - direct * example_means
+        costs, direct, _, means = self._fit(windows, examples, weights)
+        shift = shifts(means[0], direct, means[1])
         return costs + _heights(windows, examples, weights.ravel()), GroundPlacement(direct, shift)
 
     def maps(self, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -215,9 +215,9 @@ class Affine:
         """Costs on the ground, p and q of ``p z + q conj(z)``, all ``(B, N)``, and the means of both."""
         w = weights.ravel()
         x, a, means = _centred(windows, examples, w)
-        products = x @ (a.conj() * w).T, x @ (a * w).T
-        spreads = _power(x) @ w, _power(a) @ w
-        fit = _affine_kernels.fit_affine(products, a**2 @ w, spreads, (self.least, self.greatest))
+        both = products(x, a.conj() * w), products(x, a * w)
+        spreads = weighted_sums(_power(x), w), weighted_sums(_power(a), w)
+        fit = _affine_kernels.fit_affine(both, weighted_sums(a**2, w), spreads, (self.least, self.greatest))
         return *fit, means
 
 
@@ -233,16 +233,16 @@ class Rigid:
         w = weights.ravel()
         total = w.sum()
         x, a = windows.reshape(len(windows), -1, 3), examples.reshape(len(examples), -1, 3)
-        x_mean, a_mean = np.einsum("bsi,s->bi", x, w) / total, np.einsum("nsi,s->ni", a, w) / total
+        x_mean, a_mean = (np.stack([weighted_sums(p[..., i], w) for i in range(3)], axis=1) / total for p in (x, a))
         x, a = x - x_mean[:, None], a - a_mean[:, None]
         u, s, vt = np.linalg.svd(_covariances(x, a, w))
         sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
         s[..., 2] *= sign
         u[..., 2] *= sign[..., None]
         rotation = u @ vt
-        spread = np.einsum("bsi,s->b", x**2, w)[:, None] + np.einsum("nsi,s->n", a**2, w)
+        spread = weighted_sums((x**2).sum(axis=-1), w)[:, None] + weighted_sums((a**2).sum(axis=-1), w)
         costs = np.maximum(spread - 2 * s.sum(axis=-1), 0.0)
-        return costs, RigidPlacement(rotation, x_mean[:, None] - np.einsum("bnij,nj->bni", rotation, a_mean))
+        return costs, RigidPlacement(rotation, x_mean[:, None] - (rotation @ a_mean[..., None])[..., 0])
 
     def prepare(self, examples: FloatArray, weights: FloatArray) -> PreparedExamples:
         """See `Alignment.prepare`."""
@@ -260,7 +260,7 @@ class Fixed:
         """See `Alignment.align`."""
         w = np.broadcast_to(weights[..., None], windows.shape[1:]).ravel()
         x, a = windows.reshape(len(windows), -1), examples.reshape(len(examples), -1)
-        costs = np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
+        costs = _left(x, a, w)
         shape = costs.shape
         return costs, RigidPlacement(np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))
 
@@ -288,7 +288,8 @@ class _Plane:
     def of(cls, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> _Plane:
         w = weights.ravel()
         x, a, means = _centred(windows, examples, w)
-        return cls(x @ (a.conj() * w).T, (_power(x) @ w, _power(a) @ w), means)
+        spreads = weighted_sums(_power(x), w), weighted_sums(_power(a), w)
+        return cls(products(x, a.conj() * w), spreads, means)
 
 
 def _centred(
@@ -298,7 +299,7 @@ def _centred(
     total = w.sum()
     x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
     a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
-    x_mean, a_mean = x @ w / total, a @ w / total
+    x_mean, a_mean = weighted_sums(x, w) / total, weighted_sums(a, w) / total
     return x - x_mean[:, None], a - a_mean[:, None], (x_mean, a_mean)
 
 
@@ -316,12 +317,18 @@ def _heights(windows: FloatArray, examples: FloatArray, w: FloatArray) -> FloatA
     x, a = windows[..., 1].reshape(len(windows), -1), examples[..., 1].reshape(len(examples), -1)
     if not x.any() and not a.any():
         return np.zeros((1, 1))
-    return np.maximum((x**2 @ w)[:, None] + a**2 @ w - 2 * x @ (a * w).T, 0.0)
+    return _left(x, a, w)
+
+
+def _left(x: FloatArray, a: FloatArray, w: FloatArray) -> FloatArray:
+    """Weighted squared distances ``(B, N)`` of rows ``(B, K)`` and ``(N, K)``."""
+    squares = weighted_sums(x**2, w)[:, None] + weighted_sums(a**2, w)
+    return np.asarray(np.maximum(squares - 2 * products(x, a * w), 0.0))
 
 
 def _covariances(x: FloatArray, a: FloatArray, w: FloatArray) -> FloatArray:
     """Weighted cross-covariances ``(B, N, 3, 3)`` of centred windows ``(B, S, 3)`` and examples ``(N, S, 3)``."""
     batch, count = len(x), len(a)
     left = np.swapaxes(x, 1, 2).reshape(batch * 3, -1)
-    right = np.swapaxes(a * w[:, None], 0, 1).reshape(len(w), count * 3)
-    return np.asarray((left @ right).reshape(batch, 3, count, 3).swapaxes(1, 2))
+    right = np.swapaxes(a * w[:, None], 1, 2).reshape(count * 3, -1)
+    return np.asarray(products(left, right).reshape(batch, 3, count, 3).swapaxes(1, 2))

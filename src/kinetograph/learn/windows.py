@@ -64,3 +64,41 @@ class Windows:
     def columns(self, chosen: IntArray) -> Windows:
         """The same sequences with some of their columns."""
         return Windows(np.ascontiguousarray(self.rows[:, chosen]), self.offsets)
+
+
+def apart(squares: FloatArray, offsets: IntArray, width: int, count: int, each: int) -> list[tuple[int, int]]:
+    """The least of some values, such that windows that begin there do not overlap within a sequence.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (N,)
+        Of the window that begins at each row; infinite where there is none.
+    offsets : ndarray of int, shape (E + 1,)
+        Where each sequence begins.
+    width : int
+        Rows of a window.
+    count, each : int
+        How many are chosen at most, and how many of one sequence.
+
+    Returns
+    -------
+    list of (int, int)
+        Sequences and rows of them, the least value first.
+
+    Examples
+    --------
+    >>> apart(np.array([3.0, 1.0, 2.0, 4.0, 0.5]), np.array([0, 4, 5]), 2, 9, 9)
+    [(1, 0), (0, 1), (0, 3)]
+    """
+    left = np.flatnonzero(np.isfinite(squares))
+    chosen: list[tuple[int, int]] = []
+    rows_of: dict[int, list[int]] = {}
+    for row in left[np.argsort(squares[left], kind="stable")].tolist():
+        sequence = int(np.searchsorted(offsets, row, side="right")) - 1
+        taken = rows_of.setdefault(sequence, [])
+        if len(taken) < each and all(abs(row - other) >= width for other in taken):
+            taken.append(row)
+            chosen.append((sequence, row - int(offsets[sequence])))
+            if len(chosen) == count:
+                break
+    return chosen

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ class Info:
     skeletons : int
         Number of different ones.
     bytes : int
-        On disk.
+        Of the whole library on disk.
     annotations : mapping of str to int
         How many there are of each kind.
     """
@@ -74,14 +75,20 @@ class TrackInfo:
         return (self.frames - 1) / self.fps
 
 
-def count(folder: Path) -> Info:
-    """Count what the library in a folder holds. Raises LibraryError."""
+def count(folder: Path, chosen: Sequence[str] | None = None) -> Info:
+    """Count what the library in a folder holds, or what some of its takes do. Raises LibraryError."""
     with catalogue.reading(folder) as db:
-        longest = "SELECT max((frames - 1) / fps) AS seconds FROM tracks GROUP BY take"
-        takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})").fetchone()
-        tracks, frames = db.execute("SELECT count(*), ifnull(sum(frames), 0) FROM tracks").fetchone()
-        (skeletons,) = db.execute("SELECT count(*) FROM skeletons").fetchone()
-        kinds = dict(db.execute("SELECT kind, count(*) FROM annotations GROUP BY kind ORDER BY kind").fetchall())
+        ids = "SELECT id FROM takes"
+        given: tuple[str, ...] = ()
+        if chosen is not None:
+            ids, given = f"{ids} WHERE name IN (SELECT value FROM json_each(?))", (json.dumps(list(chosen)),)
+        longest = f"SELECT max((frames - 1) / fps) AS seconds FROM tracks WHERE take IN ({ids}) GROUP BY take"
+        tracks_in = f"FROM tracks WHERE take IN ({ids})"
+        takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})", given).fetchone()
+        tracks, frames = db.execute(f"SELECT count(*), ifnull(sum(frames), 0) {tracks_in}", given).fetchone()
+        (skeletons,) = db.execute(f"SELECT count(DISTINCT skeleton) {tracks_in}", given).fetchone()
+        noted = f"FROM annotations WHERE track IN (SELECT id {tracks_in})"
+        kinds = dict(db.execute(f"SELECT kind, count(*) {noted} GROUP BY kind ORDER BY kind", given).fetchall())
         files = [folder / name for name in (catalogue.FILE_NAME, storage.read(db).file)]
         size = sum(file.stat().st_size for file in files if file.exists())
     return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
@@ -118,6 +125,20 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
                 raise Damaged(f"the annotations of take {take!r} have changed since they were written")
             found.setdefault(take, []).append((kind, label))
     return {take: tuple(pairs) for take, pairs in found.items()}
+
+
+def count_labels(folder: Path, kind: str) -> dict[str, dict[str, int]]:
+    """How often each label of the annotations of a kind occurs, by take. Raises LibraryError."""
+    found: dict[str, dict[str, int]] = {}
+    with catalogue.reading(folder) as db:
+        rows = db.execute(
+            "SELECT takes.name, label, count(*) FROM annotations JOIN tracks ON tracks.id = annotations.track "
+            "JOIN takes ON takes.id = tracks.take WHERE annotations.kind = ? GROUP BY takes.id, label",
+            (kind,),
+        )
+        for take, label, number in rows:
+            found.setdefault(str(take), {})[str(label)] = number
+    return found
 
 
 def list_joints(folder: Path) -> tuple[tuple[str, str, Joints], ...]:

@@ -13,7 +13,8 @@ from kinetograph.library.facts import Facts
 class Selection:
     """Which takes of a library are used.
 
-    What is given of one kind is an alternative; a take must answer to every kind that is given.
+    What is given of one kind is an alternative; a take must answer to every kind that is given. A take is known by its
+    whole name and by the last part of it.
 
     Parameters
     ----------
@@ -29,6 +30,8 @@ class Selection:
     >>> facts = {"01/walk": Facts(frozenset({"calm"})), "01/run": Facts(), "02/walk": Facts()}
     >>> Selection(("*walk",), without=("calm",)).of(facts)
     ('02/walk',)
+    >>> Selection(takes=("wal*",)).of(facts)
+    ('01/walk', '02/walk')
     """
 
     takes: tuple[str, ...] = ()
@@ -38,16 +41,35 @@ class Selection:
     def __bool__(self) -> bool:
         return bool(self.takes or self.tagged or self.without)
 
+    def __str__(self) -> str:
+        """In words: what is asked of a take."""
+        called = f"called {' or '.join(self.takes)}" if self.takes else ""
+        tagged = f"tagged {' or '.join(self.tagged)}" if self.tagged else ""
+        without = f"not {' or '.join(self.without)}" if self.without else ""
+        return " and ".join(part for part in (called, tagged, without) if part) or "any"
+
     def of(self, facts: dict[str, Facts]) -> tuple[str, ...]:
         """The takes that are chosen of some, in their order."""
         return tuple(name for name, known in facts.items() if self._chooses(name, known))
 
+    def unknown(self, facts: dict[str, Facts]) -> tuple[str, ...]:
+        """What is to be left out, and is the name or tag of no take."""
+        return tuple(
+            pattern
+            for pattern in self.without
+            if not any(_any((pattern,), (*_names(name), *known.tags)) for name, known in facts.items())
+        )
+
     def _chooses(self, name: str, known: Facts) -> bool:
-        named = not self.takes or _any(self.takes, (name,))
+        named = not self.takes or _any(self.takes, _names(name))
         tagged = not self.tagged or _any(self.tagged, known.tags)
-        return named and tagged and not _any(self.without, (name, *known.tags))
+        return named and tagged and not _any(self.without, (*_names(name), *known.tags))
+
+
+def _names(name: str) -> tuple[str, str]:
+    return name, name.rpartition("/")[2]
 
 
 def _any(patterns: Iterable[str], names: Iterable[str]) -> bool:
     names = tuple(names)
-    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns for name in names)
+    return any(name == pattern or fnmatch.fnmatchcase(name, pattern) for pattern in patterns for name in names)

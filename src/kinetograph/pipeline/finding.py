@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from kinetograph.arrays import IntArray, SingleArray
+from kinetograph.arrays import FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
-from kinetograph.learn.windows import Windows
+from kinetograph.learn.windows import Windows, apart
+from kinetograph.library import Library, kept
 from kinetograph.methods.keyframe.features import BODY, REACH, relative_joints
 from kinetograph.methods.recordings import leg_length
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.take import Take
+from kinetograph.work import HERE, Workers, in_shards
 
 RATE = 10.0
 """Frames per second at which motions are compared."""
@@ -23,6 +27,7 @@ LONGEST = 8.0
 """Seconds of an example that are compared."""
 
 _FEWEST = 4  # roles
+_BLOCK = 32  # takes of a shard
 _FINE = 30.0  # hertz: velocities are taken at this rate or more
 
 
@@ -78,11 +83,23 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
-    """Motions whose skeletons have the same roles: their features, laid end to end, in lengths of the leg."""
+class Group:
+    """Motions whose skeletons have the same roles.
+
+    Parameters
+    ----------
+    roles : tuple of str
+    tracks : tuple of (str, str)
+        The take and the track of each motion.
+    legs : ndarray, shape (E,)
+        Metres of each one's leg.
+    windows : Windows
+        Their features at `RATE`, laid end to end, in lengths of the leg.
+    """
 
     roles: tuple[str, ...]
     tracks: tuple[tuple[str, str], ...]
+    legs: FloatArray
     windows: Windows
 
 
@@ -96,7 +113,10 @@ class ExampleIndex:
         The motions, by the roles that they have in common.
     """
 
-    groups: tuple[_Group, ...]
+    groups: tuple[Group, ...]
+
+
+_Indexed = tuple[tuple[str, ...], tuple[str, str], float, SingleArray]
 
 
 def index_takes(takes: Iterable[Take], count: int = 0, progress: Progress | None = None) -> ExampleIndex:
@@ -114,25 +134,68 @@ def index_takes(takes: Iterable[Take], count: int = 0, progress: Progress | None
     ExampleIndex
         Without motions whose skeleton has hardly any roles.
     """
-    parts: dict[tuple[str, ...], list[tuple[tuple[str, str], SingleArray]]] = {}
+    parts: list[_Indexed] = []
     for done, take in enumerate(takes, start=1):
-        for name, motion in _motions(take):
-            roles = tuple(role for role in BODY if role in motion.skeleton.roles)
-            if len(roles) >= _FEWEST:
-                parts.setdefault(roles, []).append(((take.name, name), _features(motion, roles)))
+        parts += _indexed(take)
         if progress:
             progress(done, count)
-    return ExampleIndex(tuple(_group(roles, of) for roles, of in parts.items()))
+    return _grouped(parts)
+
+
+def index_of(library: Library, workers: Workers | Executor = HERE, progress: Progress | None = None) -> ExampleIndex:
+    """What examples are compared with, of a library; it is kept beside the library.
+
+    Parameters
+    ----------
+    library : Library
+    workers : Workers or Executor, optional
+        Who reads the takes.
+    progress : Progress, optional
+        Called with the blocks of takes done and their number, where the index is not there yet.
+
+    Returns
+    -------
+    ExampleIndex
+    """
+
+    def make() -> ExampleIndex:
+        names = library.names()
+        blocks = [(library.path, names[first : first + _BLOCK]) for first in range(0, len(names), _BLOCK)]
+        done = in_shards(_index_block, blocks, workers, count=len(blocks), progress=progress)
+        return _grouped([part for of_block in done for part in of_block])
+
+    return kept(library, "examples", (RATE, _FINE, REACH, BODY), make)
+
+
+def _index_block(block: tuple[Path, tuple[str, ...]]) -> list[_Indexed]:
+    folder, names = block
+    library = Library.open(folder)
+    return [part for name in names for part in _indexed(library.take(name))]
+
+
+def _indexed(take: Take) -> Iterator[_Indexed]:
+    for name, motion in _motions(take):
+        roles = tuple(role for role in BODY if role in motion.skeleton.roles)
+        if len(roles) >= _FEWEST:
+            yield roles, (take.name, name), leg_length(motion.skeleton), _features(motion, roles)
 
 
 def _motions(take: Take) -> Iterator[tuple[str, Motion]]:
     return ((name, track) for name, track in take.tracks.items() if isinstance(track, Motion))
 
 
-def _group(roles: tuple[str, ...], of: Sequence[tuple[tuple[str, str], SingleArray]]) -> _Group:
-    rows = [each for _, each in of]
+def _grouped(parts: Sequence[_Indexed]) -> ExampleIndex:
+    by_roles: dict[tuple[str, ...], list[_Indexed]] = {}
+    for part in parts:
+        by_roles.setdefault(part[0], []).append(part)
+    return ExampleIndex(tuple(_group(roles, of) for roles, of in by_roles.items()))
+
+
+def _group(roles: tuple[str, ...], of: Sequence[_Indexed]) -> Group:
+    rows = [each for *_, each in of]
     offsets = np.concatenate([[0], np.cumsum([len(each) for each in rows])])
-    return _Group(roles, tuple(track for track, _ in of), Windows(np.concatenate(rows), offsets))
+    legs = np.array([leg for _, _, leg, _ in of])
+    return Group(roles, tuple(track for _, track, _, _ in of), legs, Windows(np.concatenate(rows), offsets))
 
 
 def _features(motion: Motion, roles: tuple[str, ...]) -> SingleArray:
@@ -147,7 +210,9 @@ def _features(motion: Motion, roles: tuple[str, ...]) -> SingleArray:
     return np.asarray(both.reshape(len(frames), -1), dtype=np.float32)
 
 
-def find_alike(index: ExampleIndex, example: Motion, *, count: int = 50, without: Found | None = None) -> list[Found]:
+def find_alike(
+    index: ExampleIndex, example: Motion, *, count: int = 50, each: int = 1, without: Found | None = None
+) -> list[Found]:
     """The windows that are most like an example, wherever on the ground and in whichever direction they are.
 
     Parameters
@@ -156,7 +221,9 @@ def find_alike(index: ExampleIndex, example: Motion, *, count: int = 50, without
     example : Motion
         Its first ``LONGEST`` seconds are compared.
     count : int
-        How many are found, one of each track.
+        How many are found.
+    each : int
+        How many of one track; they do not overlap.
     without : Found, optional
         A window that is left out, with those that overlap it: where the example comes from.
 
@@ -174,16 +241,16 @@ def find_alike(index: ExampleIndex, example: Motion, *, count: int = 50, without
     if len(roles) < _FEWEST:
         raise RequestError(f"motions are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
     query = _features(example, roles)[: int(LONGEST * RATE) + 1]
-    found = [each for group in index.groups for each in _nearest(group, query, roles, without)]
+    found = [one for group in index.groups for one in _nearest(group, query, roles, without, (count, each))]
     leg = leg_length(example.skeleton)
-    nearest = sorted(found, key=lambda each: each[1])[:count]
-    return [_described(each, len(query), leg) for each in nearest]
+    nearest = sorted(found, key=lambda one: one[1])[:count]
+    return [_described(one, len(query), leg) for one in nearest]
 
 
 def _nearest(
-    group: _Group, query: SingleArray, roles: tuple[str, ...], without: Found | None
-) -> Iterator[tuple[tuple[_Group, int, int], float]]:
-    """The best window of each motion of a group: the group, the motion and its row, and the squared distance."""
+    group: Group, query: SingleArray, roles: tuple[str, ...], without: Found | None, most: tuple[int, int]
+) -> Iterator[tuple[tuple[Group, int, int], float]]:
+    """The best windows of a group, so many and so many of a motion: the motion, its row, and the squared distance."""
     common = [role for role in roles if role in group.roles]
     if len(common) < _FEWEST:
         return
@@ -196,9 +263,8 @@ def _nearest(
         first = max(int(without.start * RATE) - len(query) + 1, 0)
         last = int(without.stop * RATE) + 1
         squares[starts[own] : windows.offsets[own + 1]][first:last] = np.inf
-    for motion in np.flatnonzero(np.isfinite(np.minimum.reduceat(squares, starts))).tolist():
-        best = int(squares[starts[motion] : windows.offsets[motion + 1]].argmin())
-        yield (group, motion, best), float(squares[starts[motion] + best])
+    for motion, row in apart(squares, windows.offsets, len(query), *most):
+        yield (group, motion, row), float(squares[starts[motion] + row])
 
 
 def _columns(roles: tuple[str, ...], chosen: Sequence[str]) -> IntArray:
@@ -206,7 +272,7 @@ def _columns(roles: tuple[str, ...], chosen: Sequence[str]) -> IntArray:
     return np.array([6 * roles.index(role) + column for role in chosen for column in range(6)])
 
 
-def _described(found: tuple[tuple[_Group, int, int], float], width: int, leg: float) -> Found:
+def _described(found: tuple[tuple[Group, int, int], float], width: int, leg: float) -> Found:
     (group, motion, row), square = found
     take, track = group.tracks[motion]
     return Found(take, track, row / RATE, (row + width - 1) / RATE, leg * float(np.sqrt(square)))

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.library import Library
+from kinetograph.library import Library, Selection, facts_of, labels
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe.named import is_called
+from kinetograph.methods.recordings import LABELS
+from kinetograph.pipeline.libraries import open_library
 from kinetograph.pipeline.noting import noted
 from kinetograph.synthesis import Synthesis
 
@@ -46,3 +52,27 @@ def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) 
         raise RequestError(f"alternatives are 1 motion or more, found {count}")
     made = model.alternatives(keys, count) if count > 1 else (model.synthesize(keys),)
     return tuple(noted(each, model.notes, model.left_out) for each in made)
+
+
+def open_without_labels(path: str | Path, selection: Selection) -> tuple[Library, tuple[str, ...]]:
+    """Open a library for a search that leaves out moves and styles as well as takes.
+
+    Parameters
+    ----------
+    path : str or Path
+    selection : Selection
+        What it leaves out may also be words of a take's name, or of a move or a style.
+
+    Returns
+    -------
+    library : Library
+        Without the takes that have one of the names or tags.
+    without : tuple of str
+        What the search itself leaves out: what is no name or tag, or also a move or a style of another take.
+    """
+    unknown = selection.unknown(facts_of(open_library(path)))
+    takes = tuple(name for name in selection.without if name not in unknown)
+    library = open_library(path, replace(selection, without=takes))
+    notes = {label for of in labels(library).values() for kind, label in of if kind in LABELS}
+    known = (*library.names(), *notes)
+    return library, tuple(w for w in selection.without if w in unknown or any(is_called(name, w) for name in known))

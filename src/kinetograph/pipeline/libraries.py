@@ -2,71 +2,94 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
-from kinetograph.library import UNFINISHED, Library, contents, skeletons
+from kinetograph.library import (
+    Facts,
+    Library,
+    Selection,
+    Shards,
+    contents,
+    facts_of,
+    shards_in,
+    skeletons,
+)
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
 
+CATALOGUE = "catalogue.sqlite"
+"""The file by which a library is known."""
 
-def open_library(path: str | Path) -> Library:
-    """Open a library.
+
+def open_library(path: str | Path, selection: Selection | None = None) -> Library:
+    """Open a library, or a selection of its takes.
+
+    Parameters
+    ----------
+    path : str or Path
+    selection : Selection, optional
+        The takes that are used; without it, all.
+
+    Returns
+    -------
+    Library
 
     Raises
     ------
     LibraryError
         For a folder that is none; the message differs for a folder of recordings, an empty one and a missing one.
+    RequestError
+        For a selection that chooses no take, or leaves out what is not there; the message has what there is.
+
+    Notes
+    -----
+    A folder of libraries is opened as `kinetograph.library.Shards`.
     """
     folder = Path(path)
-    if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
+    if folder.is_dir() and not (folder / CATALOGUE).exists():
         recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
         if recordings:
             raise LibraryError(
                 f"{folder}: a folder with {len(recordings)} recordings, not a library; "
                 f"make one with: kinetograph library create LIB {folder}"
             )
-    return Library.open(folder)
+    shards = shards_in(folder)
+    library = Shards.of(shards) if shards else Library.open(folder)
+    if not selection:
+        return library
+    _require_chosen(facts_of(library), selection, folder)
+    return library.only(selection)
 
 
-@contextmanager
-def creating(path: str | Path) -> Iterator[Library]:
-    """Make a library to be filled in the block, or go on with one that was not filled to the end.
-
-    Parameters
-    ----------
-    path : str or Path
-        A folder that is new or empty, or of a library that an interrupted block left; it is empty or marked.
-
-    Yields
-    ------
-    Library
-
-    Raises
-    ------
-    LibraryError
-        The folder has a library that is complete, or something else.
-    """
-    marker = Path(path) / UNFINISHED
-    library = Library.open(path) if _unfinished(Path(path)) else Library.create(path)
-    try:
-        marker.touch()
-    except OSError as error:
-        raise LibraryError(f"{path}: cannot make a library here: {error.strerror}") from error
-    yield library
-    marker.unlink(missing_ok=True)
+def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path) -> None:
+    """Raise RequestError where a selection leaves out what is not there, or leaves nothing."""
+    tags = sorted({tag for of_take in facts.values() for tag in of_take.tags})
+    there = (
+        f"there are {_listed(list(facts), 6)}; tags are {_listed(tags, 12)}"
+        if tags
+        else f"there are {_listed(list(facts), 6)}"
+    )
+    if unknown := selection.unknown(facts):
+        raise RequestError(f"{folder}: no take or tag {unknown[0]!r} to leave out; {there}")
+    if not selection.of(facts):
+        raise RequestError(f"{folder}: no take is {selection}; {there}")
 
 
-def _unfinished(folder: Path) -> bool:
-    try:
-        return (folder / UNFINISHED).exists() or not Library.open(folder).names()
-    except LibraryError:
-        return False
+def open_or_create(path: str | Path) -> Library:
+    """Open the library in a folder, or make one where the folder is new or empty. Raises LibraryError."""
+    return (
+        Library.open(path) if (Path(path) / CATALOGUE).is_file() and _has_tables(Path(path)) else Library.create(path)
+    )
+
+
+def _has_tables(folder: Path) -> bool:
+    """Whether a catalogue is more than the empty file that a command leaves which was killed while it made one."""
+    return (folder / CATALOGUE).stat().st_size > 0
 
 
 def differing_skeletons(library: Library) -> tuple[str, ...]:
@@ -90,9 +113,9 @@ def differing_skeletons(library: Library) -> tuple[str, ...]:
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return ", ".join(names[:3]) + more
+def _listed(names: Sequence[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (", ".join(names[:most]) or "none") + more
 
 
 def has_partners(library: Library, target: str | None) -> bool:
@@ -125,34 +148,6 @@ def has_partners(library: Library, target: str | None) -> bool:
         names = ", ".join(sorted({name for _, name in tracks}))
         raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {names}")
     return any(name != target for take, name in tracks if take in with_target)
-
-
-def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
-    """Motion files, by name.
-
-    Parameters
-    ----------
-    paths : iterable of str or Path
-        Files, and folders whose motion files are taken, but not those in folders within.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    RequestError
-        Where there is none.
-    """
-    files: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            files += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
-        else:
-            files.append(path)
-    if not files:
-        raise RequestError(f"no motion file found; expected one of {', '.join(sorted(READERS))}")
-    return files
 
 
 def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = None) -> tuple[Take, tuple[str, ...]]:

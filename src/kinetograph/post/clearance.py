@@ -35,10 +35,19 @@ def clearance_of(motions: Iterable[Motion]) -> FloatArray:
     ndarray, shape (5,)
         Metres, rising; zeros for skeletons without toes.
     """
-    pairs = [_speeds_and_heights(motion, toe) for motion in motions for toe in _toes(motion)]
-    if not pairs:
+    return clearance_from(toe_heights(motion) for motion in motions)
+
+
+def toe_heights(motion: Motion) -> FloatArray:
+    """The speed along the ground of every toe in every frame, and its height over the floor, ``(N, 2)``."""
+    return np.concatenate([np.zeros((0, 2)), *(_speeds_and_heights(motion, toe) for toe in _toes(motion))])
+
+
+def clearance_from(pairs: Iterable[FloatArray]) -> FloatArray:
+    """The clearance from the `toe_heights` of every motion, whatever their order; see `clearance_of`."""
+    speed, height = np.concatenate([np.zeros((0, 2)), *pairs]).T
+    if len(speed) == 0:
         return np.zeros(len(SPEEDS))
-    speed, height = np.concatenate(pairs).T
     nearest = np.searchsorted(np.sqrt(SPEEDS[1:] * SPEEDS[:-1]), speed)
     heights = [_low(height[(nearest == i) & (speed >= SPEEDS[0])]) for i in range(len(SPEEDS))]
     return np.asarray(np.maximum.accumulate([0.0, *heights[1:]]))

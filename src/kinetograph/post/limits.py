@@ -128,17 +128,76 @@ def seen_ranges(motions: Sequence[Motion], joints: Iterable[int]) -> tuple[Joint
     tuple of JointRange
         One per joint.
     """
-    return tuple(_seen(joint, np.concatenate([m.rotations[:, joint] for m in motions])) for joint in joints)
+    chosen = tuple(joints)
+    means = mean_rotations(joint_products(motion, chosen) for motion in motions)
+    axes = principal_axes(joint_moments(motion, chosen, means) for motion in motions)
+    return ranges_of(chosen, means, axes, (extremes(motion, chosen, means, axes) for motion in motions))
 
 
-def _seen(joint: int, rotations: FloatArray) -> JointRange:
-    _, vectors = np.linalg.eigh(rotations.T @ rotations)
-    mean = vectors[:, -1]  # the quaternion nearest to all, whatever their signs
-    radians = rot.log(rot.multiply(rot.conjugate(mean), rotations))
-    centred = radians - radians.mean(axis=0)
-    axes = np.linalg.eigh(centred.T @ centred)[1].T[::-1]
-    along = radians @ axes.T
-    return JointRange(joint, mean, axes, along.min(axis=0), along.max(axis=0))
+# What follows is added up over motions in their order, so that those of several libraries may be added up, too.
+
+
+def joint_products(motion: Motion, joints: Sequence[int]) -> FloatArray:
+    """Of each joint the sum over frames of its quaternion times itself, ``(R, 4, 4)``."""
+    chosen = motion.rotations[:, list(joints)].transpose(1, 2, 0)
+    return np.asarray(chosen @ chosen.transpose(0, 2, 1))
+
+
+def mean_rotations(products: Iterable[FloatArray]) -> FloatArray:
+    """The mean rotation of each joint, ``(R, 4)``: the quaternion nearest to all, whatever their signs."""
+    return np.asarray(np.linalg.eigh(sum(products))[1][:, :, -1])
+
+
+def joint_moments(motion: Motion, joints: Sequence[int], means: FloatArray) -> FloatArray:
+    """Of each joint the sums over frames of (1, v) times (1, v), ``(R, 4, 4)``; v are radians from the mean."""
+    radians = _radians(motion, joints, means)
+    rows = np.concatenate([np.ones((*radians.shape[:2], 1)), radians], axis=2)
+    return np.asarray(rows.transpose(0, 2, 1) @ rows)
+
+
+def principal_axes(moments: Iterable[FloatArray]) -> FloatArray:
+    """The axes ``(R, 3, 3)`` along which each joint's rotations differ most, a unit vector per row."""
+    total = np.asarray(sum(moments))
+    middle = total[:, 0, 1:] / total[:, :1, 0]
+    spread = total[:, 1:, 1:] - total[:, 0, 0, None, None] * middle[:, :, None] * middle[:, None]
+    return np.asarray(np.linalg.eigh(spread)[1].transpose(0, 2, 1)[:, ::-1])
+
+
+def extremes(motion: Motion, joints: Sequence[int], means: FloatArray, axes: FloatArray) -> FloatArray:
+    """The least and the greatest component of each joint along each axis, ``(2, R, 3)`` radians.
+
+    Parameters
+    ----------
+    motion : Motion
+    joints : sequence of int, length R
+    means : ndarray, shape (R, 4)
+    axes : ndarray, shape (R, 3, 3)
+    """
+    along = _radians(motion, joints, means) @ axes.transpose(0, 2, 1)
+    return np.stack([along.min(axis=1), along.max(axis=1)])
+
+
+def ranges_of(
+    joints: Sequence[int], means: FloatArray, axes: FloatArray, each: Iterable[FloatArray]
+) -> tuple[JointRange, ...]:
+    """The ranges of joints from the `extremes` of every motion.
+
+    Parameters
+    ----------
+    joints : sequence of int, length R
+    means : ndarray, shape (R, 4)
+    axes : ndarray, shape (R, 3, 3)
+    each : iterable of ndarray, shape (2, R, 3)
+    """
+    found = np.stack(list(each))
+    lows, highs = found[:, 0].min(axis=0), found[:, 1].max(axis=0)
+    return tuple(JointRange(*of_joint) for of_joint in zip(joints, means, axes, lows, highs, strict=True))
+
+
+def _radians(motion: Motion, joints: Sequence[int], means: FloatArray) -> FloatArray:
+    """Rotation vectors ``(R, F, 3)`` of joints from their means."""
+    rotations = motion.rotations[:, list(joints)].transpose(1, 0, 2)
+    return np.asarray(rot.log(rot.multiply(rot.conjugate(means)[:, None], rotations)))
 
 
 def beyond(motion: Motion, ranges: Sequence[JointRange]) -> FloatArray:

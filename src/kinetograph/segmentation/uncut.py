@@ -43,6 +43,9 @@ class UncutError(RequestError):
         self.why = why
         super().__init__(message)
 
+    def __reduce__(self) -> tuple[type[UncutError], tuple[str, str]]:
+        return UncutError, (self.args[0], self.why)
+
 
 def why_uncut(motion: Motion, contacts: tuple[Annotation, ...]) -> str:
     """Why a motion has fewer than two footplants.

@@ -12,7 +12,7 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.library import Library, contents, labels
 from kinetograph.motion import Motion, cut
-from kinetograph.pipeline import ExampleIndex, Found, find_alike, index_takes, matches
+from kinetograph.pipeline import ExampleIndex, Found, find_alike, index_of, matches
 from kinetograph.studio.floor import floor_of
 from kinetograph.studio.made import clip
 from kinetograph.studio.messages import (
@@ -76,8 +76,7 @@ class Shelf:
         """What examples are compared with."""
         with self._lock:  # whoever asks meanwhile waits for the same
             if self._index is None:
-                names = self.library.names()
-                self._index = index_takes((self.library.take(name) for name in names), len(names))
+                self._index = index_of(self.library)
             return self._index
 
     def thumbnail(self, name: str) -> tuple[ThumbnailRow, bytes]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kinetograph.errors import RequestError, WorkError
-from kinetograph.work.crews import AHEAD
+from kinetograph.work.crews import AHEAD, called, send_mappings
 
 CONNECT = 5.0
 """Seconds after which a cluster that does not answer is not there."""
@@ -49,6 +49,7 @@ class Cluster:
     """
 
     def __init__(self, address: str, without: float = WITHOUT) -> None:
+        send_mappings()
         self.address, self._without = address, without
         self._client = _connected(address)
         self._executor: cf.Executor = self._client.get_executor(pure=False)
@@ -64,7 +65,11 @@ class Cluster:
             raise self._gone() from error
 
     def holders(self, path: Path) -> list[str]:
-        """The addresses of the workers that see a path, in order."""
+        """The addresses of the workers that see a path, in order. Raises WorkError where no worker comes."""
+        self._seen = time.monotonic()
+        while not self.workers():
+            self._require_workers()
+            time.sleep(0.1)
         return sorted(address for address, there in self._client.run(_exists, path).items() if there)
 
     def ahead(self) -> int:
@@ -76,7 +81,7 @@ class Cluster:
     def submit(self, function: Callable[[Any], Any], item: Any, at: Sequence[str] = ()) -> cf.Future[Any]:
         """See `Crew`; ``at`` are addresses of workers that do it if they are there."""
         placed = {"workers": list(at), "allow_other_workers": True} if at else {}
-        return self._executor.submit(function, item, **placed)
+        return self._executor.submit(called, function, item, **placed)
 
     def wait(self, future: cf.Future[Any]) -> Any:
         """See `Crew`. Raises WorkError where the cluster is gone, or has had no workers for long."""

@@ -5,10 +5,12 @@ A crew hands out calls and waits for them. Those that were lost, as their proces
 
 from __future__ import annotations
 
+import copyreg
 import multiprocessing
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from kinetograph.errors import WorkError
@@ -33,6 +35,26 @@ class Crew(Protocol):
 
     def close(self, *, stop: bool) -> None:
         """Let go of the workers; with ``stop``, of what they are doing, too."""
+
+
+def called(function: Callable[[Any], Any], item: Any) -> Any:
+    """What a function returns for an item, in a process that can send it back."""
+    send_mappings()
+    return function(item)
+
+
+def send_mappings() -> None:
+    """Let mappings that cannot be changed pass between processes, which by themselves they cannot."""
+    copyreg.pickle(MappingProxyType, _as_dict)
+
+
+def _as_dict(mapping: Mapping[Any, Any]) -> tuple[Callable[..., Any], tuple[dict[Any, Any]]]:
+    return unchanging, (dict(mapping),)
+
+
+def unchanging(mapping: dict[Any, Any]) -> Mapping[Any, Any]:
+    """A mapping that cannot be changed."""
+    return MappingProxyType(mapping)
 
 
 class Inline:
@@ -65,6 +87,7 @@ class Borrowed:
     """
 
     def __init__(self, executor: Executor) -> None:
+        send_mappings()
         self._executor = executor
         self._given: list[Future[Any]] = []
 
@@ -76,7 +99,7 @@ class Borrowed:
         """See `Crew`. Raises WorkError where the executor takes no more."""
         self._given = [future for future in self._given if not future.done()]
         try:
-            self._given.append(self._executor.submit(function, item))
+            self._given.append(self._executor.submit(called, function, item))
         except BrokenExecutor as error:
             raise WorkError("the executor is broken: one of its processes died; make a new one") from error
         return self._given[-1]
@@ -101,6 +124,7 @@ class Processes:
     """
 
     def __init__(self, jobs: int) -> None:
+        send_mappings()
         self.jobs = jobs
         self._others = set(multiprocessing.active_children())
         self._pool = self._started()
@@ -115,11 +139,11 @@ class Processes:
     def submit(self, function: Callable[[Any], Any], item: Any) -> Future[Any]:
         """See `Crew`."""
         try:
-            return self._pool.submit(function, item)
+            return self._pool.submit(called, function, item)
         except BrokenExecutor:
             self._pool.shutdown(wait=True)
             self._pool = self._started()
-            return self._pool.submit(function, item)
+            return self._pool.submit(called, function, item)
 
     def wait(self, future: Future[Any]) -> Any:
         """See `Crew`."""

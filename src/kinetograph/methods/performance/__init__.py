@@ -44,6 +44,7 @@ from kinetograph.methods.performance.interpretation import interpret
 from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
+from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.repetition import most_used, times_running
@@ -96,6 +97,7 @@ __all__ = [
     "Rigid",
     "Rule",
     "Segment",
+    "ShardedModel",
     "Similarity",
     "Source",
     "Steering",
@@ -124,6 +126,7 @@ __all__ = [
     "most_used",
     "next_best",
     "only_track",
+    "over_shards",
     "partner_control",
     "path_on_ground",
     "path_speeds",

@@ -70,25 +70,25 @@ def _sources(
         sources += made
         if cuts:
             cut_at.append((recording.name, cuts))
-    uncut = by_reason((name, _why(name, error)) for name, error in failed.items())
+    uncut = by_reason((name, why_left(name, error)) for name, error in failed.items())
     if failed and not sources:
-        raise _nothing(failed, uncut)
-    return sources, uncut, [*_cut_here(cut_at), *_left_here(uncut)]
+        raise nothing_left(failed, uncut)
+    return sources, uncut, [*cut_here(cut_at), *left_here(uncut)]
 
 
-def _why(name: str, error: RequestError) -> str:
+def why_left(name: str, error: RequestError) -> str:
     """Why a take is left out, without its name."""
     return error.why if isinstance(error, UncutError) else str(error).removeprefix(f"take {name!r}: ")
 
 
-def _nothing(failed: Mapping[str, RequestError], uncut: LeftOut) -> RequestError:
+def nothing_left(failed: Mapping[str, RequestError], uncut: LeftOut) -> RequestError:
     """Why no take is left: the reason of the only one, or all of them."""
     if len(failed) == 1:
         return next(iter(failed.values()))
     return RequestError(f"no take can be used; {'; '.join(left_out_lines(uncut))}; {MEND}")
 
 
-def _cut_here(cut_at: Iterable[tuple[str, str]]) -> Iterable[str]:
+def cut_here(cut_at: Iterable[tuple[str, str]]) -> Iterable[str]:
     """What takes without cuts are cut at."""
     for cuts, takes in by_reason((name, cuts) for name, cuts in cut_at).items():
         were = "was" if len(takes) == 1 else "were"
@@ -96,6 +96,7 @@ def _cut_here(cut_at: Iterable[tuple[str, str]]) -> Iterable[str]:
         yield f"{cut} ({shortened(takes)}); library segment does so once"
 
 
-def _left_here(uncut: LeftOut) -> Iterable[str]:
+def left_here(uncut: LeftOut) -> Iterable[str]:
+    """Which takes are left out, why, and what a person can do about it."""
     lines = list(left_out_lines(uncut))
     return [*lines[:-1], f"{lines[-1]}; {MEND}"] if lines else ()

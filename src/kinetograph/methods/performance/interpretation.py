@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
@@ -16,8 +17,37 @@ from kinetograph.methods.performance.standing import only_standing, only_standin
 from kinetograph.progress import Progress
 
 
+class Scores(Protocol):
+    """What works out the scores of states; see ``scoring``."""
+
+    def arrivals(self, fitted: Fitted, x: FloatArray, progress: Progress | None = None) -> Iterable[Arrivals]:
+        """Of steps 1, 2, ..., T."""
+
+    def left_early(self, fitted: Fitted, x: FloatArray) -> dict[int, Arrivals]:
+        """By number of steps used, the states that are left before their end where ``x`` ends."""
+
+
+class Here:
+    """All states are scored in this process."""
+
+    def arrivals(self, fitted: Fitted, x: FloatArray, progress: Progress | None = None) -> Iterable[Arrivals]:
+        """See `Scores`."""
+        return arrivals(fitted, x, progress)
+
+    def left_early(self, fitted: Fitted, x: FloatArray) -> dict[int, Arrivals]:
+        """See `Scores`."""
+        return left_early(fitted, x)
+
+
+HERE = Here()
+
+
 def interpret(
-    fitted: Fitted, x: FloatArray, progress: Progress | None = None, rules: Sequence[Rule] = ()
+    fitted: Fitted,
+    x: FloatArray,
+    progress: Progress | None = None,
+    rules: Sequence[Rule] = (),
+    scores: Scores = HERE,
 ) -> SegmentalPath:
     """The best sequence of states for a control.
 
@@ -30,6 +60,8 @@ def interpret(
         Called with the steps done and their number.
     rules : sequence of Rule
         What is pinned or forbidden.
+    scores : Scores
+        Who scores the states.
 
     Raises
     ------
@@ -37,8 +69,9 @@ def interpret(
         For a control shorter than any segment can be made.
     """
     _check_length(fitted, len(x) - 1)
-    partial = bind_partial(fitted, rules, only_standing_early(fitted, x, left_early(fitted, x)), len(x) - 1)
-    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress), partial)
+    early = only_standing_early(fitted, x, scores.left_early(fitted, x))
+    partial = bind_partial(fitted, rules, early, len(x) - 1)
+    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress, scores), partial)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +103,14 @@ class Interpreting:
 
 
 def _legal(
-    fitted: Fitted, x: FloatArray, rules: Sequence[Rule], progress: Progress | None = None
+    fitted: Fitted,
+    x: FloatArray,
+    rules: Sequence[Rule],
+    progress: Progress | None = None,
+    scores: Scores = HERE,
 ) -> Iterable[Arrivals]:
     """The arrivals of steps 1, 2, ..., of which only those are legal that rules allow and, of poses, that stand."""
-    each = only_standing(fitted, x, arrivals(fitted, x, progress))
+    each = only_standing(fitted, x, scores.arrivals(fitted, x, progress))
     if fitted.settings.first_facing:
         each = facing_first(fitted, x, each)
     return bind(fitted, rules, each) if rules else each

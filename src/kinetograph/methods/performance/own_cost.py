@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.weights import weights
@@ -38,30 +38,39 @@ def own_cost(settings: PerformanceSettings, sources: tuple[Source, ...], instanc
     float or None
         That of points that are `NEAR` at least; None where no segment has another one that could explain it.
     """
-    chosen = np.unique(np.linspace(0, len(instances.segments) - 1, COUNT).round().astype(int))
+    chosen = spread_over(len(instances.segments))
     takes = np.unique([sources[segment.source].take for segment in instances.segments], return_inverse=True)[1]
     rates = []
     for steps, examples in instances.controls.items():
         members = instances.states[instances.members(steps), 0]
-        natural = np.array([_natural(instances.segments[i], settings.rate, steps) for i in members])
+        natural = np.array([is_natural(instances.segments[i], settings.rate, steps) for i in members])
         asked = np.flatnonzero(np.isin(members, chosen) & natural)
         if len(asked) == 0:
             continue
         costs, _ = settings.alignment.align(examples[asked], examples, weights(settings, steps + 1))
-        costs = np.where(_strangers(instances.segments, takes, members[asked], members), costs, np.inf)
+        costs = np.where(strangers(instances.segments, takes, members[asked], members), costs, np.inf)
         rates.append(costs.min(axis=1) * settings.rate / steps)
-    together = np.concatenate([np.zeros(0), *rates])
+    return mean_of_known(settings, np.concatenate([np.zeros(0), *rates]))
+
+
+def spread_over(segments: int) -> IntArray:
+    """The segments that are explained by others."""
+    return np.unique(np.linspace(0, segments - 1, COUNT).round().astype(int))
+
+
+def mean_of_known(settings: PerformanceSettings, together: FloatArray) -> float | None:
+    """The mean of what segments cost per second, of points that are `NEAR` at least; None where nothing is known."""
     known = together[np.isfinite(together)]
     near = NEAR**2 * float(settings.control_points.weights().sum())
     return max(float(known.mean()), near) if len(known) else None
 
 
-def _natural(segment: Segment, rate: float, steps: int) -> bool:
+def is_natural(segment: Segment, rate: float, steps: int) -> bool:
     """Whether a segment that moves has ``steps`` steps as it was recorded."""
     return not segment.held and max(round(segment.duration * rate), 2) == steps
 
 
-def _strangers(segments: tuple[Segment, ...], takes: IntArray, asked: IntArray, others: IntArray) -> BoolArray:
+def strangers(segments: tuple[Segment, ...], takes: IntArray, asked: IntArray, others: IntArray) -> BoolArray:
     """Whether segments ``others`` may explain those ``asked``: of another take or, in the only one, some time apart."""
     if takes.max() > 0:
         return np.asarray(takes[asked][:, None] != takes[others])

@@ -46,7 +46,7 @@ def arrivals(fitted: Fitted, x: FloatArray, progress: Progress | None = None) ->
     for low in range(longest, steps + 1, chunk):
         high = min(low + chunk, steps + 1)
         windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
-        costs, placement = _align(fitted, np.moveaxis(windows, -1, 1), slice(None))
+        costs, placement = aligned(fitted, np.moveaxis(windows, -1, 1), slice(None))
         for i in range(high - low):
             yield _arrival(fitted, costs, placement, i)
         if progress:
@@ -55,7 +55,7 @@ def arrivals(fitted: Fitted, x: FloatArray, progress: Progress | None = None) ->
 
 def arrivals_at(fitted: Fitted, x: FloatArray) -> Arrivals:
     """The input of the step at the last of the samples ``x``: at most the longest state's, fewer at the start."""
-    costs, placement = _align(fitted, x[None], slice(-len(x), None))
+    costs, placement = aligned(fitted, x[None], slice(-len(x), None))
     return _arrival(fitted, costs, placement, 0)
 
 
@@ -67,12 +67,12 @@ def left_early(fitted: Fitted, x: FloatArray, used: Sequence[int] | None = None)
 
 def _left_after(fitted: Fitted, x: FloatArray, used: int) -> Arrivals:
     """The states of which only the first ``used`` steps fit before the control's end."""
-    costs, placement = _align(fitted, x[None, -used - 1 :], slice(used + 1))
+    costs, placement = aligned(fitted, x[None, -used - 1 :], slice(used + 1))
     return _arrival(fitted, costs, placement, 0)
 
 
-def _align(fitted: Fitted, windows: FloatArray, part: slice) -> tuple[FloatArray, Placement]:
-    """D and placements of all states, ``part`` of their samples, against windows ``(B, W, P, 3)``."""
+def aligned(fitted: Fitted, windows: FloatArray, part: slice) -> tuple[FloatArray, Placement]:
+    """D ``(B, S)`` and placements of all states, ``part`` of their samples, against windows ``(B, W, P, 3)``."""
     settings, costs, placements = fitted.settings, [], []
     for examples in fitted.instances.controls.values():
         used = examples[:, part]

@@ -188,14 +188,14 @@ def build_instances(
     states = sorted((steps, i) for i, each in enumerate(legal) for steps in each)
     controls: dict[int, FloatArray] = {}
     for steps in sorted({steps for steps, _ in states}):
-        rows = [_samples(sources[segments[i].source], segments[i], steps) for d, i in states if d == steps]
+        rows = [samples_of(sources[segments[i].source], segments[i], steps) for d, i in states if d == steps]
         controls[steps] = np.stack(rows)
     heads = np.stack([_target_at(sources[s.source], s.start) for s in segments])
     tails = np.stack([_target_at(sources[s.source], s.stop) for s in segments])
     return Instances(segments, np.array([(i, d) for d, i in states]), controls, heads, tails)
 
 
-def _samples(source: Source, segment: Segment, steps: int) -> FloatArray:
+def samples_of(source: Source, segment: Segment, steps: int) -> FloatArray:
     """``steps + 1`` evenly spaced samples of the control points over a segment, borders included."""
     times = np.linspace(segment.start, segment.stop, steps + 1)
     return interpolate(source.control_points, times * source.motion.fps)

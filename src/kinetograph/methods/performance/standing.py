@@ -38,11 +38,16 @@ PRICE = 0.0005
 
 def calm_poses(sources: Sequence[Source]) -> tuple[Segment, ...]:
     """The poses that are held: the calmest with both feet on the floor, and close together, of all recordings."""
-    found = [(score, Segment(i, second, second)) for i, s in enumerate(sources) for score, second in _calm(s)]
-    return tuple(segment for _, segment in sorted(found, key=lambda each: each[0])[:POSES])
+    found = [(score, Segment(i, second, second)) for i, s in enumerate(sources) for score, second in calm_moments(s)]
+    return tuple(segment for _, segment in calmest(found))
 
 
-def _calm(source: Source) -> Iterator[tuple[float, float]]:
+def calmest(found: Iterable[tuple[float, Segment]]) -> list[tuple[float, Segment]]:
+    """The calmest of some poses, with how calm they are."""
+    return sorted(found, key=lambda each: each[0])[:POSES]
+
+
+def calm_moments(source: Source) -> Iterator[tuple[float, float]]:
     """A recording's calm poses, the calmest first: how calm, and the second."""
     motion = source.motion
     toes = on_ground(role_positions(motion, ("left_toe", "right_toe")))

@@ -1,0 +1,82 @@
+"""Products and sums that are the same, bit by bit, however many rows they are worked out with, and on any processor.
+
+A matrix product of BLAS adds up in an order that depends on the shapes and on the machine. Here each number is the sum
+over the columns in their order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetograph.arrays import ComplexArray, FloatArray
+from kinetograph.learn._kernels import reproducible
+
+BLOCK = 256
+"""Rows of the second matrix whose sums are kept in the processor's nearest memory."""
+
+
+@reproducible
+def real_products(x: FloatArray, columns: FloatArray, out: FloatArray) -> None:
+    """The rows ``(B, K)`` times the columns ``(K, N)``, into ``(B, N)``."""
+    count = columns.shape[1]
+    sums = np.empty(BLOCK)
+    for low in range(0, count, BLOCK):
+        width = min(BLOCK, count - low)
+        for b in range(len(x)):
+            sums[:width] = 0.0
+            for k in range(x.shape[1]):
+                factor = x[b, k]
+                for n in range(width):
+                    sums[n] += factor * columns[k, low + n]
+            out[b, low : low + width] = sums[:width]
+
+
+@reproducible
+def complex_products(
+    x_real: FloatArray, x_imag: FloatArray, real: FloatArray, imag: FloatArray, out: ComplexArray
+) -> None:
+    """The same of complex numbers, whose parts are given apart."""
+    count = real.shape[1]
+    re, im = np.empty(BLOCK), np.empty(BLOCK)
+    for low in range(0, count, BLOCK):
+        width = min(BLOCK, count - low)
+        for b in range(len(x_real)):
+            re[:width] = 0.0
+            im[:width] = 0.0
+            for k in range(x_real.shape[1]):
+                u, v = x_real[b, k], x_imag[b, k]
+                for n in range(width):
+                    p, q = real[k, low + n], imag[k, low + n]
+                    re[n] += u * p - v * q
+                    im[n] += u * q + v * p
+            for n in range(width):
+                out[b, low + n] = complex(re[n], im[n])
+
+
+@reproducible
+def real_sums(rows: FloatArray, weights: FloatArray, out: FloatArray) -> None:
+    """Weighted sums of the rows ``(N, K)``, into ``(N,)``."""
+    for n in range(len(rows)):
+        total = 0.0
+        for k in range(rows.shape[1]):
+            total += rows[n, k] * weights[k]
+        out[n] = total
+
+
+@reproducible
+def complex_sums(rows: ComplexArray, weights: FloatArray, out: ComplexArray) -> None:
+    """The same of complex numbers."""
+    for n in range(len(rows)):
+        re, im = 0.0, 0.0
+        for k in range(rows.shape[1]):
+            re += rows[n, k].real * weights[k]
+            im += rows[n, k].imag * weights[k]
+        out[n] = complex(re, im)
+
+
+@reproducible
+def shifts(window_means: ComplexArray, rotation: ComplexArray, example_means: ComplexArray, out: ComplexArray) -> None:
+    """By how much examples ``(N,)`` that are rotated and scaled ``(B, N)`` are shifted to windows ``(B,)``."""
+    for b in range(len(window_means)):
+        for n in range(len(example_means)):
+            out[b, n] = window_means[b] - rotation[b, n] * example_means[n]
