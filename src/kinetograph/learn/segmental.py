@@ -437,9 +437,9 @@ def prove(
     DataError
         Without any step, and where no sequence covers the control.
     """
-    if search.beam is not None:
-        return _within_beam(search, arrivals, partial)
     many, more = len(search.durations) >= GROUPED, 1.0 if search.reuse is None else DEARER
+    if search.beam is not None:
+        return solve(search, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
     narrow = [replace(search, share=share) for share in SHARES[:-1]]
     for each in narrow if many else [replace(search, near=Near(more * pieces)) for pieces in PIECES]:
         path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)

@@ -66,8 +66,8 @@ def cluster_segments(
     """
     if PAIR * len(segments) ** 2 > MOST:
         raise RequestError(
-            f"clustering compares all pairs of segments: {len(segments)} take {PAIR * len(segments) ** 2 / 1e9:.1f} GB, "
-            f"and at most {MOST / 1e9:g} GB are allowed, {int((MOST / PAIR) ** 0.5)} segments; choose fewer takes, or "
+            f"clustering compares all pairs of segments: {len(segments)} take {PAIR * len(segments) ** 2 / 1e9:.1f} GB"
+            f", and at most {MOST / 1e9:g} GB are allowed, {int((MOST / PAIR) ** 0.5)} segments; choose fewer takes, or "
             "leave clustering out: a large library is searched exactly without it"
         )
     distances = segment_distances(sources, segments, settings)
