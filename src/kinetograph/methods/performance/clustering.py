@@ -64,11 +64,12 @@ def cluster_segments(
 
     Raises RequestError, before anything is compared, for more segments than `MOST` bytes have room for.
     """
-    if PAIR * len(segments) ** 2 > MOST:
+    taken, room = PAIR * len(segments) ** 2, int((MOST / PAIR) ** 0.5)
+    if taken > MOST:
         raise RequestError(
-            f"clustering compares all pairs of segments: {len(segments)} take {PAIR * len(segments) ** 2 / 1e9:.1f} GB"
-            f", and at most {MOST / 1e9:g} GB are allowed, {int((MOST / PAIR) ** 0.5)} segments; choose fewer takes, or "
-            "leave clustering out: a large library is searched exactly without it"
+            f"clustering compares all pairs of segments: {len(segments)} take {taken / 1e9:.1f} GB, and at most "
+            f"{MOST / 1e9:g} GB are allowed, {room} segments; choose fewer takes, or leave clustering out: a large "
+            "library is searched exactly without it"
         )
     distances = segment_distances(sources, segments, settings)
     labels = complete_linkage(distances, settings.cluster or 0.0)
