@@ -9,6 +9,7 @@ from kinetograph.library.facts import Facts
 from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
+from kinetograph.library.results import Results
 from kinetograph.library.selection import Selection
 from kinetograph.library.shards import (
     Shards,
@@ -36,6 +37,7 @@ __all__ = [
     "Joints",
     "Library",
     "Report",
+    "Results",
     "Selection",
     "Shards",
     "Stream",
