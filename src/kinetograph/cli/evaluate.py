@@ -200,9 +200,10 @@ class Takes(Chosen):
     def held(self, library: Library) -> HeldOut:
         """The same for an evaluation."""
         from kinetograph.evaluation import HeldOut, grouped
+        from kinetograph.library import full_names
 
         groups = grouped(library.names(), tuple(self.group or ()))
-        return HeldOut(tuple(self.only or ()), self.track, groups)
+        return HeldOut(full_names(library, self.only or ()), self.track, groups)
 
 
 @options("Estimation")
