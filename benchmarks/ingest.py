@@ -67,7 +67,7 @@ def _killed(whole: Library, recordings: Any, kills: int, rng: np.random.Generato
             return f"read to its end after {done} kills: {_compared(whole, open_or_create(folder))}"
         done += 1
         here = len(open_or_create(folder).names())
-        longest *= 1.15 if here == progress else 0.95
+        longest *= 1.1 if here == progress else 0.8
         progress = here
         stages.add(here)
     library = open_or_create(folder)
