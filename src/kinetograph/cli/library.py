@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli.find import duplicates, find
 from kinetograph.cli.label import label
 from kinetograph.cli.options import AsJson, Chosen, Force, LibraryArgument, Working, add, options
 from kinetograph.cli.output import (
@@ -43,7 +44,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, label, tap, info, annotate, check, backup):
+    for command in (remove, segment, label, find, duplicates, tap, info, annotate, check, backup):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 

@@ -180,8 +180,7 @@ def perform(
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = outcome(made[0], model, performed)
-    if search.gap and "gap" not in summary:
-        summary["gap"] = model.gap(performed, rules)
+    summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
     _written(made, moves, wanted, inputs, answers)
     _show(made, summary, answers)
 

@@ -6,6 +6,7 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
+from kinetograph.library.facts_csv import Labelling, export_facts, import_facts
 from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
@@ -34,6 +35,7 @@ __all__ = [
     "Facts",
     "Info",
     "Joints",
+    "Labelling",
     "Library",
     "Report",
     "Selection",
@@ -50,9 +52,11 @@ __all__ = [
     "describe_takes",
     "entries",
     "export_annotations",
+    "export_facts",
     "facts_of",
     "full_names",
     "import_annotations",
+    "import_facts",
     "joints_of",
     "kept",
     "label_counts",

@@ -30,6 +30,7 @@ _ROOMS = {
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
     "disagreements": "ingesting",
+    "example_in": "finding",
     "find_alike": "finding",
     "find_copies": "copies",
     "find_recordings": "folders",
@@ -82,6 +83,7 @@ __all__ = [
     "cut_by_hand",
     "differing_skeletons",
     "disagreements",
+    "example_in",
     "find_alike",
     "find_copies",
     "find_recordings",
@@ -127,7 +129,7 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from kinetograph.pipeline.copies import Copy, copies_of, find_copies
-    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_of, index_takes, matches
+    from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
