@@ -137,4 +137,4 @@ def test_why_a_clip_that_loops_has_no_cuts_is_said(tmp_path: Path, clips_folder:
     assert run("library", "create", library, clips_folder / "0walk_forward.txt").returncode == 0
     done = run("library", "segment", library, "--by", "footplants")
     assert done.returncode == 0
-    assert "0walk_forward: clips that loop are cut when they are used" in done.stderr
+    assert "1 not cut: clips that loop are cut when they are used, over several cycles: 0walk_forward" in done.stderr

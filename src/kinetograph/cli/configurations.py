@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from kinetograph.methods.keyframe import KeyframeControl, Solver
     from kinetograph.methods.performance import Alignment, PerformanceControl
     from kinetograph.methods.sensor import Continuity, Interpolation, Optimisation, SensorControl
+    from kinetograph.work import Workers
 
     Synthesis = Continuity | Interpolation | Optimisation
 
@@ -52,11 +53,44 @@ class Search:
         list[str] | None, typer.Option(help="A point compared where segments meet: role=weight. Repeatable.")
     ] = None
     beam: Annotated[float | None, typer.Option(help="Width of a beam search; without it the search is exact.")] = None
-    cluster: Annotated[float | None, typer.Option(help="Cluster segments closer than this (metres), for speed.")] = None
+    cluster: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Cluster segments closer than this (metres), for speed; or the Dask scheduler whose "
+            "workers hold and score the shards of a library: tcp://HOST:PORT. Repeatable, for both."
+        ),
+    ] = None
     reuse: Annotated[
         float | None,
         typer.Option(help="How much dearer a step is that was used lately, a share; 0: free; default 0.5, partners 0."),
     ] = None
+
+    @property
+    def clustering(self) -> float | None:
+        """Metres within which segments are clustered. Raises RequestError for what is neither that nor an address."""
+        given = [text for text in self.cluster or () if "://" not in text]
+        if len(given) > 1:
+            raise RequestError(f"--cluster: expected one distance in metres, found {', '.join(given)}")
+        try:
+            return float(given[0]) if given else None
+        except ValueError:
+            raise RequestError(
+                f"--cluster: expected metres, or the address of a Dask scheduler, tcp://HOST:PORT; found {given[0]!r}"
+            ) from None
+
+    def require_here(self) -> None:
+        """Raise RequestError for a cluster, where a command works in this process."""
+        if self.workers(1).cluster is not None:
+            raise RequestError("--cluster: this command works on this machine only; it takes a distance in metres here")
+
+    def workers(self, jobs: int) -> Workers:
+        """Who holds and scores the shards of a library. Raises RequestError for several clusters."""
+        from kinetograph.work import Workers
+
+        given = [text for text in self.cluster or () if "://" in text]
+        if len(given) > 1:
+            raise RequestError(f"--cluster: expected one address, found {', '.join(given)}")
+        return Workers(jobs, given[0] if given else None)
 
 
 @options("After the search")
@@ -103,7 +137,7 @@ def performance_control(
     if search.target_point:
         method = replace(method, targets=weights_by_role(search.target_point, "--target-point"))
     method = _following(method, partner, channels if partners else ())
-    return replace(method, beam=search.beam, cluster=search.cluster, mirror=mirror)
+    return replace(method, beam=search.beam, cluster=search.clustering, mirror=mirror)
 
 
 def _following(method: PerformanceControl, partner: Partner, channels: Sequence[str]) -> PerformanceControl:

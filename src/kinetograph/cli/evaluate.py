@@ -68,6 +68,7 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
 
     library, target = open_library(compared.library, compared.selection), compared.target
     partners = has_partners(library, target)
+    search.require_here()
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
         rows = _performance_rows(method, library, compared, partners)

@@ -1,21 +1,26 @@
-"""The command library label: names of what is done."""
+"""The command library label: tags and texts of takes, and names of what is danced."""
 
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetograph.cli.options import AsJson, LibraryArgument, options
-from kinetograph.cli.output import note, notes, result, table
+from kinetograph.cli.output import note, notes, refuse_existing, result, table
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.pipeline import Labelled
 
 
-@options()
+_NAMED = 20
+"""Rows that match no take which are named."""
+
+
+@options("Partner dances")
 class Naming:
     """What is named."""
 
@@ -25,7 +30,6 @@ class Naming:
     )
     span: Annotated[int, typer.Option(help="Cuts that a unit goes on for.")] = 2
     first: Annotated[int, typer.Option(help="The cut at which the first unit begins, from 0.")] = 0
-    force: Annotated[bool, typer.Option("--force", help="Put the names in the place of moves that are there.")] = False
 
 
 @options("Thresholds")
@@ -43,16 +47,75 @@ class Thresholds:
     ] = None
 
 
-def label(folder: LibraryArgument, naming: Naming, thresholds: Thresholds, as_json: AsJson = False) -> None:
-    """Name the units of partner dances by stance and transition, as Hsu (2004) does; people can edit the names.
+@options("Tables")
+class Tables:
+    """Tags and texts as a table."""
 
-    A unit's name is the stance that it begins in, its transition and the stance that it ends in: "open inside turn
-    closed crosshand". Stances are open or closed; crosshand where a hand holds the partner's of the same side.
-    Transitions are a step, an inside turn (the follower turns to the left) or an outside turn. Names are annotations of
-    kind 'move' (library annotate).
+    table: Annotated[
+        Path | None, typer.Argument(metavar="[TABLE]", help="A table of tags and texts (.csv), or CMU's index (.txt).")
+    ] = None
+    words: Annotated[bool, typer.Option("--words", help="Make the words of the texts tags, too.")] = False
+    export: Annotated[
+        Path | None, typer.Option("--export", help="Write tags, texts and subjects to this CSV, to edit.")
+    ] = None
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite a file, or the moves of partner dances, that are there.")
+    ] = False
+
+
+def label(
+    folder: LibraryArgument, tables: Tables, naming: Naming, thresholds: Thresholds, as_json: AsJson = False
+) -> None:
+    """Label takes from a table; without one, name the units of partner dances.
+
+    The table has a header: take (or file, or subject and motion) and tags, text (or description) or subject. Tags have
+    ; or , between. Rows that match no take, or several, are named and skipped.
+
+    Partner dances: units are named by stance and transition, as Hsu (2004) does; people can edit the names. A unit's
+    name is the stance that it begins in, its transition and the stance that it ends in: "open inside turn closed
+    crosshand". Stances are open or closed; crosshand where a hand holds the partner's of the same side. Transitions
+    are a step, an inside turn (the follower turns to the left) or an outside turn. Names are annotations of kind 'move'
+    (library annotate).
+
+    Example: kinetograph library label out/clips.library --export out/labels.csv
+
+    Example: kinetograph library label out/clips.library out/labels.csv --words
 
     Example: kinetograph library label dances --by partner
     """
+    if tables.table and tables.export:
+        raise RequestError("give a table to read or --export FILE, not both")
+    if tables.export:
+        _export(folder, tables.export, tables.force, as_json)
+    elif tables.table:
+        _import(folder, tables.table, tables.words, as_json)
+    else:
+        _name_partners(folder, naming, thresholds, tables.force, as_json)
+
+
+def _export(folder: Path, path: Path, force: bool, as_json: bool) -> None:
+    from kinetograph.library import export_facts
+    from kinetograph.pipeline import open_library
+
+    refuse_existing([path], force)
+    result({"takes": export_facts(open_library(folder), path), "file": str(path)}, as_json)
+
+
+def _import(folder: Path, path: Path, words: bool, as_json: bool) -> None:
+    from kinetograph.library import import_facts
+    from kinetograph.pipeline import open_library
+
+    done = import_facts(open_library(folder), path, words=words)
+    notes(done.skipped[:_NAMED])
+    if len(done.skipped) > _NAMED:
+        note(f"{path.name}: and {len(done.skipped) - _NAMED} more rows; --json names all")
+    counts = Counter(tag for facts in done.takes.values() for tag in facts.tags)
+    often: Any = dict(counts.most_common()) if as_json else [f"{tag} ({n})" for tag, n in counts.most_common(12)]
+    skipped: Any = list(done.skipped) if as_json else len(done.skipped)
+    result({"labelled": len(done.takes), "skipped": skipped, "tags": often}, as_json)
+
+
+def _name_partners(folder: Path, naming: Naming, thresholds: Thresholds, force: bool, as_json: bool) -> None:
     from kinetograph.pipeline import label_partners, open_library
 
     if naming.by != "partner":
@@ -63,7 +126,7 @@ def label(folder: LibraryArgument, naming: Naming, thresholds: Thresholds, as_js
         span=naming.span,
         first=naming.first,
         given=_given(thresholds),
-        force=naming.force,
+        force=force,
     )
     notes(labelled.skipped.values())
     _show(labelled, as_json)

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetograph.cli.find import duplicates, find
 from kinetograph.cli.label import label
-from kinetograph.cli.markers import fitted
-from kinetograph.cli.options import AsJson, Chosen, Force, LibraryArgument, add, options
-from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
+from kinetograph.cli.options import AsJson, Chosen, Force, LibraryArgument, Working, add, options
+from kinetograph.cli.output import (
+    detailed_bar,
+    first_of,
+    grouped,
+    note,
+    notes,
+    progress_bar,
+    refuse_existing,
+    result,
+    table,
+    without_numbers,
+)
 from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.formats import ReadOptions
     from kinetograph.library import Library
+    from kinetograph.pipeline import Ingested, IngestSettings, ReadRecordings, Recording
     from kinetograph.take import Take
 
-LONG = 100_000_000
-"""Bytes of BVH from which a file is read a block at a time."""
+_FEW = 20  # tracks that are listed unasked
 
 TakeName = Annotated[str, typer.Argument(help="The take's name.")]
 
@@ -33,7 +44,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, label, tap, info, annotate, check, backup):
+    for command in (remove, segment, label, find, duplicates, tap, info, annotate, check, backup):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
@@ -45,72 +56,99 @@ class RecordingReading(LenientReading):
     role: Role = None
     fit_markers: FitMarkers = False
 
-    def takes(self, path: Path, name: object) -> Iterator[Take]:
-        """Every animation in a file, or the one that is named, as a take; what was guessed is said of ``name``."""
-        from kinetograph.pipeline import read_takes
+    @property
+    def recordings(self) -> ReadRecordings:
+        """The same for the pipeline."""
+        from kinetograph.pipeline import ReadRecordings
 
-        said: set[str] = set()
-        for take, guesses in read_takes(path, self.read_options, parse_roles(self.role)):
-            notes((guess for guess in guesses if guess not in said), name)
-            said.update(guesses)
-            yield fitted(take, path, self.markers)[0] if self.fit_markers else take
+        return ReadRecordings(self.read_options, parse_roles(self.role), self.fit_markers)
 
 
 def create(
     folder: LibraryArgument,
-    files: Annotated[list[Path] | None, typer.Argument(help="Motion files, or folders of them.")] = None,
+    files: Annotated[list[Path] | None, typer.Argument(help="Motion files, and folders, with those within.")] = None,
     *,
     reading: RecordingReading,
+    working: Working,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Add all or nothing: a file that cannot be read is an error.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Make a library and add files, one take per file, named after it, or per animation of a file, FILE:ANIMATION.
+    """Make a library and add files, or add to a library the files that are new or have changed.
 
-    Interrupted, or given a file that cannot be read, it goes on where it stopped when it is run again.
+    A take is called as its file is below the folder given, without the suffix (18/18_01), and of a file with several
+    animations FILE:ANIMATION. What cannot be read is skipped and listed at the end. Interrupted, or when files have
+    come or changed, the same command again reads only those; it removes nothing.
 
     Example: kinetograph library create out/mine.library out/walk.bvh out/rise.bvh
     """
-    from kinetograph.pipeline import creating, differing_skeletons, recordings_in
+    from kinetograph.errors import LibraryError
+    from kinetograph.pipeline import IngestSettings, differing_skeletons, find_recordings, open_or_create
 
-    paths = recordings_in(files) if files else []
-    with creating(folder) as library:
-        try:
-            _fill(library, paths, reading)
-        except BaseException:
-            count = len(library.names())
-            note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
-            raise
+    found = find_recordings(files) if files else None
+    library = open_or_create(folder)
+    if found is None:
+        if library.names():
+            raise LibraryError(f"{folder}: already holds a library; name files or folders to add to it")
+        _summary(library, as_json)
+        return
+    try:
+        done = _fill(library, found.recordings, (reading.recordings, IngestSettings(strict, working.workers)))
+    except BaseException:
+        count = len(library.names())
+        note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
+        raise
+    done.skipped.update(found.skipped)
+    _report(library, done, as_json)
     notes(differing_skeletons(library))
-    _summary(library, as_json)
 
 
-def _fill(library: Library, paths: list[Path], reading: RecordingReading) -> None:
-    """Add files whose takes are not there yet."""
-    there = set(library.names())
-    if there:
-        note(f"{library.path}: goes on from an interrupted command, takes so far: {len(there)}")
-    with progress_bar("reading") as progress:
-        for done, path in enumerate(paths, start=1):
-            if path.stem in there:
-                continue
-            if path.suffix.lower() == ".bvh" and path.stat().st_size > LONG and not parse_roles(reading.role):
-                _add_long(library, path, reading.read_options)
-                continue
-            for take in reading.takes(path, path.name):
-                if take.name not in there:
-                    library.add(take)
-            progress(done, len(paths))
+def _fill(library: Library, recordings: Sequence[Recording], how: tuple[ReadRecordings, IngestSettings]) -> Ingested:
+    from kinetograph.pipeline import Done, ingest
+
+    with detailed_bar("reading") as update:
+
+        def show(done: Done) -> None:
+            update(done.bytes, done.of_bytes, f"{done.files:,} of {done.of:,} files, {done.frames:,} frames")
+
+        return ingest(library, recordings, *how, progress=show)
 
 
-def _add_long(library: Library, path: Path, options: ReadOptions) -> None:
-    """Add a file that is too long to be read at once."""
-    from kinetograph.formats import stream
-    from kinetograph.library import add_stream
+def _report(library: Library, done: Ingested, as_json: bool) -> None:
+    """Say what became of the files; an error where none could be read."""
+    _tell(done)
+    counts = {"added": len(done.added), "replaced": len(done.replaced), "unchanged_files": done.unchanged}
+    more: dict[str, Any] = {**counts, "skipped": len(done.skipped)}
+    if as_json:
+        skipped = [{"file": path, "why": why} for path, why in done.skipped.items()]
+        more = {**counts, "skipped": skipped, "renamed": done.renamed, "gone": done.gone, "dropped": done.dropped}
+    _summary(library, as_json, more)
+    if done.skipped and not (done.added or done.replaced or done.unchanged):
+        raise RequestError(f"none of the {len(done.skipped)} files could be read")
 
-    opened = stream(path, options)
-    notes(opened.notes, path.name)
-    with progress_bar(f"reading {path.name}") as progress:
-        add_stream(library, path.stem, opened, progress=progress)
-    notes(opened.late_notes, path.name)
+
+def _tell(done: Ingested) -> None:
+    """Say what was guessed, and what became of single files."""
+    from kinetograph.pipeline import disagreements
+
+    for text, files in _alike(done.notes).items():
+        note(f"{files[0] if len(files) == 1 else f'{len(files)} files'}: {text}")
+    notes(disagreements(done.notes))
+    notes(f"{path}: called {name!r}, since another take has its name" for path, name in done.renamed.items())
+    for name, count in done.dropped.items():
+        note(f"take {name!r} has changed: {count} annotations of its old motion are gone; segment it again")
+    if done.gone:
+        note(f"{len(done.gone)} takes whose files are gone were kept: {first_of(done.gone)}; see: library remove")
+    notes(grouped(done.skipped, "skipped"))
+
+
+def _alike(said: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """What was guessed, with the names of the files; what differs only in numbers is said once."""
+    groups: dict[str, tuple[str, list[str]]] = {}
+    for text, files in said.items():
+        groups.setdefault(without_numbers(text), (text, []))[1].extend(Path(file).name for file in files)
+    return dict(groups.values())
 
 
 def add_take(
@@ -134,8 +172,12 @@ def add_take(
     for item in tracks:
         name, separator, file = item.partition("=")
         if not separator:
-            raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}")
-        found[name] = list(reading.takes(Path(file), file))
+            remedy = f"; add files and folders by: library create {folder} {item}" if Path(item).exists() else ""
+            raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}{remedy}")
+        if Path(file).is_dir():
+            raise RequestError(f"expected a file, found the folder {file}; add one by: library create {folder} {file}")
+        found[name], guessed = reading.recordings.takes(Path(file))
+        notes(guessed, file)
     for made in _joined(take, found):
         library.add(made, replace=replace)
         result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
@@ -174,24 +216,44 @@ def remove(folder: LibraryArgument, take: TakeName) -> None:
     result({"removed": take}, as_json=False)
 
 
-def info(folder: LibraryArgument, chosen: Chosen, as_json: AsJson = False) -> None:
-    """Show what is in a library.
+def info(
+    folder: LibraryArgument,
+    chosen: Chosen,
+    every: Annotated[bool, typer.Option("--all", help="List every track, however many there are.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Show what is in a library: what it holds in all, and its tracks where they are few.
 
     Example: kinetograph library info out/walks.library
 
     Example: kinetograph library info out/clips.library --takes "*run*"
     """
-    from kinetograph.library import contents
+    from kinetograph.library import contents, facts_of
     from kinetograph.pipeline import open_library
 
     library = open_library(folder, chosen.selection)
-    if not as_json:
-        rows = [
-            {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
-            for t in contents(library)
-        ]
+    facts = facts_of(library)
+    rows = [
+        {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
+        for t in contents(library)
+    ]
+    subjects = Counter(known.subject for known in facts.values() if known.subject)
+    tags = Counter(tag for known in facts.values() for tag in known.tags)
+    if as_json:
+        _summary(library, True, {"subjects": subjects, "tags": tags, **({"tracks_of": rows} if every else {})})
+        return
+    if rows and (every or len(rows) <= _FEW):
         table(rows, as_json=False)
-    _summary(library, as_json)
+    counted = {"subjects": subjects, "tags": tags}
+    _summary(library, False, {name: _counted(counts) for name, counts in counted.items() if counts})
+    if len(rows) > _FEW and not every:
+        note(f"{len(rows)} tracks: list them with --all")
+
+
+def _counted(counts: Mapping[str, int]) -> str:
+    """The most frequent of some words and how often each occurs."""
+    ordered = sorted(counts, key=lambda word: (-counts[word], word))
+    return f"{len(counts)}: {first_of([f'{word} ({counts[word]})' for word in ordered], 8)}"
 
 
 @options()
@@ -294,7 +356,7 @@ def backup(
         raise typer.Exit(1)
 
 
-def _summary(library: Library, as_json: bool) -> None:
+def _summary(library: Library, as_json: bool, more: Mapping[str, Any] | None = None) -> None:
     from dataclasses import asdict
 
-    result({"library": str(library.path), **asdict(library.info())}, as_json)
+    result({"library": str(library.path), **asdict(library.info()), **(more or {})}, as_json)

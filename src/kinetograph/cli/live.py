@@ -166,6 +166,7 @@ def perform(
     sinks = stream.sinks(recordings.library)
     library = open_library(recordings.library, recordings.selection)
     partners = has_partners(library, recordings.target)
+    search.require_here()
     method = performance_control(search, partner, mirror=recordings.mirror, partners=partners)
     with compilation_announced():
         model = method.fit(library, track=recordings.target)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetograph.cli.output import note, notes, table
+from kinetograph.cli.output import notes, table
 
 if TYPE_CHECKING:
     from kinetograph.markers import MarkerFit
@@ -30,25 +30,10 @@ def fitted(take: Take, source: Path, markers: str | None = None) -> tuple[Take, 
     markers : str, optional
         The set of the markers; found by their names unless given.
     """
-    from kinetograph.markers import fitted_take, marker_sets, subjects
-    from kinetograph.markers.people import split_name
-    from kinetograph.signal import Signal
+    from kinetograph.pipeline import with_fitted_markers
 
-    signals = [track for track in take.tracks.values() if isinstance(track, Signal)]
-    gait = marker_sets()["plug_in_gait"]
-    points = [name for signal in signals if signal.spatial for name in signal.names]
-    marked = markers is not None or source.suffix.lower() == ".c3d" or any(split_name(name, gait) for name in points)
-    marked = marked or any(subjects(signal) for signal in signals)
-    if len(signals) < len(take.tracks) or not marked:
-        return take, {}
-    take, fits = fitted_take(take, markers)
-    for name, fit in fits.items():
-        whole = fit.residuals()[-1]
-        note(
-            f"{source}: {name}: fitted to {len(fit.places)} markers, which miss by "
-            f"{whole['mean_mm']:.1f} mm in the mean, {whole['p95_mm']:.1f} for 95 %, {whole['max_mm']:.1f} at most"
-        )
-        notes(fit.notes, f"{source}: {name}")
+    take, fits, said = with_fitted_markers(take, source, markers)
+    notes(said, source)
     return take, fits
 
 

@@ -195,10 +195,16 @@ class Skeletons:
 
 
 @options("Work")
-class Working:
-    """Who does the work."""
+class Jobs:
+    """How many processes do the work."""
 
     jobs: Annotated[int, typer.Option(min=1, help="Processes of this machine that share the work.")] = 1
+
+
+@options("Work")
+class Working(Jobs):
+    """Who does the work."""
+
     cluster: Annotated[
         str | None, typer.Option(help="Dask scheduler whose workers share the work instead: tcp://HOST:PORT.")
     ] = None

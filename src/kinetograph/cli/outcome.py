@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 from kinetograph.cli.output import summarize
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.performance import PerformanceModel, ShardedModel
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
 
 
-def outcome(synthesis: Synthesis, model: PerformanceModel, control: Signal | Motion) -> dict[str, Any]:
+def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, control: Signal | Motion) -> dict[str, Any]:
     """The figures of a performance, for machines; lengths are metres.
 
     Parameters
     ----------
     synthesis : Synthesis
-    model : PerformanceModel
+    model : PerformanceModel or ShardedModel
         What made it.
     control : Signal or Motion
         What it was made of.
@@ -49,7 +49,7 @@ def outcome(synthesis: Synthesis, model: PerformanceModel, control: Signal | Mot
     return summary
 
 
-def _recorded_speed(synthesis: Synthesis, model: PerformanceModel) -> float:
+def _recorded_speed(synthesis: Synthesis, model: PerformanceModel | ShardedModel) -> float:
     """The mean speed of planted feet in the recordings that a performance uses."""
     import numpy as np
 

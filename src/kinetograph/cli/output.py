@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,23 +78,65 @@ def shown(value: Any) -> str:
     return str(value)
 
 
+_MOST = 10  # groups that people are shown
+
+
+def grouped(why: Mapping[str, str], what: str) -> list[str]:
+    """Lines on things and the reason that each has, of which many have the same one; the most frequent first.
+
+    >>> grouped({"a": "it is 1 s long", "b": "it is 2 s long", "c": "damaged"}, "not cut")
+    ['2 not cut: it is 1 s long: a, b', '1 not cut: damaged: c']
+    """
+    groups: dict[str, tuple[str, list[str]]] = {}
+    for name, reason in why.items():
+        groups.setdefault(without_numbers(reason), (reason, []))[1].append(name)
+    ordered = sorted(groups.values(), key=lambda group: -len(group[1]))
+    lines = [f"{len(names)} {what}: {reason}: {first_of(names)}" for reason, names in ordered[:_MOST]]
+    rest = sum(len(names) for _, names in ordered[_MOST:])
+    return [*lines, f"{rest} {what} for other reasons; --json lists all"] if rest else lines
+
+
+def without_numbers(text: str) -> str:
+    """A text that is the same for texts that differ in numbers only."""
+    return re.sub(r"[0-9][0-9.,:]*", "0", text)
+
+
+def first_of(names: Sequence[str], most: int = 3) -> str:
+    """The first of many names.
+
+    >>> first_of(["a", "b", "c", "d"])
+    'a, b, c and 1 more'
+    """
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
 @contextmanager
 def progress_bar(label: str) -> Iterator[Progress]:
     """A callback of (done, total) that draws a bar on stderr, after a second of work and only on a terminal."""
+    with detailed_bar(label) as update:
+        yield lambda done, total: update(done, total, "")
+
+
+@contextmanager
+def detailed_bar(label: str) -> Iterator[Callable[[int, int, str], None]]:
+    """The same with a text after the bar; the time that is left is shown, too."""
     if not sys.stderr.isatty():
-        yield lambda done, total: None
+        yield lambda done, total, text: None
         return
     from rich.console import Console
     from rich.progress import Progress as Bar
+    from rich.progress import TextColumn
 
     began = time.monotonic()
-    bar = Bar(console=Console(stderr=True), transient=True)
-    task = bar.add_task(label, total=None)
+    columns = (*Bar.get_default_columns(), TextColumn("{task.fields[text]}"))
+    bar = Bar(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task(label, total=None, text="")
 
-    def update(done: int, total: int) -> None:
+    def update(done: int, total: int, text: str) -> None:
         if time.monotonic() - began > 1.0 and not bar.live.is_started:
             bar.start()
-        bar.update(task, completed=done, total=total)
+        bar.update(task, completed=done, total=total, text=text)
 
     try:
         yield update

@@ -12,7 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
-from kinetograph.cli.options import Chosen, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
+from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     left_out,
@@ -29,12 +29,13 @@ from kinetograph.cli.reading import TimedReading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.library import Library
+    from kinetograph.library import Library, Shards
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
     from kinetograph.take import Take
+    from kinetograph.work import Workers
 
 
 def register(app: typer.Typer) -> None:
@@ -141,6 +142,7 @@ def perform(
     search: RuledSearch,
     finish: Finish,
     reading: TimedReading,
+    work: Jobs,
 ) -> None:
     """Perform a control: a character, made of recordings, follows a path, another walker, or a dance partner.
 
@@ -150,7 +152,7 @@ def perform(
 
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
-    from kinetograph.formats import together
+    from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control, require_moves
     from kinetograph.pipeline import open_library
 
@@ -159,24 +161,63 @@ def perform(
     library = open_library(inputs.library, inputs.selection)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     performed = following.performed(wanted)
+    read_control(method, performed)  # what cannot be performed is refused before the library is read
+    workers = search.workers(work.jobs)
+    if isinstance(library, Shards):
+        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed)
+        _written(made, "", wanted, inputs, answers)
+        _show(made, summary, answers)
+        return
+    if workers.cluster is not None:
+        raise RequestError(
+            f"{inputs.library}: one library is scored here; split it into a folder of libraries for a cluster"
+        )
     with compilation_announced():
         rules = search.rules
-        read_control(method, performed)  # what cannot be performed is refused before the library is read
         model = method.fit(library, track=inputs.target)
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     summary = outcome(made[0], model, performed)
-    if search.gap and "gap" not in summary:
-        summary["gap"] = model.gap(performed, rules)
+    summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
+    _written(made, moves, wanted, inputs, answers)
+    _show(made, summary, answers)
+
+
+def _over_shards(
+    method: PerformanceControl,
+    library: Shards,
+    workers: Workers,
+    given: tuple[Inputs, Answers, RuledSearch],
+    control: Signal | Motion,
+) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
+    """A synthesis of a library in shards, and its figures."""
+    from kinetograph.methods.performance import over_shards
+
+    inputs, answers, search = given
+    if answers.alternatives > 1 or answers.transcript or search.gap:
+        raise RequestError("a library in shards gives one motion: leave --alternatives, --transcript and --gap out")
+    with (
+        compilation_announced(),
+        over_shards(method, library, workers, track=inputs.target) as model,
+        progress_bar("searching") as progress,
+    ):
+        made = model.synthesize(control, progress, search.rules)
+        notes(model.notes)
+        return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
+
+
+def _written(made: Sequence[Synthesis], moves: str, control: Signal | Motion, inputs: Inputs, answers: Answers) -> None:
+    """Write all files or none, and say what a person should know."""
+    from kinetograph.formats import together
+
     notes(made[0].warnings)
     with together():
         for number, synthesis in enumerate(made, start=1):
-            write_synthesis(synthesis, answers, wanted, inputs.control.name, number)
+            write_synthesis(synthesis, answers, control, inputs.control.name, number)
         if answers.transcript:
             write_text(moves, answers.transcript, answers.force)
-    _show(made, summary, answers)
 
 
 def _configuration(

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, Chosen, LibraryArgument, options
-from kinetograph.cli.output import note, notes, progress_bar, table
+from kinetograph.cli.options import AsJson, Chosen, LibraryArgument, Working, options
+from kinetograph.cli.output import first_of, grouped, note, notes, progress_bar, result, table
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import Growth
-    from kinetograph.pipeline import CutSettings
+    from kinetograph.pipeline import CutSettings, Segmented
+
+_FEW = 20  # takes that are listed unasked
 
 
 @options()
@@ -30,6 +32,9 @@ class Cutting:
         int | None,
         typer.Option(help="Beat of the first cut, from 0, for --every; default that of most landings."),
     ] = None
+    again: Annotated[
+        bool, typer.Option("--again", help="Cut again what was cut before, but not what a person has cut.")
+    ] = False
 
     @property
     def settings(self) -> CutSettings:
@@ -52,19 +57,26 @@ class Growing:
     rest: Annotated[
         bool, typer.Option("--rest", help="Cut the examples, too, before their first and after their last cut.")
     ] = False
-    again: Annotated[bool, typer.Option("--again", help="Cut again what was cut by examples before.")] = False
     tolerance: Annotated[
         float, typer.Option(help="Seconds by which a cut may differ from a person's and still agree with it.")
     ] = 0.1
 
 
 def segment(
-    folder: LibraryArgument, cutting: Cutting, growing: Growing, chosen: Chosen, as_json: AsJson = False
+    folder: LibraryArgument,
+    cutting: Cutting,
+    growing: Growing,
+    working: Working,
+    chosen: Chosen,
+    as_json: AsJson = False,
 ) -> None:
-    """Cut every take, and store the cuts as annotations, which people can edit (library annotate).
+    """Cut the takes that have not been cut so yet, and store the cuts, which people can edit (library annotate).
 
-    By examples: takes without cuts are cut, and their moves named, like those that have cuts. What a person has cut is
-    never changed; it is cut from the other examples for comparison, which shows how far to trust the rest.
+    Takes that cannot be cut are skipped, and listed by reason; they are not tried again without --again. What a person
+    has cut is never changed.
+
+    By examples: takes without cuts are cut, and their moves named, like those that have cuts. Those are cut from the
+    other examples for comparison, which shows how far to trust the rest.
 
     Example: kinetograph library segment out/clips.library --by footplants
 
@@ -74,30 +86,43 @@ def segment(
 
     library = open_library(folder, chosen.selection)
     if cutting.by == "examples":
-        table(_grown(library, growing, as_json), as_json)
+        table(_grown(library, (cutting, growing), as_json), as_json)
         return
     with progress_bar("cutting") as progress:
-        done = segment_library(library, cutting.by, cutting.settings, progress=progress)
-    table([{"take": name, "cuts": done.cuts.get(name, 0)} for name in library.names()], as_json)
-    notes(f"take {name!r} was not cut: {why}" for name, why in done.uncut.items())
-    looping = [name for name, count in done.cuts.items() if count == 0 and _loops(library, name)]
-    if looping and cutting.by == "footplants":
-        note(f"{', '.join(looping)}: clips that loop are cut when they are used, over several cycles")
+        done = segment_library(
+            library, cutting.by, cutting.settings, again=cutting.again, workers=working.workers, progress=progress
+        )
+    _show(library, done, as_json)
 
 
-def _loops(library: Library, take: str) -> bool:
-    return any(annotation.kind == "loop" for annotation in library.take(take).annotations)
+def _show(library: Library, done: Segmented, as_json: bool) -> None:
+    names = library.names()
+    new, uncut = set(done.new), done.uncut
+    rows = [{"take": name, "cuts": done.cuts.get(name, 0)} for name in names]
+    if as_json:
+        table([{**row, "new": row["take"] in new, "why": uncut.get(str(row["take"]))} for row in rows], as_json)
+        return
+    notes(grouped({name: why for name, why in uncut.items() if name in new}, "not cut"))
+    if known := [name for name in uncut if name not in new]:
+        note(f"{len(known)} not cut, as found before; try again with --again: {first_of(known)}")
+    if done.by_hand:
+        note(f"{len(done.by_hand)} cut by a person or by examples, left as they are: {first_of(done.by_hand)}")
+    if len(rows) <= _FEW:
+        table(rows, as_json=False)
+    counts = {"takes": len(names), "looked at now": len(new), "with cuts": len(done.cuts)}
+    result({**counts, "cuts": sum(done.cuts.values())}, as_json=False)
 
 
-def _grown(library: Library, growing: Growing, as_json: bool) -> list[dict[str, Any]]:
+def _grown(library: Library, how: tuple[Cutting, Growing], as_json: bool) -> list[dict[str, Any]]:
     """Cut by examples; one row per take."""
     from kinetograph.pipeline import GrowingSettings, grow_library
 
+    cutting, growing = how
     settings = GrowingSettings(
         examples=tuple(growing.example or ()),
         join=growing.join,
         rest=growing.rest,
-        again=growing.again,
+        again=cutting.again,
         tolerance=growing.tolerance,
     )
     with compilation_announced(), progress_bar("growing") as progress:

@@ -6,29 +6,36 @@ from kinetograph.library.annotations_csv import export_annotations, import_annot
 from kinetograph.library.backup import back_up, salvage
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
+from kinetograph.library.facts_csv import Labelling, export_facts, import_facts
+from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
 from kinetograph.library.selection import Selection
 from kinetograph.library.shards import (
     Shards,
+    annotate_takes,
     annotations_of,
     contents,
     describe_takes,
     facts_of,
+    full_names,
     joints_of,
+    label_counts,
     labels,
     shards_in,
     skeletons,
 )
-from kinetograph.library.store import UNFINISHED, Library
+from kinetograph.library.store import Library, add_takes
 from kinetograph.library.streaming import Stream, add_stream
 
 __all__ = [
-    "UNFINISHED",
+    "Addition",
+    "Annotated",
     "Entry",
     "Facts",
     "Info",
     "Joints",
+    "Labelling",
     "Library",
     "Report",
     "Selection",
@@ -36,6 +43,8 @@ __all__ = [
     "Stream",
     "TrackInfo",
     "add_stream",
+    "add_takes",
+    "annotate_takes",
     "annotations_of",
     "back_up",
     "clear",
@@ -43,10 +52,14 @@ __all__ = [
     "describe_takes",
     "entries",
     "export_annotations",
+    "export_facts",
     "facts_of",
+    "full_names",
     "import_annotations",
+    "import_facts",
     "joints_of",
     "kept",
+    "label_counts",
     "labels",
     "limit_of",
     "read_annotations",

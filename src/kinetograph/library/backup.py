@@ -12,8 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError
-from kinetograph.library import catalogue, check, frame_files, headers, storage
-from kinetograph.library.store import Library
+from kinetograph.library import catalogue, check, facts, frame_files, headers, storage, takes
+from kinetograph.library.groups import Addition
+from kinetograph.library.store import Library, add_takes
 from kinetograph.progress import Progress
 
 _BLOCK = 1 << 22
@@ -99,14 +100,21 @@ def salvage(
         copy = Library.create(draft)
         for done, name in enumerate(names, start=1):
             try:
-                take = library.take(name)
+                entry = _whole(library, name)
             except LibraryError as error:
                 left_out[name] = str(error)
             else:
-                copy.add(take)
+                add_takes(copy, [entry])
             if progress:
                 progress(done, len(names))
     return Library.open(path), left_out
+
+
+def _whole(library: Library, name: str) -> Addition:
+    """A take with its facts. Raises LibraryError where it is damaged."""
+    take = library.take(name)
+    with catalogue.reading(library.path) as db:
+        return Addition(take, facts.read(db, takes.find(library.path, db, name)))
 
 
 @contextmanager

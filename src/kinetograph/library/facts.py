@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kinetograph.library import catalogue, digests, storage, takes
 from kinetograph.library.changing import changing
+
+SINGLE = ("text", "subject", "source", "content", "folder", "segmented")
+"""Kinds of which a take has one at most."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,10 @@ class Facts:
         The file that it was read from, as a path below the folder that was given.
     content : str
         A digest of that file and of how it was read.
+    folder : str
+        The folder that was given, which ``source`` lies below.
+    segmented : str
+        How it was cut last, and why it could not be, if so.
     """
 
     tags: frozenset[str] = frozenset()
@@ -34,10 +41,12 @@ class Facts:
     subject: str = ""
     source: str = ""
     content: str = ""
+    folder: str = ""
+    segmented: str = ""
 
     def rows(self) -> list[tuple[str, str]]:
         """Kinds and values, as the catalogue keeps them; what is empty is left out."""
-        single = [(kind, getattr(self, kind)) for kind in ("text", "subject", "source", "content")]
+        single = [(kind, getattr(self, kind)) for kind in SINGLE]
         return [*(("tag", tag) for tag in sorted(self.tags)), *((kind, value) for kind, value in single if value)]
 
 
@@ -47,19 +56,34 @@ def of_rows(rows: Iterable[tuple[str, str]]) -> Facts:
     for kind, value in rows:
         if kind == "tag":
             tags.add(value)
-        elif kind in ("text", "subject", "source", "content"):
+        elif kind in SINGLE:
             single[kind] = value
         else:
             raise digests.Damaged(f"a fact of the kind {kind!r} is unknown")
     return Facts(frozenset(tags), **single)
 
 
+def read(db: sqlite3.Connection, take: int) -> Facts:
+    """The facts of a take, whose row is given. Raises Damaged."""
+    return of_rows(digests.fact_rows(db, take))
+
+
+def succeeding(old: Facts, new: Facts) -> Facts:
+    """The facts of a take that replaces another: what people have said of the old one stays true."""
+    return replace(new, tags=old.tags | new.tags, text=old.text or new.text, subject=old.subject or new.subject)
+
+
 def write(db: sqlite3.Connection, take: int, facts: Facts) -> None:
     """Put facts in place of those of a take, whose row is given, in a transaction."""
     takes.require_sealed(db, take)
+    put(db, take, facts)
+    storage.relist(db, digests.seal(db, take))
+
+
+def put(db: sqlite3.Connection, take: int, facts: Facts) -> None:
+    """The same for a take that is sealed afterwards."""
     db.execute("DELETE FROM facts WHERE take = ?", (take,))
     db.executemany("INSERT INTO facts VALUES (?, ?, ?)", [(take, *row) for row in facts.rows()])
-    storage.relist(db, digests.seal(db, take))
 
 
 def describe(folder: Path, facts: dict[str, Facts]) -> None:

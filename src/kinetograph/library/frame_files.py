@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
@@ -69,14 +70,28 @@ def filled(size: int) -> int:
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
-def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[Span]:
-    """Write arrays to a file, and flush them to the disk.
+@contextmanager
+def appending(path: Path, start: int) -> Iterator[FileIO]:
+    """A file to be written from a byte on, where it ends or after it, and flushed to the disk at the end of the block.
+
+    Raises
+    ------
+    OSError
+        What was written may not be on the disk.
+    """
+    with path.open("r+b", buffering=0) as file:
+        file.seek(start)
+        yield file
+        os.fsync(file.fileno())
+
+
+def write(file: FileIO, arrays: Sequence[tuple[str, Array]]) -> list[Span]:
+    """Write arrays where a file stands.
 
     Parameters
     ----------
-    path : Path
-    start : int
-        The byte to write at, where the file ends, or after it.
+    file : FileIO
+        See `appending`.
     arrays : sequence of tuple of str and ndarray, shape (F, ...)
         With their names.
 
@@ -90,13 +105,10 @@ def append(path: Path, start: int, arrays: Sequence[tuple[str, Array]]) -> list[
         The arrays could not be written; a part of them may have been.
     """
     spans = []
-    with path.open("r+b", buffering=0) as file:
-        file.seek(start)
-        for name, array in arrays:
-            spans.append(_span(name, array, file.tell()))
-            _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
-            _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
-        os.fsync(file.fileno())
+    for name, array in arrays:
+        spans.append(_span(name, array, file.tell()))
+        _write_all(file.fileno(), np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+        _write_all(file.fileno(), np.zeros(spans[-1].stop - file.tell(), dtype=np.uint8))
     return spans
 
 

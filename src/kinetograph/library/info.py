@@ -127,6 +127,20 @@ def list_labels(folder: Path) -> dict[str, tuple[tuple[str, str], ...]]:
     return {take: tuple(pairs) for take, pairs in found.items()}
 
 
+def count_labels(folder: Path, kind: str) -> dict[str, dict[str, int]]:
+    """How often each label of the annotations of a kind occurs, by take. Raises LibraryError."""
+    found: dict[str, dict[str, int]] = {}
+    with catalogue.reading(folder) as db:
+        rows = db.execute(
+            "SELECT takes.name, label, count(*) FROM annotations JOIN tracks ON tracks.id = annotations.track "
+            "JOIN takes ON takes.id = tracks.take WHERE annotations.kind = ? GROUP BY takes.id, label",
+            (kind,),
+        )
+        for take, label, number in rows:
+            found.setdefault(str(take), {})[str(label)] = number
+    return found
+
+
 def list_joints(folder: Path) -> tuple[tuple[str, str, Joints], ...]:
     """The joints of every motion of the library in a folder, without reading frames. Raises LibraryError.
 

@@ -183,7 +183,8 @@ def _append_found(work: _Repair, sources: list[Source | None]) -> None:
 
 def _append(work: _Repair, source: Source, one: Used) -> Used:
     start = frame_files.filled(max(work.path.stat().st_size, work.held.stop))
-    (span,) = frame_files.append(work.path, start, [(one.span.name, frame_files.read(*source))])
+    with frame_files.appending(work.path, start) as file:
+        (span,) = frame_files.write(file, [(one.span.name, frame_files.read(*source))])
     work.db.execute("UPDATE arrays SET start = ? WHERE track = ? AND name = ?", (start, one.track, span.name))
     work.held = replace(work.held, stop=span.stop)
     storage.write(work.db, work.held)

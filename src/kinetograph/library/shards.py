@@ -14,6 +14,7 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import catalogue, store
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts
+from kinetograph.library.groups import Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.selection import Selection
 from kinetograph.library.store import Library
@@ -257,6 +258,62 @@ def describe_takes(library: Library, facts: dict[str, Facts]) -> None:
         of_shards.setdefault(shard.path, (shard, {}))[1][own] = known
     for shard, of_shard in of_shards.values():
         store.describe_takes(shard, of_shard)
+
+
+def label_counts(library: Library, kind: str) -> dict[str, dict[str, int]]:
+    """How often each label of the annotations of a kind occurs, by take; takes without any are left out."""
+    if not isinstance(library, Shards):
+        return store.label_counts(library, kind)
+    return _by_take(library, lambda shard: store.label_counts(shard, kind))
+
+
+def full_names(library: Library, names: Iterable[str]) -> tuple[str, ...]:
+    """The whole names of takes.
+
+    Parameters
+    ----------
+    library : Library
+    names : iterable of str
+        As for `Library.take`.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    RequestError
+        A name is unknown, or stands for several takes.
+    """
+    if not isinstance(library, Shards):
+        return store.full_names(library, names)
+    every = {shard.path: of for shard, of in zip(library.libraries, library.only(Selection()).parts, strict=True)}
+    placed = [library.place(name) for name in names]
+    return tuple(every[shard.path][own] for shard, own in placed)
+
+
+def annotate_takes(library: Library, changes: Iterable[Annotated]) -> None:
+    """Put annotations of takes in place of others, all of a shard or none, in the time of one take.
+
+    Parameters
+    ----------
+    library : Library
+    changes : iterable of Annotated
+
+    Raises
+    ------
+    RequestError
+        A name is unknown, or an annotation is of a kind or on a track that is not replaced.
+    """
+    if not isinstance(library, Shards):
+        store.annotate_takes(library, changes)
+        return
+    of_shards: dict[Path, tuple[Library, list[Annotated]]] = {}
+    for change in changes:
+        shard, own = library.place(change.take)
+        of_shards.setdefault(shard.path, (shard, []))[1].append(replace(change, take=own))
+    for shard, of_shard in of_shards.values():
+        store.annotate_takes(shard, of_shard)
 
 
 def _by_take(library: Shards, listed: Callable[[Library], dict[str, Value]]) -> dict[str, Value]:

@@ -12,16 +12,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import catalogue, frame_files, headers, schema, storage, takes
+from kinetograph.errors import LibraryError
+from kinetograph.library import catalogue, frame_files, headers, schema, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.check import Report
 from kinetograph.library.facts import Facts, describe, list_facts
+from kinetograph.library.groups import Addition, Annotated, add_all, annotate_all
 from kinetograph.library.info import (
     Info,
     Joints,
     TrackInfo,
     count,
+    count_labels,
     list_joints,
     list_labels,
     list_skeletons,
@@ -32,12 +34,10 @@ from kinetograph.library.selection import Selection
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
 
-UNFINISHED = "unfinished"
-"""A file in the folder of a library that a command has begun to fill."""
 KEPT = "kept"
 """The folder in that of a library for what has been made of it."""
 _FIRST_FRAMES = "frames-1.bin"
-_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", UNFINISHED, KEPT}
+_OWN = {_FIRST_FRAMES, catalogue.FILE_NAME, f"{catalogue.FILE_NAME}-journal", KEPT}
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,7 @@ class Library:
         Parameters
         ----------
         name : str
+            The take's name, or what follows one of the slashes in it, where only one take's name ends so.
 
         Returns
         -------
@@ -151,7 +152,7 @@ class Library:
         Raises
         ------
         RequestError
-            The name is unknown.
+            The name is unknown, or stands for several takes.
         LibraryError
             The take is damaged.
         """
@@ -173,16 +174,7 @@ class Library:
         LibraryError
             The disk is full or the folder read-only.
         """
-        with changing(self.path, appending=True) as change:
-            old = change.db.execute("SELECT id FROM takes WHERE name = ?", (take.name,)).fetchone()
-            if old and not replace:
-                raise RequestError(f"{self.path}: has a take {take.name!r} already; choose another name, or replace it")
-            spans = takes.write_arrays(change.path, change.start, take)
-            if old:
-                takes.delete(change.db, old[0])
-            takes.insert(change.db, take, spans, old[0] if old else None)
-            stop = max((span.stop for of_track in spans.values() for span in of_track), default=change.start)
-            storage.extend(change.db, stop)
+        add_all(self.path, [Addition(take, replace=replace)])
 
     def remove(self, name: str) -> None:
         """Remove a take.
@@ -287,6 +279,46 @@ def _chosen(library: Library) -> frozenset[str] | None:
     return frozenset(library.names()) if library.selection else None
 
 
+def full_names(library: Library, names: Iterable[str]) -> tuple[str, ...]:
+    """The whole names of takes. Raises RequestError for one that is unknown, or stands for several takes."""
+    with catalogue.reading(library.path) as db:
+        return tuple(takes.locate(library.path, db, name)[1] for name in names)
+
+
+def add_takes(library: Library, entries: Iterable[Addition]) -> dict[str, tuple[Annotation, ...]]:
+    """Add takes, all or none, in the time of one: the disk is waited for once.
+
+    Parameters
+    ----------
+    library : Library
+    entries : iterable of Addition
+        Taken one at a time, while no other program can write to the library.
+
+    Returns
+    -------
+    dict of str to tuple of Annotation
+        The annotations that replaced takes had and that are gone, by take.
+
+    Raises
+    ------
+    RequestError
+        A name is taken.
+    LibraryError
+        The disk is full or the folder read-only.
+    """
+    return add_all(library.path, entries)
+
+
+def annotate_takes(library: Library, changes: Iterable[Annotated]) -> None:
+    """Put annotations of takes in place of others, all or none. Raises RequestError."""
+    annotate_all(library.path, changes)
+
+
+def label_counts(library: Library, kind: str) -> dict[str, dict[str, int]]:
+    """How often each label of the annotations of a kind occurs, by take; takes without any are left out."""
+    return count_labels(library.path, kind)
+
+
 def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
     """The annotations of a take, without reading its frames.
 
@@ -305,7 +337,7 @@ def annotations_of(library: Library, take_name: str) -> tuple[Annotation, ...]:
         The name is unknown.
     """
     with catalogue.reading(library.path) as db:
-        _, rows = takes.require_sealed(db, takes.find(library.path, db, take_name), take_name)
+        _, rows = takes.require_sealed(db, *takes.locate(library.path, db, take_name))
         return tuple(Annotation(*row) for row in rows)
 
 

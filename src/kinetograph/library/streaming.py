@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetograph.errors import LibraryError, RequestError
-from kinetograph.library import digests, frame_files, records, storage
+from kinetograph.library import digests, facts, frame_files, records, storage, takes
 from kinetograph.library.changing import changing
+from kinetograph.library.facts import Facts
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
@@ -45,6 +46,7 @@ def add_stream(
     stream: Stream,
     *,
     track: str = "motion",
+    known: Facts | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Add a take of one motion, read and written in blocks, wholly or not at all.
@@ -57,6 +59,8 @@ def add_stream(
     stream : Stream
     track : str
         The motion's name in the take.
+    known : Facts, optional
+        What is known of the take. Where this is given, a take of the same name is replaced.
     progress : Progress, optional
         Called with frames written and their number.
 
@@ -70,16 +74,22 @@ def add_stream(
         The stream cannot be read.
     """
     with changing(library.path, appending=True) as change:
-        if change.db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone():
+        old = change.db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone()
+        if old and known is None:
             raise RequestError(f"{library.path}: has a take {name!r} already; choose another name")
         try:
             spans = _append(change.path, change.start, stream, progress)
         except OSError as error:
             why = f"cannot write take {name!r}: {error.strerror}; it is unchanged"
             raise LibraryError(f"{change.path}: {why}") from error
-        take = change.db.execute("INSERT INTO takes (name) VALUES (?)", (name,)).lastrowid
+        if old:
+            known = facts.succeeding(facts.read(change.db, old[0]), known or Facts())
+            takes.delete(change.db, old[0])
+        row = (old[0] if old else None, name)
+        take = change.db.execute("INSERT INTO takes (id, name) VALUES (?, ?)", row).lastrowid
         assert take is not None
         records.insert_motion(change.db, take, track, (stream.skeleton, stream.fps, stream.frames), spans)
+        facts.put(change.db, take, known or Facts())
         storage.relist(change.db, digests.seal(change.db, take))
         storage.extend(change.db, spans[-1].stop)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import difflib
 import errno
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +28,47 @@ _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 def find(folder: Path, db: sqlite3.Connection, name: str) -> int:
-    """The row of a take. Raises RequestError for an unknown name."""
-    row = db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone()
-    if row is None:
-        known = [str(other) for (other,) in db.execute("SELECT name FROM takes ORDER BY id")]
-        near = ", ".join(difflib.get_close_matches(name, known, 3) or known[:5]) or "none: it is empty"
-        raise RequestError(f"{folder}: no take {name!r}; it has {near}")
-    return int(row[0])
+    """The row of a take, by its name or by the end of it (see `locate`). Raises RequestError."""
+    return locate(folder, db, name)[0]
+
+
+def locate(folder: Path, db: sqlite3.Connection, name: str) -> tuple[int, str]:
+    """The row of a take and its whole name.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the library.
+    db : sqlite3.Connection
+    name : str
+        The take's name, or what follows one of the slashes in it, where no other take's name ends so.
+
+    Returns
+    -------
+    tuple of int and str
+
+    Raises
+    ------
+    RequestError
+        No take is called so, or several are.
+    """
+    row = db.execute("SELECT id, name FROM takes WHERE name = ?", (name,)).fetchone()
+    if row is not None:
+        return int(row[0]), name
+    ending = db.execute("SELECT id, name FROM takes WHERE substr(name, -length(?1)) = ?1 ORDER BY id", (f"/{name}",))
+    rows = ending.fetchall() if name else []
+    if len(rows) == 1:
+        return int(rows[0][0]), str(rows[0][1])
+    if rows:
+        raise RequestError(f"{folder}: {len(rows)} takes are called {name!r}: {_listed(rows)}; give more of the name")
+    known = [str(other) for (other,) in db.execute("SELECT name FROM takes ORDER BY id LIMIT 20000")]
+    near = ", ".join(difflib.get_close_matches(name, known, 3) or known[:5]) or "none: it is empty"
+    raise RequestError(f"{folder}: no take {name!r}; it has {near}")
+
+
+def _listed(rows: list[Any]) -> str:
+    more = f" and {len(rows) - 8} more" if len(rows) > 8 else ""
+    return ", ".join(str(name) for _, name in rows[:8]) + more
 
 
 def names(db: sqlite3.Connection) -> tuple[str, ...]:
@@ -45,15 +81,33 @@ def names(db: sqlite3.Connection) -> tuple[str, ...]:
     return tuple(str(row[0]) for row in rows)
 
 
-def write_arrays(path: Path, start: int, take: Take) -> dict[str, list[frame_files.Span]]:
-    """Write the arrays of a take's tracks, and flush them to the disk.
+@contextmanager
+def appending(path: Path, start: int) -> Iterator[FileIO]:
+    """The frame file, to write arrays to from a byte on; flushed at the end of the block. Raises LibraryError."""
+    try:
+        with frame_files.appending(path, start) as file:
+            yield file
+    except OSError as error:
+        raise unwritable(path, error, "the takes") from error
+
+
+def unwritable(path: Path, error: OSError, what: str) -> LibraryError:
+    """The error for frames that could not be written."""
+    if error.errno in _READ_ONLY:
+        return LibraryError(f"{path}: {catalogue.READ_ONLY}")
+    remedy = "; free some space and try again" if error.errno in _FULL else ""
+    return LibraryError(f"{path}: cannot write {what}: {error.strerror}{remedy}; the library is unchanged")
+
+
+def write_arrays(path: Path, file: FileIO, take: Take) -> dict[str, list[frame_files.Span]]:
+    """Write the arrays of a take's tracks.
 
     Parameters
     ----------
     path : Path
         The frame file.
-    start : int
-        The byte to write at.
+    file : FileIO
+        The same, open.
     take : Take
 
     Returns
@@ -64,23 +118,19 @@ def write_arrays(path: Path, start: int, take: Take) -> dict[str, list[frame_fil
     Raises
     ------
     LibraryError
-        The disk is full or the folder read-only.
+        The disk is full.
     """
     arrays = {name: records.track_arrays(track) for name, track in take.tracks.items()}
     try:
-        spans = iter(frame_files.append(path, start, [pair for pairs in arrays.values() for pair in pairs]))
+        spans = iter(frame_files.write(file, [pair for pairs in arrays.values() for pair in pairs]))
     except OSError as error:
-        if error.errno in _READ_ONLY:
-            raise LibraryError(f"{path}: {catalogue.READ_ONLY}") from error
         size = sum(array.nbytes for pairs in arrays.values() for _, array in pairs)
-        what = f"cannot write the {size / 1e6:.1f} MB of take {take.name!r}: {error.strerror}"
-        remedy = "; free some space and try again" if error.errno in _FULL else ""
-        raise LibraryError(f"{path}: {what}{remedy}; the library is unchanged") from error
+        raise unwritable(path, error, f"the {size / 1e6:.1f} MB of take {take.name!r}") from error
     return {name: [next(spans) for _ in pairs] for name, pairs in arrays.items()}
 
 
-def insert(db: sqlite3.Connection, take: Take, spans: Spans, row: int | None = None) -> None:
-    """Add a take's rows to the catalogue.
+def insert(db: sqlite3.Connection, take: Take, spans: Spans, row: int | None = None) -> int:
+    """Add a take's rows to the catalogue; the take must be sealed afterwards.
 
     Parameters
     ----------
@@ -91,13 +141,24 @@ def insert(db: sqlite3.Connection, take: Take, spans: Spans, row: int | None = N
         Where the arrays of each track lie.
     row : int, optional
         The take's row; without it, a new one.
+
+    Returns
+    -------
+    int
+        The row.
     """
     take_row = db.execute("INSERT INTO takes (id, name) VALUES (?, ?)", (row, take.name)).lastrowid
     assert take_row is not None
     tracks = {name: records.insert_track(db, take_row, name, track, spans[name]) for name, track in take.tracks.items()}
     records.insert_annotations(db, tracks, take.annotations)
     _require_stored(db, take_row, take)
-    storage.relist(db, digests.seal(db, take_row))
+    return take_row
+
+
+def digest_of(db: sqlite3.Connection, take: int) -> str:
+    """The digest of a take's name and tracks as its rows are now, which may not be sealed yet."""
+    (name,) = db.execute("SELECT name FROM takes WHERE id = ?", (take,)).fetchone()
+    return digests.of_tracks(take, name, digests.track_rows(db, take))
 
 
 def _require_stored(db: sqlite3.Connection, row: int, take: Take) -> None:
@@ -114,12 +175,16 @@ def _require_stored(db: sqlite3.Connection, row: int, take: Take) -> None:
 
 
 def delete(db: sqlite3.Connection, take: int) -> None:
-    """Delete the row of a take, and all skeletons that no track uses any more."""
+    """Delete the row of a take, and its skeletons that no other track uses."""
     held = storage.read(db)
     listing = held.listing ^ digests.struck(db, take)
     storage.write(db, replace(held, listing=listing, removed=held.removed + _size(db, take)))
+    used = db.execute(
+        "SELECT DISTINCT skeleton FROM tracks WHERE take = ? AND skeleton IS NOT NULL", (take,)
+    ).fetchall()
     db.execute("DELETE FROM takes WHERE id = ?", (take,))
-    db.execute("DELETE FROM skeletons WHERE id NOT IN (SELECT skeleton FROM tracks WHERE skeleton IS NOT NULL)")
+    unused = "DELETE FROM skeletons WHERE id = ?1 AND NOT EXISTS (SELECT 1 FROM tracks WHERE skeleton = ?1)"
+    db.executemany(unused, used)
 
 
 def _size(db: sqlite3.Connection, take: int) -> int:
@@ -165,10 +230,29 @@ def replace_annotations(
     places = {(note.track, note.kind) for note in notes}
     if not notes and kind is not None:
         places = {(name, kind) for name in ([track] if track else tracks)}
-    rows = [(tracks[name], of_kind) for name, of_kind in sorted(places)]
+    put_annotations(db, take, notes, places)
+    storage.relist(db, digests.seal(db, take))
+
+
+def put_annotations(
+    db: sqlite3.Connection, take: int, notes: Iterable[Annotation], places: Iterable[tuple[str, str]]
+) -> None:
+    """Put annotations in place of those at some places; the take must be sealed afterwards.
+
+    Parameters
+    ----------
+    db : sqlite3.Connection
+        In a transaction.
+    take : int
+        The take's row.
+    notes : iterable of Annotation
+    places : iterable of tuple of str and str
+        Tracks and kinds.
+    """
+    tracks = dict(db.execute("SELECT name, id FROM tracks WHERE take = ?", (take,)).fetchall())
+    rows = [(tracks[name], kind) for name, kind in sorted(places)]
     db.executemany("DELETE FROM annotations WHERE track = ? AND kind = ?", rows)
     records.insert_annotations(db, tracks, notes)
-    storage.relist(db, digests.seal(db, take))
 
 
 def check_annotations(
@@ -208,6 +292,7 @@ def read(folder: Path, name: str, skeletons: Skeletons) -> Take:
     folder : Path
         Of the library.
     name : str
+        See `locate`.
     skeletons : dict of str to Skeleton
         Those read before, by digest, so that takes of one character share one skeleton; gets new ones.
 
@@ -224,7 +309,7 @@ def read(folder: Path, name: str, skeletons: Skeletons) -> Take:
     """
     while True:
         with catalogue.reading(folder) as db:
-            take = find(folder, db, name)
+            take, name = locate(folder, db, name)
             raw, notes = require_sealed(db, take, name)
             rows = records.tracks_of(raw)
             for row in rows:

@@ -14,29 +14,39 @@ _ROOMS = {
     "CUT_BY": "segmenting",
     "Copy": "copies",
     "CutSettings": "segmenting",
+    "Done": "ingesting",
     "ExampleIndex": "finding",
     "Found": "finding",
     "GrowingSettings": "growing",
+    "IngestSettings": "ingesting",
+    "Ingested": "ingesting",
     "Labelled": "labelling",
+    "ReadRecordings": "reading",
+    "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
     "copies_of": "copies",
     "couple_of": "labelling",
-    "creating": "libraries",
     "cut_by_hand": "segmenting",
     "differing_skeletons": "libraries",
+    "disagreements": "ingesting",
+    "example_in": "finding",
     "find_alike": "finding",
     "find_copies": "copies",
+    "find_recordings": "folders",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
     "inbetween_with": "inbetweening",
     "index_of": "finding",
     "index_takes": "finding",
+    "ingest": "ingesting",
     "label_partners": "labelling",
+    "listed": "ingesting",
     "matches": "finding",
     "noted": "noting",
     "open_library": "libraries",
+    "open_or_create": "libraries",
     "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
@@ -44,42 +54,52 @@ _ROOMS = {
     "read_rows": "sensing",
     "read_take": "libraries",
     "read_takes": "libraries",
-    "recordings_in": "libraries",
     "refuse_cuts": "segmenting",
     "segment_library": "segmenting",
     "segment_take": "segmenting",
     "smoothed": "performing",
     "unit_moves": "labelling",
     "winding_path": "performing",
+    "with_fitted_markers": "reading",
 }
 
 __all__ = [
     "CUT_BY",
     "Copy",
     "CutSettings",
+    "Done",
     "ExampleIndex",
     "Found",
     "GrowingSettings",
+    "IngestSettings",
+    "Ingested",
     "Labelled",
+    "ReadRecordings",
+    "Recording",
     "Segmented",
     "Smoothing",
     "copies_of",
     "couple_of",
-    "creating",
     "cut_by_hand",
     "differing_skeletons",
+    "disagreements",
+    "example_in",
     "find_alike",
     "find_copies",
+    "find_recordings",
     "grow_library",
     "has_partners",
     "inbetween",
     "inbetween_with",
     "index_of",
     "index_takes",
+    "ingest",
     "label_partners",
+    "listed",
     "matches",
     "noted",
     "open_library",
+    "open_or_create",
     "open_without_labels",
     "perform",
     "perform_alternatives",
@@ -87,13 +107,13 @@ __all__ = [
     "read_rows",
     "read_take",
     "read_takes",
-    "recordings_in",
     "refuse_cuts",
     "segment_library",
     "segment_take",
     "smoothed",
     "unit_moves",
     "winding_path",
+    "with_fitted_markers",
 ]
 
 
@@ -109,18 +129,19 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from kinetograph.pipeline.copies import Copy, copies_of, find_copies
-    from kinetograph.pipeline.finding import ExampleIndex, Found, find_alike, index_of, index_takes, matches
+    from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
+    from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
+    from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
-        creating,
         differing_skeletons,
         has_partners,
         open_library,
+        open_or_create,
         read_take,
         read_takes,
-        recordings_in,
     )
     from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
@@ -131,6 +152,7 @@ if TYPE_CHECKING:
         smoothed,
         winding_path,
     )
+    from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,

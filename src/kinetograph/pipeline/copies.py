@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.learn.near_copies import Lookup, Match, Nearness, Sequences, joined, matches
-from kinetograph.library import Library, Selection
+from kinetograph.library import Library
 from kinetograph.library.fingerprints import of_takes
 from kinetograph.pipeline.finding import RATE, Group, index_of
 from kinetograph.progress import Progress
@@ -138,14 +138,24 @@ def _compare(shard: tuple[Library, int, range, Nearness]) -> list[Match]:
 
 
 def _lookup(library: Library, number: int) -> Lookup | None:
-    return _made_lookup(library.path, library.selection, of_takes(library), number)
+    return _made_lookup(_Held(library, of_takes(library)), number)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A library as it was when its takes had these digests."""
+
+    library: Library
+    digests: str
+
+    def __hash__(self) -> int:
+        return hash(self.digests)
 
 
 @functools.lru_cache(maxsize=2)
-def _made_lookup(path: object, selection: Selection, _: str, number: int) -> Lookup | None:
+def _made_lookup(held: _Held, number: int) -> Lookup | None:
     """What the motions of a group are compared by; one is kept for as long as the library stays as it is."""
-    group = index_of(Library.open(str(path)).only(selection)).groups[number]
-    return Lookup.of(_sequences(group))
+    return Lookup.of(_sequences(index_of(held.library).groups[number]))
 
 
 def _sequences(group: Group) -> Sequences:

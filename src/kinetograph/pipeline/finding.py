@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Iterable, Iterator, Sequence
+import re
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +13,12 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
+from kinetograph.formats import ReadOptions, read
 from kinetograph.learn.windows import Windows, apart
 from kinetograph.library import Library, kept
 from kinetograph.methods.keyframe.features import BODY, REACH, relative_joints
 from kinetograph.methods.recordings import leg_length
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, cut
 from kinetograph.progress import Progress
 from kinetograph.take import Take
 from kinetograph.work import HERE, Workers, in_shards
@@ -160,16 +162,15 @@ def index_of(library: Library, workers: Workers | Executor = HERE, progress: Pro
 
     def make() -> ExampleIndex:
         names = library.names()
-        blocks = [(library.path, names[first : first + _BLOCK]) for first in range(0, len(names), _BLOCK)]
+        blocks = [(library, names[first : first + _BLOCK]) for first in range(0, len(names), _BLOCK)]
         done = in_shards(_index_block, blocks, workers, count=len(blocks), progress=progress)
         return _grouped([part for of_block in done for part in of_block])
 
     return kept(library, "examples", (RATE, _FINE, REACH, BODY), make)
 
 
-def _index_block(block: tuple[Path, tuple[str, ...]]) -> list[_Indexed]:
-    folder, names = block
-    library = Library.open(folder)
+def _index_block(block: tuple[Library, tuple[str, ...]]) -> list[_Indexed]:
+    library, names = block
     return [part for name in names for part in _indexed(library.take(name))]
 
 
@@ -211,7 +212,13 @@ def _features(motion: Motion, roles: tuple[str, ...]) -> SingleArray:
 
 
 def find_alike(
-    index: ExampleIndex, example: Motion, *, count: int = 50, each: int = 1, without: Found | None = None
+    index: ExampleIndex,
+    example: Motion,
+    *,
+    count: int = 50,
+    each: int = 1,
+    without: Found | None = None,
+    among: Collection[str] | None = None,
 ) -> list[Found]:
     """The windows that are most like an example, wherever on the ground and in whichever direction they are.
 
@@ -226,6 +233,8 @@ def find_alike(
         How many of one track; they do not overlap.
     without : Found, optional
         A window that is left out, with those that overlap it: where the example comes from.
+    among : collection of str, optional
+        The takes that are looked through; without it, all.
 
     Returns
     -------
@@ -241,30 +250,78 @@ def find_alike(
     if len(roles) < _FEWEST:
         raise RequestError(f"motions are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
     query = _features(example, roles)[: int(LONGEST * RATE) + 1]
-    found = [one for group in index.groups for one in _nearest(group, query, roles, without, (count, each))]
+    found = []
+    for group in index.groups:
+        squares = _squares(group, query, roles)
+        if squares is not None:
+            _leave_out(squares, group, len(query), without, among)
+            chosen = apart(squares, group.windows.offsets, len(query), count, each)
+            found += [((group, *one), float(squares[group.windows.offsets[one[0]] + one[1]])) for one in chosen]
     leg = leg_length(example.skeleton)
     nearest = sorted(found, key=lambda one: one[1])[:count]
     return [_described(one, len(query), leg) for one in nearest]
 
 
-def _nearest(
-    group: Group, query: SingleArray, roles: tuple[str, ...], without: Found | None, most: tuple[int, int]
-) -> Iterator[tuple[tuple[Group, int, int], float]]:
-    """The best windows of a group, so many and so many of a motion: the motion, its row, and the squared distance."""
+def _squares(group: Group, query: SingleArray, roles: tuple[str, ...]) -> FloatArray | None:
+    """The squared distance of every window of a group; None where too few roles are common."""
     common = [role for role in roles if role in group.roles]
     if len(common) < _FEWEST:
-        return
+        return None
     asked = query[:, _columns(roles, common)]
     windows = group.windows if len(common) == len(group.roles) else group.windows.columns(_columns(group.roles, common))
-    squares = windows.distances(np.ascontiguousarray(asked)) / len(common)
-    starts = windows.offsets[:-1]
+    return windows.distances(np.ascontiguousarray(asked)) / len(common)
+
+
+def _leave_out(
+    squares: FloatArray, group: Group, width: int, without: Found | None, among: Collection[str] | None
+) -> None:
+    """Make the distance infinite of what overlaps a window, and of other takes than some."""
+    offsets = group.windows.offsets
     if without is not None and (without.take, without.track) in group.tracks:
         own = group.tracks.index((without.take, without.track))
-        first = max(int(without.start * RATE) - len(query) + 1, 0)
+        first = max(int(without.start * RATE) - width + 1, 0)
         last = int(without.stop * RATE) + 1
-        squares[starts[own] : windows.offsets[own + 1]][first:last] = np.inf
-    for motion, row in apart(squares, windows.offsets, len(query), *most):
-        yield (group, motion, row), float(squares[starts[motion] + row])
+        squares[offsets[own] : offsets[own + 1]][first:last] = np.inf
+    if among is not None:
+        kept = np.array([take in among for take, _ in group.tracks], dtype=np.bool_)
+        squares[~np.repeat(kept, np.diff(offsets))] = np.inf
+
+
+def example_in(text: str, library: Library, options: ReadOptions | None = None) -> tuple[Motion, Found | None]:
+    """The part of a motion that a person names, and where in the library it is.
+
+    Parameters
+    ----------
+    text : str
+        ``"FILE@2-4"`` or ``"take:NAME@2-4"``, in seconds.
+    library : Library
+    options : ReadOptions, optional
+        For the motion file.
+
+    Returns
+    -------
+    example : Motion
+    own : Found or None
+        None for a file.
+
+    Raises
+    ------
+    RequestError
+        For another text, a take that is not there, and a part beyond its end.
+    """
+    name, _, span = text.rpartition("@")
+    match = re.fullmatch(r"(\d+(?:\.\d*)?|\.\d+)-(\d+(?:\.\d*)?|\.\d+)", span.strip())
+    if not name or not match:
+        raise RequestError(f"an example is FILE@2-4 or take:NAME@2-4, in seconds; found {text!r}")
+    start, stop = float(match.group(1)), float(match.group(2))
+    take = library.take(name.removeprefix("take:")) if name.startswith("take:") else read(Path(name), options).take
+    track, motion = next(_motions(take), ("", None))
+    if motion is None:
+        raise RequestError(f"take {take.name!r} has no motion, only {', '.join(take.tracks)}")
+    if not start < stop <= motion.duration + 0.5 / motion.fps:
+        raise RequestError(f"{text!r}: expected a part of the {motion.duration:.2f} s of {take.name!r}")
+    example = cut(motion, round(start * motion.fps), min(round(stop * motion.fps) + 1, len(motion)))
+    return example, Found(take.name, track, start, stop, 0.0) if name.startswith("take:") else None
 
 
 def _columns(roles: tuple[str, ...], chosen: Sequence[str]) -> IntArray:

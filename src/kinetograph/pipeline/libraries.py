@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.errors import LibraryError, RequestError
 from kinetograph.formats import READERS, Loaded, ReadOptions, read, with_stances
 from kinetograph.library import (
-    UNFINISHED,
     Facts,
     Library,
     Selection,
@@ -23,6 +21,9 @@ from kinetograph.library import (
 from kinetograph.motion import Motion
 from kinetograph.skeleton import with_roles
 from kinetograph.take import Take
+
+CATALOGUE = "catalogue.sqlite"
+"""The file by which a library is known."""
 
 
 def open_library(path: str | Path, selection: Selection | None = None) -> Library:
@@ -50,7 +51,7 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
     A folder of libraries is opened as `kinetograph.library.Shards`.
     """
     folder = Path(path)
-    if folder.is_dir() and not (folder / "catalogue.sqlite").exists():
+    if folder.is_dir() and not (folder / CATALOGUE).exists():
         recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
         if recordings:
             raise LibraryError(
@@ -79,39 +80,16 @@ def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path)
         raise RequestError(f"{folder}: no take is {selection}; {there}")
 
 
-@contextmanager
-def creating(path: str | Path) -> Iterator[Library]:
-    """Make a library to be filled in the block, or go on with one that was not filled to the end.
-
-    Parameters
-    ----------
-    path : str or Path
-        A folder that is new or empty, or of a library that an interrupted block left; it is empty or marked.
-
-    Yields
-    ------
-    Library
-
-    Raises
-    ------
-    LibraryError
-        The folder has a library that is complete, or something else.
-    """
-    marker = Path(path) / UNFINISHED
-    library = Library.open(path) if _unfinished(Path(path)) else Library.create(path)
-    try:
-        marker.touch()
-    except OSError as error:
-        raise LibraryError(f"{path}: cannot make a library here: {error.strerror}") from error
-    yield library
-    marker.unlink(missing_ok=True)
+def open_or_create(path: str | Path) -> Library:
+    """Open the library in a folder, or make one where the folder is new or empty. Raises LibraryError."""
+    return (
+        Library.open(path) if (Path(path) / CATALOGUE).is_file() and _has_tables(Path(path)) else Library.create(path)
+    )
 
 
-def _unfinished(folder: Path) -> bool:
-    try:
-        return (folder / UNFINISHED).exists() or not Library.open(folder).names()
-    except LibraryError:
-        return False
+def _has_tables(folder: Path) -> bool:
+    """Whether a catalogue is more than the empty file that a command leaves which was killed while it made one."""
+    return (folder / CATALOGUE).stat().st_size > 0
 
 
 def differing_skeletons(library: Library) -> tuple[str, ...]:
@@ -170,34 +148,6 @@ def has_partners(library: Library, target: str | None) -> bool:
         names = ", ".join(sorted({name for _, name in tracks}))
         raise RequestError(f"{library.path}: no take has a track {target!r}; their tracks are {names}")
     return any(name != target for take, name in tracks if take in with_target)
-
-
-def recordings_in(paths: Iterable[str | Path]) -> list[Path]:
-    """Motion files, by name.
-
-    Parameters
-    ----------
-    paths : iterable of str or Path
-        Files, and folders whose motion files are taken, but not those in folders within.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    RequestError
-        Where there is none.
-    """
-    files: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            files += sorted(p for p in path.iterdir() if p.suffix.lower() in READERS and p.suffix.lower() != ".csv")
-        else:
-            files.append(path)
-    if not files:
-        raise RequestError(f"no motion file found; expected one of {', '.join(sorted(READERS))}")
-    return files
 
 
 def read_take(path: Path, options: ReadOptions, roles: dict[str, str] | None = None) -> tuple[Take, tuple[str, ...]]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 from kinetograph.errors import RequestError
-from kinetograph.library import Library
+from kinetograph.library import Annotated, Library, annotate_takes, facts_of, label_counts
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.segmentation import (
+    UncutError,
     cuts_at_labels,
     cuts_by_length,
     detect_beats,
@@ -20,9 +24,12 @@ from kinetograph.segmentation import (
     subdivide,
 )
 from kinetograph.take import Annotation, Take
+from kinetograph.work import HERE, Workers, in_shards
 
 CUT_BY = ("footplants", "beats", "labels", "fixed")
 """What `segment_take` cuts by. `grow_library` cuts by examples."""
+LOOPS = "clips that loop are cut when they are used, over several cycles"
+"""Why clips that loop have no cuts at footplants."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,15 @@ class CutSettings:
     every: int = 1
     phase: int | None = None
 
+    def key(self, by: str) -> str:
+        """What is cut by, in words that differ where cuts may.
+
+        >>> CutSettings(length=0.4).key("fixed"), CutSettings().key("footplants")
+        ('fixed 0.4', 'footplants')
+        """
+        beats = f"beats {self.parts} of {self.every} from {'the strongest' if self.phase is None else self.phase}"
+        return {"fixed": f"fixed {self.length!r}", "labels": f"labels {self.label}", "beats": beats}.get(by, by)
+
     def __post_init__(self) -> None:
         if self.every < 1 or (self.phase is not None and not 0 <= self.phase < self.every):
             raise RequestError(
@@ -65,18 +81,24 @@ class CutSettings:
 
 @dataclass(frozen=True)
 class Segmented:
-    """How the takes of a library were cut.
+    """How the takes of a library are cut.
 
     Parameters
     ----------
     cuts : dict of str to int
-        Number of cuts by take.
+        Number of cuts by take, of all takes that have some.
     uncut : dict of str to str
-        Why a take could not be cut, by take.
+        Why a take could not be cut, in a few words, by take.
+    new : tuple of str
+        The takes that were looked at now; the others had been before.
+    by_hand : tuple of str
+        Takes with cuts by a person or by examples, which were left as they are.
     """
 
     cuts: dict[str, int]
     uncut: dict[str, str]
+    new: tuple[str, ...] = ()
+    by_hand: tuple[str, ...] = ()
 
 
 def segment_take(take: Take, track: str, by: str, settings: CutSettings | None = None) -> tuple[Annotation, ...]:
@@ -139,12 +161,15 @@ def segment_library(
     by: str,
     settings: CutSettings | None = None,
     *,
+    again: bool = False,
+    workers: Workers | Executor = HERE,
     progress: Progress | None = None,
 ) -> Segmented:
     """Cut every motion of a library and store cuts, contacts and handholds.
 
     A take that cannot be cut is left as it is, and the others are cut. Takes that loop are left as they are where they
-    are cut by footplants: they are cut when they are used, over several cycles.
+    are cut by footplants: they are cut when they are used, over several cycles. So are cuts of a person's. Takes that
+    were cut so before, and those of which it is known that they cannot be, are not looked at again.
 
     Parameters
     ----------
@@ -152,6 +177,9 @@ def segment_library(
     by : str
         See `segment_take`.
     settings : CutSettings, optional
+    again : bool
+        Cut anew what was cut before, other than by a person.
+    workers : Workers or Executor
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -166,35 +194,86 @@ def segment_library(
     """
     if by not in CUT_BY:
         raise RequestError(f"cut by one of {', '.join(CUT_BY)}, examples; found {by!r}")
-    names = library.names()
-    cuts: dict[str, int] = {}
-    uncut: dict[str, str] = {}
-    for done, name in enumerate(names, start=1):
-        try:
-            cuts[name] = _segment(library, name, by, settings)
-        except RequestError as error:
-            uncut[name] = str(error)
-        if progress:
-            progress(done, len(names))
-    if uncut and not cuts:
-        name, why = next(iter(uncut.items()))
-        raise RequestError(f"take {name!r}: {why}")
-    return Segmented(cuts, uncut)
+    settings = settings or CutSettings()
+    key, facts, cuts = settings.key(by), facts_of(library), label_counts(library, "cut")
+    by_hand = tuple(name for name in facts if not set(cuts.get(name, ())) <= set(CUT_BY if not again else _MADE))
+    left = [name for name in facts if name not in set(by_hand)]
+    new = [n for n in left if again or not _is_done(by, key, facts[n].segmented, cuts.get(n, {}))]
+    work = in_shards(partial(_segment, library, by, settings), new, workers, count=len(new), progress=progress)
+    for group in _groups(work):
+        annotate_takes(library, (one.as_change(key) for one in group))
+    return _outcome(library, set(new), by_hand)
 
 
-def _segment(library: Library, name: str, by: str, settings: CutSettings | None) -> int:
-    """Cut the motions of one take, all or none; the number of cuts."""
+_MADE = (*CUT_BY, "grown")
+"""Labels of cuts that no person made."""
+_GROUP, _SECONDS = 100, 1.0
+"""Takes that are stored together at most, and the time that may pass before they are."""
+
+
+def _is_done(by: str, key: str, segmented: str, cuts: dict[str, int]) -> bool:
+    """Whether a take has been cut so, or has been found to have nothing to be cut at."""
+    if by == "labels":  # which may have changed, and cost nothing
+        return False
+    if segmented.startswith(f"{key}: "):
+        return True
+    return bool(cuts) and (segmented == key or (not segmented and set(cuts) == {by} and key == CutSettings().key(by)))
+
+
+def _groups(work: Iterable[_Cut]) -> Iterator[list[_Cut]]:
+    group: list[_Cut] = []
+    began = time.monotonic()
+    for one in work:
+        group.append(one)
+        if len(group) >= _GROUP or time.monotonic() - began > _SECONDS:
+            yield group
+            group, began = [], time.monotonic()
+    if group:
+        yield group
+
+
+def _outcome(library: Library, new: set[str], by_hand: tuple[str, ...]) -> Segmented:
+    """What the library has now. Raises RequestError where it has no cuts and no clips that loop."""
+    cuts = {name: sum(counts.values()) for name, counts in label_counts(library, "cut").items()}
+    facts = facts_of(library)
+    why = {name: one.segmented.partition(": ")[2] for name, one in facts.items()}
+    uncut = {name: text for name, text in why.items() if text and (name in new or name not in cuts)}
+    cuts = {name: cuts[name] for name in facts if name in cuts}
+    if uncut and not cuts and LOOPS not in uncut.values():
+        name, text = next(iter(uncut.items()))
+        more = f", nor can {len(uncut) - 1} others" if len(uncut) > 1 else ""
+        raise RequestError(f"take {name!r} cannot be cut: {text}{more}; cut by fixed length instead (--by fixed)")
+    return Segmented(cuts, uncut, tuple(n for n in facts if n in new), by_hand)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """What was found in a take: annotations of its tracks, or why there are no cuts."""
+
+    take: str
+    tracks: tuple[str, ...]
+    annotations: tuple[Annotation, ...]
+    why: str
+
+    def as_change(self, key: str) -> Annotated:
+        kinds = ("contact", "handhold", "cut") if not self.why or self.annotations else ()
+        places = frozenset((track, kind) for track in self.tracks for kind in kinds)
+        return Annotated(self.take, self.annotations, places, f"{key}: {self.why}" if self.why else key)
+
+
+def _segment(library: Library, by: str, settings: CutSettings, name: str) -> _Cut:
+    """Cut the motions of one take, all or none."""
     take = library.take(name)
-    tracks = [
-        track
-        for track, value in take.tracks.items()
-        if isinstance(value, Motion) and not (by == "footplants" and take.annotated(track, "loop"))
-    ]
-    found = {track: segment_take(take, track, by, settings) for track in tracks}
-    for track, notes in found.items():
-        for kind in ("contact", "handhold", "cut"):
-            library.annotate(name, tuple(n for n in notes if n.kind == kind), kind=kind, track=track)
-    return sum(note.kind == "cut" for notes in found.values() for note in notes)
+    motions = [track for track, value in take.tracks.items() if isinstance(value, Motion)]
+    looping = [track for track in motions if by == "footplants" and take.annotated(track, "loop")]
+    tracks = tuple(track for track in motions if track not in looping)
+    try:
+        notes = tuple(note for track in tracks for note in segment_take(take, track, by, settings))
+    except RequestError as error:
+        return _Cut(name, tracks, (), error.why if isinstance(error, UncutError) else str(error))
+    if any(note.kind == "cut" for note in notes):
+        return _Cut(name, tracks, notes, "")
+    return _Cut(name, tracks, notes, LOOPS if looping else "it has no motion")
 
 
 def refuse_cuts(take: Take, tracks: Iterable[str]) -> None:

@@ -54,6 +54,10 @@ class ShardedModel:
         """What a person should know of how the libraries were read."""
         return self.fitted.notes
 
+    def holding(self, takes: Iterable[str]) -> ShardedModel:
+        """The same with the recordings of some takes."""
+        return replace(self, sharded=replace(self.sharded, fitted=self.sharded.with_takes(takes)))
+
     def read(self, control: Take | Signal | Motion) -> Control:
         """See `PerformanceModel.read`. Raises RequestError for handholds that the control names."""
         read = read_control(self.method, control)

@@ -147,11 +147,14 @@ class ShardedFit:
         """The best sequence of states of all shards; see `interpretation.interpret`."""
         return interpretation.interpret(self.fitted, x, progress, rules, self)
 
-    def with_recordings(self, path: SegmentalPath) -> Fitted:
+    def with_recordings(self, path: SegmentalPath) -> Merged:
         """What is fitted, with the recordings that a sequence is made of."""
-        sources = self.fitted.sources
         used = {self.fitted.segment_of(state).source for state in path.states}
-        whole = self.several.fetch(sources[i].take for i in used)
+        return self.with_takes(self.fitted.sources[i].take for i in used)
+
+    def with_takes(self, takes: Iterable[str]) -> Merged:
+        """What is fitted, with the recordings of some takes."""
+        whole, sources = self.several.fetch(takes), self.fitted.sources
         return replace(
             self.fitted, sources=tuple(whole.get((source.take, source.mirrored), source) for source in sources)
         )
