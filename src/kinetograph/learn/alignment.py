@@ -34,9 +34,6 @@ class PreparedExamples(Protocol):
     def align(self, window: FloatArray) -> tuple[FloatArray, Placement]:
         """D ``(1, N)`` and the optimal transforms for a window ``(S, P, 3)``."""
 
-    def align_all(self, windows: FloatArray) -> tuple[FloatArray, Placement]:
-        """D ``(B, N)`` and the optimal transforms for windows ``(B, S, P, 3)``."""
-
 
 class Alignment(Protocol):
     """A group of transforms."""
@@ -81,11 +78,7 @@ class _AsTheyAre:
 
     def align(self, window: FloatArray) -> tuple[FloatArray, Placement]:
         """See `PreparedExamples`."""
-        return self.align_all(window[None])
-
-    def align_all(self, windows: FloatArray) -> tuple[FloatArray, Placement]:
-        """See `PreparedExamples`."""
-        return self.group.align(windows, self.examples, self.weights)
+        return self.group.align(window[None], self.examples, self.weights)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +44,7 @@ class GroundExamples:
         points, y = _on_plane(examples), examples[..., 1].reshape(len(examples), -1)
         means = points @ w / w.sum()
         points = points - means[:, None]
-        return cls(w, means, points.conj() * w, (points.real**2 + points.imag**2) @ w, y * w, y**2 @ w)
+        return cls(w, means, points.conj() * w, np.abs(points) ** 2 @ w, y * w, y**2 @ w)
 
     def align(self, window: FloatArray) -> tuple[FloatArray, GroundPlacement]:
         """D ``(1, N)`` and the optimal transforms for a window ``(S, P, 3)``, as `Ground.align` gives them."""
@@ -58,25 +57,6 @@ class GroundExamples:
         costs, rotation, shift = _kernels.fit_on_ground(product, spread, self.spreads, mean, self.means)
         heights = (y**2 @ w)[:, None] + self.height_spreads - 2 * (self.heights @ y[0])[None]
         return costs + np.maximum(heights, 0.0), GroundPlacement(rotation, shift)
-
-    def align_all(self, windows: FloatArray) -> tuple[FloatArray, GroundPlacement]:
-        """D ``(B, N)`` and the optimal transforms for windows ``(B, S, P, 3)``, as `Ground.align` gives them."""
-        w = self.weights
-        points, y = _on_plane(windows), windows[..., 1].reshape(len(windows), -1)
-        means = points @ w / w.sum()
-        points = points - means[:, None]
-        spreads = (points.real**2 + points.imag**2) @ w
-        product = points @ self.conjugates.T
-        costs, rotation, shift = _kernels.fit_on_ground(product, spreads, self.spreads, means, self.means)
-        if self.level and not y.any():
-            return costs, GroundPlacement(rotation, shift)
-        heights = (y**2 @ w)[:, None] + self.height_spreads - 2 * y @ self.heights.T
-        return costs + np.maximum(heights, 0.0), GroundPlacement(rotation, shift)
-
-    @cached_property
-    def level(self) -> bool:
-        """Whether all points are at height 0."""
-        return not self.heights.any()
 
 
 def _on_plane(points: FloatArray) -> ComplexArray:

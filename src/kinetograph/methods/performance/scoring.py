@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.learn import Arrivals, Placement, PreparedExamples, padded_width
+from kinetograph.learn import Arrivals, Placement, padded_width
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.weights import weights
 from kinetograph.progress import Progress
@@ -43,11 +43,10 @@ def arrivals(fitted: Fitted, x: FloatArray, progress: Progress | None = None) ->
     chunk = max(min(256, PLACEMENTS // len(fitted.instances.states)), 1)
     for t in range(1, min(longest, steps + 1)):
         yield arrivals_at(fitted, x[: t + 1])
-    prepared = _prepared(fitted) if steps >= longest else []
     for low in range(longest, steps + 1, chunk):
         high = min(low + chunk, steps + 1)
         windows = np.lib.stride_tricks.sliding_window_view(x[low - longest : high], longest + 1, axis=0)
-        costs, placement = _with_prepared(prepared, np.moveaxis(windows, -1, 1))
+        costs, placement = aligned(fitted, np.moveaxis(windows, -1, 1), slice(None))
         for i in range(high - low):
             yield _arrival(fitted, costs, placement, i)
         if progress:
@@ -82,22 +81,6 @@ def aligned(fitted: Fitted, windows: FloatArray, part: slice) -> tuple[FloatArra
         costs.append(d)
         placements.append(placed)
     return np.concatenate(costs, axis=1), placements[0].join(placements[1:])
-
-
-def _prepared(fitted: Fitted) -> list[tuple[int, PreparedExamples]]:
-    """The samples of states of one duration, and these states made ready, for every duration."""
-    settings = fitted.settings
-    return [
-        (steps + 1, settings.alignment.prepare(examples, weights(settings, steps + 1)))
-        for steps, examples in fitted.instances.controls.items()
-    ]
-
-
-def _with_prepared(prepared: list[tuple[int, PreparedExamples]], windows: FloatArray) -> tuple[FloatArray, Placement]:
-    """The same as `aligned` of whole states, as many of the samples of windows ``(B, W, P, 3)`` as each has."""
-    fits = [examples.align_all(windows[:, -samples:]) for samples, examples in prepared]
-    costs, placements = zip(*fits, strict=True)
-    return np.concatenate(costs, axis=1), placements[0].join(list(placements[1:]))
 
 
 def _arrival(fitted: Fitted, costs: FloatArray, placement: Placement, window: int) -> Arrivals:
