@@ -24,3 +24,21 @@ def test_products_inverses_and_rotated_vectors_agree(seed: int) -> None:
     np.testing.assert_allclose(product, rot.multiply(a, b), atol=1e-15)
     np.testing.assert_array_equal(inverse, rot.conjugate(a))
     np.testing.assert_allclose(rotated, rot.rotate(a, v), atol=1e-14)
+
+
+@given(_SEEDS, st.booleans())
+def test_poses_in_the_world_are_those_of_whole_arrays_bit_by_bit(seed: int, stretched: bool) -> None:
+    rng = np.random.default_rng(seed)
+    parents = np.array([-1, *(int(rng.integers(0, joint)) for joint in range(1, 7))])
+    local = rot.normalize(rng.normal(size=(5, 7, 4)))
+    bones = rng.normal(size=(5 if stretched else 1, 7, 3))
+    places, turned = np.zeros((5, 7, 3)), np.zeros((5, 7, 4))
+    places[:, 0], turned[:, 0] = rng.normal(size=(5, 3)), local[:, 0]
+    expected, rotated = places.copy(), turned.copy()
+    for joint in range(1, 7):
+        above = parents[joint]
+        expected[:, joint] = expected[:, above] + rot.rotate(rotated[:, above], bones[:, joint])
+        rotated[:, joint] = rot.multiply(rotated[:, above], local[:, joint])
+    kernels.forward(parents, bones, np.arange(1, 7), local, places, turned)
+    np.testing.assert_array_equal(places, expected)
+    np.testing.assert_array_equal(turned, rotated)

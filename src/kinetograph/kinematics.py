@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -10,6 +11,9 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark
+
+LONG = 20_000
+"""Frames from which on a kernel is loaded for a motion, which takes as long as these do without."""
 
 
 def forward(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -43,12 +47,25 @@ def _forward(motion: Motion, joints: Iterable[int]) -> tuple[FloatArray, FloatAr
     rotations = np.empty((len(motion), len(motion.skeleton), 4))
     positions[:, 0] = motion.translation
     rotations[:, 0] = motion.rotations[:, 0]
+    if _compiled(motion):
+        from kinetograph import quaternion_kernels
+
+        bones = np.ascontiguousarray(motion.skeleton.offsets[None] if motion.bones is None else motion.bones)
+        wanted = np.array(list(joints), dtype=np.int64)
+        local = np.ascontiguousarray(motion.rotations)
+        quaternion_kernels.forward(motion.skeleton.parents, bones, wanted, local, positions, rotations)
+        return positions, rotations
     for joint in joints:
         parent = motion.skeleton.parents[joint]
         bone = motion.skeleton.offsets[joint] if motion.bones is None else motion.bones[:, joint]
         positions[:, joint] = positions[:, parent] + rot.rotate(rotations[:, parent], bone)
         rotations[:, joint] = rot.multiply(rotations[:, parent], motion.rotations[:, joint])
     return positions, rotations
+
+
+def _compiled(motion: Motion) -> bool:
+    """Whether a kernel is used: in a process that has loaded kernels, or for a motion that is worth loading one."""
+    return len(motion) >= LONG or "numba" in sys.modules
 
 
 def _above(motion: Motion, joints: Iterable[int]) -> list[int]:

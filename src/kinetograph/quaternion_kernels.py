@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numba
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, IntArray
 
 
 @numba.njit(cache=True, nogil=True)
@@ -58,3 +58,44 @@ def rotate(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
     out[0] = v[0] + q[0] * tx + q[2] * tz - q[3] * ty
     out[1] = v[1] + q[0] * ty + q[3] * tx - q[1] * tz
     out[2] = v[2] + q[0] * tz + q[1] * ty - q[2] * tx
+
+
+@numba.njit(cache=True, nogil=True)
+def forward(
+    parents: IntArray,
+    bones: FloatArray,
+    joints: IntArray,
+    local: FloatArray,
+    positions: FloatArray,
+    rotations: FloatArray,
+) -> None:
+    """Positions and rotations of joints in the world from those of their parents, bit by bit as NumPy has them.
+
+    Parameters
+    ----------
+    parents : ndarray of int, shape (J,)
+    bones : ndarray, shape (F, J, 3) or (1, J, 3)
+        Offsets in the parents' frames, one for all frames or one for each.
+    joints : ndarray of int, shape (K,)
+        The joints that are wanted, parents before children, without the root.
+    local : ndarray, shape (F, J, 4)
+        Rotations in the parents' frames.
+    positions : ndarray, shape (F, J, 3)
+        Those of the root are given; those of ``joints`` are overwritten.
+    rotations : ndarray, shape (F, J, 4)
+        Likewise.
+    """
+    for frame in range(len(local)):
+        given = frame if len(bones) > 1 else 0
+        for joint in joints:
+            parent = parents[joint]
+            w, x, y, z = rotations[frame, parent]
+            a, b, c = bones[given, joint]
+            tx = 2.0 * (y * c - z * b)
+            ty = 2.0 * (z * a - x * c)
+            tz = 2.0 * (x * b - y * a)
+            # the order of sums is that of rotations.rotate
+            positions[frame, joint, 0] = positions[frame, parent, 0] + (a + w * tx + (y * tz - z * ty))
+            positions[frame, joint, 1] = positions[frame, parent, 1] + (b + w * ty + (z * tx - x * tz))
+            positions[frame, joint, 2] = positions[frame, parent, 2] + (c + w * tz + (x * ty - y * tx))
+            multiply(rotations[frame, parent], local[frame, joint], rotations[frame, joint])

@@ -13,7 +13,7 @@ from command_line import run
 
 from kinetograph import rotations as rot
 from kinetograph.formats import save
-from kinetograph.library import Library
+from kinetograph.library import Library, kept
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Take
@@ -166,3 +166,18 @@ def test_a_take_that_cannot_be_cut_is_named_and_the_others_are_cut(tmp_path: Pat
     library.remove("walk")
     alone = run("library", "segment", library.path, "--takes", "i*")
     assert (alone.returncode, "take 'idle' cannot be cut: idle (nobody steps)" in alone.stderr) == (1, True)
+
+
+def test_what_is_kept_is_listed_bounded_and_cleared(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(library.path.parent / "data"))
+    assert json.loads(run("library", "cache", library.path, "--json").stdout)["kept"] == []
+    kept(library, "thing", ("this", 2), lambda: np.zeros(1000))
+    shown = run("library", "cache", library.path)
+    assert "thing" in shown.stdout
+    assert "('this', 2)" in shown.stdout
+    answer = json.loads(run("library", "cache", library.path, "--limit", 0.001, "--json").stdout)
+    assert [one["kept"] for one in answer["kept"]] == ["thing"]
+    assert answer["limit"] == 1_000_000
+    assert answer["bytes"] > 8000
+    assert json.loads(run("library", "cache", library.path, "--clear", "--json").stdout)["freed"] == answer["bytes"]
+    assert json.loads(run("library", "cache", library.path, "--json").stdout)["bytes"] == 0

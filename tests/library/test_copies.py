@@ -11,10 +11,15 @@ import pytest
 
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
+from kinetograph.evaluation import HeldOut
+from kinetograph.evaluation.protocol import left_out_for
+from kinetograph.evaluation.sensor import folds
+from kinetograph.formats.readings import read_layout
 from kinetograph.library import Library, Selection
+from kinetograph.methods.sensor import SensorControl
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, cut, place, resample, sample
-from kinetograph.pipeline import Copy, copies_of, find_alike, find_copies, index_of
+from kinetograph.pipeline import Copy, copies_among, copies_of, find_alike, find_copies, index_of
 from kinetograph.take import Take
 from kinetograph.work import Workers
 from walkers import stick_figure, walk
@@ -115,3 +120,20 @@ def test_an_index_that_is_kept_finds_the_same(library: Library) -> None:
         others = [two for two in first if two.take == one.take and two is not one]
         assert all(two.start >= one.stop or two.stop <= one.start for two in others)
         assert len(others) < 3
+
+
+def test_copies_are_left_out_of_the_library_of_a_held_out_take(library: Library) -> None:
+    copies = copies_among(library, ["dance_1", "walk_0", "rate"])
+    assert copies == {"dance_1": ("mirrored",), "rate": ("dance_3",)}
+    some = library.only(Selection(("dance_1", "mirrored", "walk_0")))
+    method = SensorControl(layout=read_layout("ideal"), rate=10.0)
+    fold = folds(some, method, HeldOut(("dance_1",), copies=copies))[0]()
+    kept = folds(some, method, HeldOut(("dance_1",)))[0]()
+    assert {take for take, _ in fold.examples.takes} == {"walk_0"}
+    assert {take for take, _ in kept.examples.takes} == {"walk_0", "mirrored"}
+
+
+def test_takes_are_left_out_for_all_or_by_take() -> None:
+    assert left_out_for(("a",), "b") == ("a",)
+    assert left_out_for({"b": ("c",)}, "b") == ("c",)
+    assert left_out_for({"b": ("c",)}, "a") == ()

@@ -38,6 +38,23 @@ def register(app: typer.Typer) -> None:
     app.add_typer(group, name="evaluate", rich_help_panel="Evidence")
 
 
+KeepCopies = Annotated[
+    bool, typer.Option("--keep-copies", help="Keep copies of the held-out take in the library (library duplicates).")
+]
+
+
+def _copies(library: Library, keep: bool, takes: Sequence[str] = ()) -> dict[str, tuple[str, ...]]:
+    """The copies that are left out, by held-out take; said on stderr, kept or not."""
+    from kinetograph.pipeline import copies_among
+
+    known = tuple(take for take in takes if take in library.names())
+    found = copies_among(library, known) if known or not takes else {}
+    for take, copies in found.items():
+        what = "stays in the library" if keep else "left out of the library (--keep-copies keeps it)"
+        note(f"{take} is held out; its copy {', '.join(copies)} {what}")
+    return {} if keep else found
+
+
 # ---- performance control ----
 
 
@@ -53,6 +70,7 @@ class Compared(Chosen):
         bool,
         typer.Option("--nested", help="Also choose settings anew for each take, on the others only."),
     ] = False
+    keep_copies: KeepCopies = False
 
 
 def performance(compared: Compared, partner: Partner, search: Search, as_json: AsJson = False) -> None:
@@ -83,13 +101,17 @@ def _performance_rows(
     from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, means_with_and_without
 
     target, baselines = compared.target, compared.baselines
-    repeats = _near_repeats(library, target)
+    repeats, copies = _near_repeats(library, target), _copies(library, compared.keep_copies)
     with progress_bar("evaluating") as progress:
         if target is not None and partners:
-            dances = leave_one_dance_out(method, library, target, baselines=baselines, progress=progress)
+            dances = leave_one_dance_out(
+                method, library, target, baselines=baselines, without=copies, progress=progress
+            )
             dances += _nested_dances(method, library, target) if compared.nested else []
             return [vars(row) for row in (*dances, *means_with_and_without(dances, repeats))]
-        walks = leave_one_take_out(method, library, track=target, baselines=baselines, progress=progress)
+        walks = leave_one_take_out(
+            method, library, track=target, baselines=baselines, without=copies, progress=progress
+        )
         walks += _nested_walks(method, library, target) if compared.nested else []
         means = means_with_and_without(walks, repeats, summed=("seconds", "pieces"))
         return [vars(row) for row in (*walks, *means)]
@@ -148,6 +170,7 @@ class Gaps(Chosen):
     ] = None
     rate: Annotated[float, typer.Option(help="Frames per second.")] = 30.0
     mirrored: Mirror = False
+    keep_copies: KeepCopies = False
 
 
 def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
@@ -164,12 +187,15 @@ def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
 
     from kinetograph.errors import RequestError
     from kinetograph.evaluation import inbetween_held_out
+    from kinetograph.library import Selection
     from kinetograph.pipeline import open_library
 
     takes, held_out = open_library(gaps.library, gaps.selection), gaps.held_out
     names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
     if not names:
         raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
+    copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
+    takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
     method = gap_filling_control(gaps.rate, gaps.mirrored)
     scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
@@ -197,13 +223,16 @@ class Takes(Chosen):
     only: Annotated[list[str] | None, typer.Option(help="Take to hold out; default each. Repeatable.")] = None
     group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None
     track: Track = None
+    keep_copies: KeepCopies = False
 
     def held(self, library: Library) -> HeldOut:
         """The same for an evaluation."""
         from kinetograph.evaluation import HeldOut, grouped
+        from kinetograph.library import full_names
 
         groups = grouped(library.names(), tuple(self.group or ()))
-        return HeldOut(tuple(self.only or ()), self.track, groups)
+        only = full_names(library, self.only or ())
+        return HeldOut(only, self.track, groups, _copies(library, self.keep_copies, only))
 
 
 @options("Estimation")

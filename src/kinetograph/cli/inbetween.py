@@ -21,7 +21,15 @@ from kinetograph.cli.options import (
     add,
     options,
 )
-from kinetograph.cli.output import left_out, notes, refuse_existing, refuse_unknown_formats, result, write_synthesis
+from kinetograph.cli.output import (
+    left_out,
+    note,
+    notes,
+    refuse_existing,
+    refuse_unknown_formats,
+    result,
+    write_synthesis,
+)
 from kinetograph.cli.reading import Reading
 from kinetograph.errors import RequestError
 
@@ -88,10 +96,8 @@ def inbetween(
 
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/c.bvh --move walk --without punch
     """
-    import numpy as np
-
     from kinetograph.formats import together
-    from kinetograph.pipeline import inbetween_with, open_without_labels
+    from kinetograph.pipeline import fit_keyframe, inbetween_with, open_without_labels
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
@@ -99,8 +105,7 @@ def inbetween(
     wanted = _keys(keys, ends, library, reading.read_options)
     method = keyframe_control(search, without, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
     method = replace(method, bodies=_bodies(ends, wanted, library))
-    rng = np.random.default_rng(search.seed)
-    model = method.fit(library, track=ends.track, rng=rng)
+    model = fit_keyframe(method, library, track=ends.track, seed=search.seed, note=note)
     made = inbetween_with(model, wanted, answers.alternatives)
     notes(made[0].warnings)
     with together():

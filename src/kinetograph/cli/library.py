@@ -1,4 +1,4 @@
-"""Commands on libraries: create, add, remove, info, annotate, check, backup; others have rooms of their own."""
+"""Commands on libraries: create, add, remove, info, annotate, check, backup, cache; others have rooms of their own."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Libraries of recordings.", no_args_is_help=True)
     add(group, create)
     add(group, add_take, name="add")
-    for command in (remove, segment, label, find, duplicates, tap, info, annotate, check, backup):
+    for command in (remove, segment, label, find, duplicates, tap, info, annotate, check, backup, cache):
         add(group, command)
     app.add_typer(group, name="library", rich_help_panel="Recordings")
 
@@ -354,6 +354,46 @@ def backup(
     _summary(open_library(copy), as_json)
     if left_out:
         raise typer.Exit(1)
+
+
+def cache(
+    folder: LibraryArgument,
+    clear: Annotated[bool, typer.Option("--clear", help="Drop everything.")] = False,
+    limit: Annotated[
+        float | None,
+        typer.Option(help="Keep at most so many GB from now on; what was not used for longest goes first.", min=0),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what methods have learned of a library and keep beside it, so that they need not learn it again.
+
+    All of it is made anew where it is needed. With KINETOGRAPH_KEEP=0 in the environment nothing is kept, and with
+    KINETOGRAPH_KEEP=FOLDER it is kept there.
+
+    Example: kinetograph library cache out/walks.library
+
+    Example: kinetograph library cache out/walks.library --limit 2 --clear
+    """
+    from datetime import datetime
+
+    from kinetograph.library import clear as drop
+    from kinetograph.library import entries, limit_of, set_limit
+    from kinetograph.pipeline import open_library
+
+    library = open_library(folder)
+    freed = drop(library) if clear else 0
+    if limit is not None:
+        set_limit(library, round(limit * 1e9))
+    rows = [
+        {"kept": one.name, "MB": one.size / 1e6, "used": f"{datetime.fromtimestamp(one.used):%Y-%m-%d %H:%M}"}
+        | {"configuration": one.configuration}
+        for one in entries(library)
+    ]
+    if rows and not as_json:
+        table(rows, as_json=False)
+    total = {"bytes": sum(one.size for one in entries(library)), "limit": limit_of(library)}
+    listed = {"kept": rows} if as_json else {}
+    result({**listed, **total, **({"freed": freed} if clear else {})}, as_json)
 
 
 def _summary(library: Library, as_json: bool, more: Mapping[str, Any] | None = None) -> None:

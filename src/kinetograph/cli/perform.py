@@ -16,6 +16,7 @@ from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeleto
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
     left_out,
+    note,
     notes,
     progress_bar,
     refuse_existing,
@@ -154,7 +155,7 @@ def perform(
     """
     from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control, require_moves
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
@@ -174,7 +175,7 @@ def perform(
         )
     with compilation_announced():
         rules = search.rules
-        model = method.fit(library, track=inputs.target)
+        model = fit_performance(method, library, track=inputs.target, note=note)
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, rules)

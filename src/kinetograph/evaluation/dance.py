@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from kinetograph.evaluation.metrics import (
 )
 from kinetograph.evaluation.partner_names import Observer
 from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
+from kinetograph.evaluation.protocol import left_out_for
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
@@ -127,7 +128,7 @@ def leave_one_dance_out(
     target: str,
     *,
     baselines: bool = True,
-    without: Collection[str] = (),
+    without: Collection[str] | Mapping[str, Collection[str]] = (),
     progress: Progress | None = None,
 ) -> list[DanceRow]:
     """Let each take's leader lead a follower made of the other takes (section 6.2).
@@ -141,8 +142,8 @@ def leave_one_dance_out(
     baselines : bool
         Whether other methods are compared: the configured one, given which hands the recording holds and when;
         nearest segments without continuity; the commonest name of a unit for all; and the frame-by-frame ones.
-    without : collection of str
-        Takes that are neither held out nor in the library.
+    without : collection of str, or mapping of str to collection of str
+        Takes that are neither held out nor in the library; or by held-out take those that are not in its library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -156,11 +157,13 @@ def leave_one_dance_out(
     RequestError
         For a take whose control is a signal.
     """
-    rows, names = [], [name for name in library.names() if name not in without]
+    rows = []
+    names = [name for name in library.names() if isinstance(without, Mapping) or name not in without]
     observer = Observer.of(library, target, method.span)
     for done, name in enumerate(names, start=1):
         dance = _Dance.of(method, library.take(name), target)
-        held = replace(dance, observer=observer, others=tuple(other for other in names if other != name))
+        away = {name, *left_out_for(without, name)}
+        held = replace(dance, observer=observer, others=tuple(other for other in names if other not in away))
         rows.append(_synthesized("segments", method, library, held))
         if baselines:
             rows.append(_synthesized("holds given", method, library, held, holds_given=True))

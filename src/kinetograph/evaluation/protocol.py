@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,7 +128,7 @@ def leave_one_take_out(
     *,
     track: str | None = None,
     baselines: bool = False,
-    without: Collection[str] = (),
+    without: Collection[str] | Mapping[str, Collection[str]] = (),
     progress: Progress | None = None,
 ) -> list[WalkRow]:
     """Perform the hips of each take with the other takes as the library (section 6.1).
@@ -143,8 +143,8 @@ def leave_one_take_out(
         Name of the track to make, where takes have several motions.
     baselines : bool
         Whether simpler methods are compared: nearest segments without continuity, and frame-by-frame ones.
-    without : collection of str
-        Takes that are neither held out nor in the library.
+    without : collection of str, or mapping of str to collection of str
+        Takes that are neither held out nor in the library; or by held-out take those that are not in its library.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -154,9 +154,9 @@ def leave_one_take_out(
         One row per take and method.
     """
     rows = []
-    names = [name for name in library.names() if name not in without]
+    names = [name for name in library.names() if isinstance(without, Mapping) or name not in without]
     for done, name in enumerate(names, start=1):
-        held = _Held(library, library.take(name), track, tuple(without))
+        held = _Held(library, library.take(name), track, left_out_for(without, name))
         rows.append(_synthesized("segments", method, held))
         if baselines:
             rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), held))
@@ -164,6 +164,11 @@ def leave_one_take_out(
         if progress:
             progress(done, len(names))
     return rows
+
+
+def left_out_for(without: Collection[str] | Mapping[str, Collection[str]], name: str) -> tuple[str, ...]:
+    """The takes that are not in the library of a held-out take."""
+    return tuple(without.get(name, ()) if isinstance(without, Mapping) else without)
 
 
 def held_out_motion(take: Take, track: str | None = None) -> Motion:

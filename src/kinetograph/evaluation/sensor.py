@@ -71,11 +71,14 @@ class HeldOut:
         Name of the motions' track; needed where takes have several motions.
     groups : mapping
         A name for each take, by which rows are averaged over frames; ``"all"`` by default.
+    copies : mapping
+        By held-out take the takes that it is not estimated from.
     """
 
     only: Sequence[str] = ()
     track: str | None = None
     groups: Mapping[str, str] = field(default_factory=dict)
+    copies: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 def folds(library: Library, method: SensorControl, held: HeldOut) -> list[Callable[[], Fold]]:
@@ -118,15 +121,19 @@ def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = Non
     if unknown := sorted(set(held.only) - set(names)):
         raise RequestError(f"no take {unknown[0]!r} to hold out; there are {', '.join(dict.fromkeys(names))}")
     return [
-        partial(_fold, motions, key, method, held.groups.get(key[0], "all"))
+        partial(_fold, _without(motions, held.copies.get(key[0], ())), key, method, held.groups.get(key[0], "all"))
         for key in motions
         if not held.only or key[0] in held.only
     ]
 
 
+def _without(motions: Motions, takes: Sequence[str]) -> Motions:
+    return {key: motion for key, motion in motions.items() if key[0] not in takes}
+
+
 def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: str) -> Fold:
     rest = {other: motion for other, motion in motions.items() if other != key}
-    examples = build_examples(rest, method.setup, np.random.default_rng(method.seed))
+    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed))
     return Fold(key[0], group, resample(motions[key], method.rate), examples)
 
 

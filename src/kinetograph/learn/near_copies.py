@@ -25,6 +25,8 @@ NEIGHBOURS = 24
 """Windows that are looked up for each at most."""
 _Pairs = tuple[IntArray, IntArray]  # rows at which windows begin, of two sequences
 _NUMBERS = 12
+_FITTED = 64  # rows that are fitted at most, about
+_SETTLED = 0.01  # rows
 _ROUGHLY = 2.5  # half a row of lag is left
 _SAMPLED = 20_000
 
@@ -186,8 +188,7 @@ def matches(
                     continue
                 theirs = lookup.sequences.of(other)
                 near = [pairs for pairs in lags if _worth(own, theirs, pairs, used)]
-                found = [_grown(own, theirs, pairs, used) for pairs in near]
-                best = max((each for each in found if each), key=lambda each: each[1] - each[0], default=None)
+                best = _longest(own, theirs, near, used)
                 if best:
                     yield Match(number, other, mirrored, *best)
 
@@ -232,6 +233,20 @@ def _moving(rows: SingleArray, still: float) -> BoolArray:
     squares = np.square(rows.reshape(len(rows), -1, 6)[:, :, 3:]).sum(axis=2).mean(axis=1)
     sums = np.concatenate([[0.0], np.cumsum(squares, dtype=np.float64)])
     return np.asarray((sums[SPAN + 1 :] - sums[: -SPAN - 1]) / (SPAN + 1) > still**2)
+
+
+def _longest(
+    own: SingleArray, other: SingleArray, candidates: Sequence[_Pairs], nearness: Nearness
+) -> tuple[int, int, float, float, float] | None:
+    """The longest copy at some lags; a copy of nearly all is not looked for again."""
+    best = None
+    for pairs in candidates:
+        found = _grown(own, other, pairs, nearness)
+        if found and (best is None or found[1] - found[0] > best[1] - best[0]):
+            best = found
+        if best and best[1] - best[0] >= 0.9 * min(len(own), len(other)):
+            break
+    return best
 
 
 def _worth(own: SingleArray, other: SingleArray, pairs: _Pairs, nearness: Nearness) -> bool:
@@ -296,13 +311,17 @@ def _mean_square(gaps: FloatArray | SingleArray) -> float:
     return float(np.square(gaps).sum(axis=1).mean() * 6 / gaps.shape[1])
 
 
-def _gaps(own: SingleArray, other: SingleArray, shift: float, speed: float) -> tuple[IntArray, FloatArray]:
+def _gaps(
+    own: SingleArray, other: SingleArray, shift: float, speed: float, some: IntArray | None = None
+) -> tuple[IntArray, FloatArray]:
     """The rows that have one in the other sequence, and what they differ by; velocities count at one speed."""
-    times: FloatArray = np.asarray(speed * np.arange(len(own)) + shift, dtype=np.float64)
-    rows = np.flatnonzero((times >= -1e-9) & (times <= len(other) - 1 + 1e-9))
+    asked = np.arange(len(own)) if some is None else some
+    times: FloatArray = np.asarray(speed * asked + shift, dtype=np.float64)
+    inside = (times >= -1e-9) & (times <= len(other) - 1 + 1e-9)
+    rows = asked[inside]
     if not len(rows):
         return rows, np.zeros((0, own.shape[1]))
-    theirs = _at(other, times[rows]).reshape(len(rows), -1, 6)
+    theirs = _at(other, times[inside]).reshape(len(rows), -1, 6)
     theirs[:, :, 3:] *= speed
     return rows, own[rows] - theirs.reshape(len(rows), -1)
 
@@ -327,10 +346,9 @@ def _fitted(
 ) -> tuple[float, float]:
     """The lag, and the speed if asked, at which a span of rows differs least, by Gauss and Newton's method."""
     shift, speed = timing
+    some = np.arange(span[0], span[1], max((span[1] - span[0]) // _FITTED, 1))
     for _ in range(4):
-        rows, gaps = _gaps(own, other, shift, speed)
-        kept = (rows >= span[0]) & (rows < span[1])
-        rows, gaps = rows[kept], gaps[kept]
+        rows, gaps = _gaps(own, other, shift, speed, some)
         if len(rows) < 3:
             break
         times: FloatArray = np.asarray(speed * rows + shift, dtype=np.float64)
@@ -344,6 +362,8 @@ def _fitted(
         steps = np.linalg.solve(gain + 1e-9 * np.eye(len(gain)), centred @ (gaps - gaps.mean(axis=0)).ravel())
         faster = float(np.clip(steps[1], -0.05, 0.05)) if speeds else 0.0
         shift, speed = shift + float(np.clip(steps[0], -1, 1)) - faster * middle, speed + faster
+        if abs(steps[0]) < _SETTLED:
+            break
     return float(shift), float(speed)
 
 

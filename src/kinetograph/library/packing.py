@@ -320,16 +320,14 @@ def _read_objects(
     if not (stated <= set(names) <= stated | set(_derived(made))):
         raise UnreadableError(f"{kind} has other fields")
     rows = zip(*(_at(columns, one) for one in fields), strict=True) if names else ((),) * count
-    objects = [_filled(made, names, row) for row in rows]
+    objects: list[Any] = []
+    for row in rows:
+        one: Any = object.__new__(made)
+        one.__dict__.update(zip(names, row))  # noqa: B905, as rows have as many items as there are columns
+        objects.append(one)
     if len(objects) != count:
         raise UnreadableError(f"expected {count} of {kind}, found {len(objects)}")
     return objects
-
-
-def _filled(kind: type, names: list[str], row: tuple[Any, ...]) -> Any:
-    one: Any = object.__new__(kind)
-    one.__dict__.update(zip(names, row, strict=True))
-    return one
 
 
 def _class_of(name: str) -> Any:

@@ -25,6 +25,7 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
     "cut_by_hand": "segmenting",
@@ -34,6 +35,9 @@ _ROOMS = {
     "find_alike": "finding",
     "find_copies": "copies",
     "find_recordings": "folders",
+    "fit_keyframe": "inbetweening",
+    "fit_performance": "performing",
+    "fit_sensor": "sensing",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
@@ -78,6 +82,7 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "copies_among",
     "copies_of",
     "couple_of",
     "cut_by_hand",
@@ -87,6 +92,9 @@ __all__ = [
     "find_alike",
     "find_copies",
     "find_recordings",
+    "fit_keyframe",
+    "fit_performance",
+    "fit_sensor",
     "grow_library",
     "has_partners",
     "inbetween",
@@ -128,11 +136,11 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from kinetograph.pipeline.copies import Copy, copies_of, find_copies
+    from kinetograph.pipeline.copies import Copy, copies_among, copies_of, find_copies
     from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
-    from kinetograph.pipeline.inbetweening import inbetween, inbetween_with, open_without_labels
+    from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
@@ -146,6 +154,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,
+        fit_performance,
         perform,
         perform_alternatives,
         perform_with,
@@ -162,4 +171,4 @@ if TYPE_CHECKING:
         segment_library,
         segment_take,
     )
-    from kinetograph.pipeline.sensing import read_rows
+    from kinetograph.pipeline.sensing import fit_sensor, read_rows

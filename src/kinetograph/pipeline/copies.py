@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -129,6 +129,27 @@ def copies_of(library: Library, take: str, nearness: Nearness | None = None) -> 
         if lookup:
             found |= {group.tracks[each.second][0] for each in matches(lookup, own, nearness)}
     return tuple(name for name in names if name in found - {take})
+
+
+def copies_among(library: Library, takes: Iterable[str] = ()) -> dict[str, tuple[str, ...]]:
+    """The copies of some takes of a library, or of all, by take; those that have none are left out.
+
+    Parameters
+    ----------
+    library : Library
+    takes : iterable of str, optional
+
+    Returns
+    -------
+    dict of str to tuple of str
+
+    Raises
+    ------
+    RequestError
+        The library has no such take.
+    """
+    found = {take: copies_of(library, take) for take in tuple(takes) or library.names()}
+    return {take: copies for take, copies in found.items() if copies}
 
 
 def _compare(shard: tuple[Library, int, range, Nearness]) -> list[Match]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.library import Library, Selection, facts_of, labels
-from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.library import Library, Selection, facts_of, kept, labels
+from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel, TimedSearch
 from kinetograph.methods.keyframe.named import is_called
 from kinetograph.methods.recordings import LABELS
 from kinetograph.pipeline.libraries import open_library
 from kinetograph.pipeline.noting import noted
+from kinetograph.post import PostSettings
 from kinetograph.synthesis import Synthesis
 
 
@@ -44,6 +47,56 @@ def inbetween(
         For keys that cannot be met.
     """
     return inbetween_with((method or KeyframeControl()).fit(library, rng=np.random.default_rng(0)), keys, count)
+
+
+def fit_keyframe(
+    method: KeyframeControl,
+    library: Library,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    seed: int = 0,
+    note: Callable[[str], None] | None = None,
+) -> KeyframeModel:
+    """As `KeyframeControl.fit`, but only where it has not been done before.
+
+    Parameters
+    ----------
+    method : KeyframeControl
+        How keys are gone between is no reason to fit again, and the index of the frames is the same for all moves.
+    library : Library
+    exclude : iterable of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the motions' track; needed where takes have several motions.
+    seed : int
+        Of the cluster chain's clusters.
+    note : callable, optional
+        Called with one line where what was learned cannot be kept; see `kinetograph.library.kept`.
+
+    Returns
+    -------
+    KeyframeModel
+
+    Raises
+    ------
+    RequestError
+        As `KeyframeControl.fit`.
+    """
+    left_out, solver = tuple(exclude), method.solver
+    timed = isinstance(solver, TimedSearch)  # which leaves nothing to chance
+    plain = replace(
+        method, solver=solver.everyday() if isinstance(solver, TimedSearch) else solver, post=PostSettings()
+    )
+
+    def make() -> KeyframeModel:
+        return plain.fit(library, exclude=left_out, track=track, rng=np.random.default_rng(seed))
+
+    model = kept(library, "keyframe", (plain, left_out, track, 0 if timed else seed), make, note=note)
+    fitted: Any = model.fitted
+    if isinstance(solver, TimedSearch):
+        fitted = solver.refit(model.examples, fitted)
+    return replace(model, method=method, fitted=fitted)
 
 
 def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) -> tuple[Synthesis, ...]:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule, only_track, smooth_path
+from kinetograph.library import Library, kept
+from kinetograph.methods.performance import (
+    PerformanceControl,
+    PerformanceModel,
+    Rule,
+    only_track,
+    smooth_path,
+    with_settings,
+)
 from kinetograph.motion import Motion
 from kinetograph.pipeline.noting import noted
+from kinetograph.post import PostSettings
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
@@ -70,6 +79,56 @@ def perform(
     """
     model = (method or PerformanceControl()).fit(library)
     return perform_with(model, control, smoothing=smoothing, rules=rules, progress=progress)
+
+
+def fit_performance(
+    method: PerformanceControl,
+    library: Library,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    note: Callable[[str], None] | None = None,
+) -> PerformanceModel:
+    """As `PerformanceControl.fit`, but only where it has not been done before.
+
+    Parameters
+    ----------
+    method : PerformanceControl
+        What is done afterwards with the segments that are found is no reason to fit again.
+    library : Library
+    exclude : iterable of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the track to make, where takes have several motions.
+    note : callable, optional
+        Called with one line where what was learned cannot be kept; see `kinetograph.library.kept`.
+
+    Returns
+    -------
+    PerformanceModel
+
+    Raises
+    ------
+    RequestError
+        As `PerformanceControl.fit`.
+    """
+    left_out = tuple(exclude)
+    later = {name: getattr(PerformanceControl(), name) for name in ("beam", "fine_rate", "keep_time", "first_facing")}
+    plain = replace(method, post=PostSettings(), **later)
+
+    def make() -> PerformanceModel:
+        return _with_properties(plain.fit(library, exclude=left_out, track=track))
+
+    model = kept(library, "performance", (plain, left_out, track), make, note=note)
+    return replace(model, fitted=with_settings(model.fitted, method))
+
+
+def _with_properties(model: PerformanceModel) -> PerformanceModel:
+    """The model once all that its fit computes on first use has been computed."""
+    for name, what in vars(type(model.fitted)).items():
+        if isinstance(what, cached_property):
+            getattr(model.fitted, name)
+    return model
 
 
 def perform_with(

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kinetograph as kg
 from kinetograph import rotations as rot
@@ -17,7 +19,7 @@ from kinetograph.learn import Goal, last_frames, make_graph
 from kinetograph.methods.keyframe import Example, TimedSearch
 from kinetograph.methods.keyframe.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
-from kinetograph.methods.keyframe.filler import familiar, unasked
+from kinetograph.methods.keyframe.filler import UNLIKE, familiar, perhaps_near, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
 from kinetograph.motion import Motion
 from kinetograph.post.blend import quintic_decay
@@ -144,6 +146,18 @@ def test_frames_are_unasked_as_far_as_they_are_unlike_what_is_known():
     assert unasked(familiar(features, last, known, np.zeros(21, dtype=bool), 30.0), elsewhere)[5:10].min() == 1.0
     running = familiar(features, last, known, np.arange(21) >= 10, 30.0)
     assert unasked(running, [Goal(np.array([20]), np.zeros(1)), goals[1]])[10:].max() == 0.0
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 300))
+def test_frames_that_are_left_out_beforehand_are_far_from_all_others(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows, others = (0.1 * rng.normal(size=(n, 5)).astype(np.float32) for n in (200, count))
+    some = np.flatnonzero(rng.random(200) < 0.7)
+    kept = perhaps_near(rows, some, others)
+    gaps = np.linalg.norm(rows[some][:, None].astype(float) - others, axis=2).min(axis=1)
+    assert set(some[gaps <= UNLIKE]) <= set(kept) <= set(some)
+    apart = perhaps_near(rows + np.float32(9), some, others)
+    assert len(apart) == 0
 
 
 def test_of_very_many_frames_those_between_are_interpolated():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 
 
 @numba.njit(cache=True, nogil=True)
@@ -59,3 +59,38 @@ def least_around(values: FloatArray, first: IntArray, last: IntArray, back: int,
         out[i] = np.nan
         for k in range(max(i - back, first[i]), min(i + on, last[i]) + 1):
             out[i] = np.fmin(out[i], values[k])
+
+
+@numba.njit(cache=True, nogil=True)
+def near_boxes(
+    rows: SingleArray, some: IntArray, lows: SingleArray, highs: SingleArray, limit: float, near: BoolArray
+) -> None:
+    """Which of some rows lie within a distance of any of some boxes.
+
+    Parameters
+    ----------
+    rows : ndarray of float32, shape (N, D)
+    some : ndarray of int, shape (M,)
+        Rows that are looked at.
+    lows, highs : ndarray of float32, shape (B, D)
+        Corners of the boxes.
+    limit : float
+        Squared distance.
+    near : ndarray of bool, shape (M,)
+        Is overwritten.
+    """
+    for place in range(len(some)):
+        row = rows[some[place]]
+        found = False
+        for box in range(len(lows)):
+            total = 0.0
+            for column in range(len(row)):
+                value = row[column]
+                gap = max(lows[box, column] - value, value - highs[box, column], 0.0)
+                total += gap * gap
+                if total > limit:
+                    break
+            if total <= limit:
+                found = True
+                break
+        near[place] = found

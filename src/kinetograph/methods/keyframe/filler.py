@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import Goal, Tolls, fit_pca
+from kinetograph.methods.keyframe import _kernels
 
 LIKE, UNLIKE = 0.1, 0.2
 """Metres between poses and velocities: up to the first, frames do the same thing; from the second on they do not."""
@@ -24,6 +25,7 @@ SAME = 0.25
 _DIMENSIONS = 16
 _COMPARED = 60_000
 _AT_ONCE = 16_384
+_BOXES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +117,19 @@ def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
     gaps = (known.fast_gaps if any(known.fast[at].any() for at in near) else known.gaps).copy()
     own = np.concatenate([_own_frames(known, gaps, at, sign) for at, sign in zip(near, (1, -1), strict=True)])
     gaps[own] = 0.0
-    rest = np.flatnonzero(gaps > LIKE)
+    rest = perhaps_near(known.coordinates, np.flatnonzero(gaps > LIKE), known.coordinates[own])
     if len(rest):
         gaps[rest] = np.minimum(gaps[rest], _distances(known.coordinates[rest], known.coordinates[own]))
     return np.clip((gaps - LIKE) / (UNLIKE - LIKE), 0.0, 1.0)
+
+
+def perhaps_near(rows: SingleArray, some: IntArray, others: SingleArray) -> IntArray:
+    """Those of some rows that may be within `UNLIKE` of others: near a box around a few of them that follow in time."""
+    starts = np.arange(0, len(others), -(-len(others) // _BOXES))
+    lows, highs = np.minimum.reduceat(others, starts), np.maximum.reduceat(others, starts)
+    near = np.empty(len(some), dtype=np.bool_)
+    _kernels.near_boxes(rows, some, lows, highs, (UNLIKE * (1 + 1e-6)) ** 2, near)
+    return some[near]
 
 
 def _nearest(goal: Goal) -> IntArray:

@@ -146,7 +146,13 @@ class TimedSearch:
         shared = all(getattr(self, name) == getattr(before, name) for name in ("meet", "shortest", "scale", "fee"))
         if not shared or before.without:
             return self.fit(examples, np.random.default_rng(0))
+        if (self.moves, self.without) == (before.moves, before.without):
+            return replace(fitted, settings=self)
         return self._of_index(examples, fitted.index)
+
+    def everyday(self) -> TimedSearch:
+        """The configuration of a fit that serves all moves: what is used again of it, and defaults for the rest."""
+        return TimedSearch(meet=self.meet, shortest=self.shortest, scale=self.scale, fee=self.fee)
 
     def _of_index(self, examples: tuple[Example, ...], index: PoseIndex) -> FittedTimedSearch:
         barred = named_frames(examples, self.without)

@@ -17,7 +17,7 @@ from kinetograph.methods.performance.control_points import (
     GroundPath,
     PointsByRole,
 )
-from kinetograph.methods.performance.fitted import Fitted, recorded_speeds
+from kinetograph.methods.performance.fitted import Fitted, recorded_speeds, with_settings
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
 from kinetograph.methods.performance.ground_path import (
     begin_facing,
@@ -142,4 +142,5 @@ __all__ = [
     "times_running",
     "transcribe",
     "usual_grip",
+    "with_settings",
 ]

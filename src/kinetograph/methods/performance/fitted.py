@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -166,6 +166,14 @@ class Fitted:
     def segment_of(self, state: int) -> Segment:
         """The segment of a state."""
         return self.instances.segments[int(self.instances.states[state, 0])]
+
+
+def with_settings(fitted: Fitted, settings: PerformanceSettings) -> Fitted:
+    """The same fit for settings that differ only in what is done after it; properties that were computed come along."""
+    made = replace(fitted, settings=settings)
+    stated = {one.name for one in fields(fitted)}
+    vars(made).update({name: what for name, what in vars(fitted).items() if name not in stated})
+    return made
 
 
 def recorded_speeds(fitted: Fitted) -> FloatArray:
