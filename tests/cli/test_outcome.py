@@ -11,6 +11,7 @@ from command_line import answer
 
 import kinetograph as kg
 from kinetograph.cli.outcome import in_words
+from kinetograph.cli.output import result, table
 from kinetograph.errors import KinetographError
 from kinetograph.formats import load
 from kinetograph.kinematics import role_positions
@@ -73,3 +74,13 @@ def test_a_path_of_x_and_y_is_refused_with_the_axis_that_is_up(tmp_path: Path, w
 def test_a_picture_of_an_unknown_kind_is_refused_with_all_kinds(path: Path, tmp_path: Path) -> None:
     with pytest.raises(KinetographError, match=r"\.png .*\.gif or \.mp4 .*\.html .*found '\.jpg'"):
         answer("view", path, "-o", tmp_path / "walk.jpg")
+
+
+@pytest.mark.parametrize("write", [lambda rows: result(rows[0], True), lambda rows: table(rows, True)])
+def test_numbers_that_are_not_finite_are_null_in_json(write, capsys):
+    row = {"a": float("nan"), "b": np.float64("inf"), "parts": [1.5, {"deep": (float("-inf"), 2)}], "c": "NaN"}
+    write([row])
+    text = capsys.readouterr().out
+    found = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    found = found[0] if isinstance(found, list) else found
+    assert found == {"a": None, "b": None, "parts": [1.5, {"deep": [None, 2]}], "c": "NaN"}

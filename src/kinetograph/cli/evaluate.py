@@ -231,9 +231,10 @@ class Takes(Chosen):
     def held(self, library: Library) -> HeldOut:
         """The same for an evaluation."""
         from kinetograph.evaluation import HeldOut, grouped
+        from kinetograph.library import full_names
 
         groups = grouped(library.names(), tuple(self.group or ()))
-        only = tuple(self.only or ())
+        only = full_names(library, self.only or ())
         return HeldOut(only, self.track, groups, _copies(library, self.keep_copies, only))
 
 

@@ -26,7 +26,7 @@ from kinetograph.cli.options import (
     add,
     options,
 )
-from kinetograph.cli.output import note, result, table
+from kinetograph.cli.output import note, progress_bar, result, table
 from kinetograph.cli.sense import PoseEstimation
 from kinetograph.errors import RequestError
 
@@ -122,11 +122,13 @@ def sense(
     Example: kinetograph live sense -l golf --from phone://0.0.0.0 --to studio
     """
     from kinetograph.live import SensorDriver
-    from kinetograph.pipeline import open_library
+    from kinetograph.pipeline import fit_sensor, open_library
 
     sinks = stream.sinks(recordings.library)
     method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate)
-    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
+    library = open_library(recordings.library, recordings.selection)
+    with progress_bar("learning") as progress:
+        model = fit_sensor(method, library, track=recordings.track, note=note, progress=progress)
     driver = SensorDriver(model, _renamed(sensor), _watching(sinks))
     session = _run(stream.source, driver, sinks, stream.seconds, model.fitted.examples.names)
     heard = {name: heard.rows for name, heard in driver.gathering.heard.items()}

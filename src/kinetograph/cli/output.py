@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 import time
@@ -38,7 +39,7 @@ def notes(texts: Iterable[str], about: object = None) -> None:
 def result(values: dict[str, Any], as_json: bool, title: str = "") -> None:
     """End a command: a short table of names and values, or one JSON object."""
     if as_json:
-        sys.stdout.write(json.dumps(values, default=str) + "\n")
+        sys.stdout.write(_json(values))
         return
     rows = [(name.replace("_", " "), shown(value)) for name, value in values.items()]
     width = max((len(name) for name, _ in rows), default=0)
@@ -48,10 +49,23 @@ def result(values: dict[str, Any], as_json: bool, title: str = "") -> None:
         sys.stdout.write(f"  {name:<{width}}  {value}\n")
 
 
+def _json(values: Any) -> str:
+    """A line of JSON; null for numbers that are not finite, which it has no words for."""
+    return json.dumps(_finite(values), default=str, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def table(rows: Sequence[dict[str, Any]], as_json: bool, title: str = "") -> None:
     """End a command: rows that have the same columns, or one JSON array."""
     if as_json:
-        sys.stdout.write(json.dumps(list(rows), default=str) + "\n")
+        sys.stdout.write(_json(list(rows)))
         return
     if title:
         sys.stdout.write(f"{title}\n")

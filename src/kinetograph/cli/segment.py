@@ -115,11 +115,12 @@ def _show(library: Library, done: Segmented, as_json: bool) -> None:
 
 def _grown(library: Library, how: tuple[Cutting, Growing], as_json: bool) -> list[dict[str, Any]]:
     """Cut by examples; one row per take."""
+    from kinetograph.library import full_names
     from kinetograph.pipeline import GrowingSettings, grow_library
 
     cutting, growing = how
     settings = GrowingSettings(
-        examples=tuple(growing.example or ()),
+        examples=full_names(library, growing.example or ()),
         join=growing.join,
         rest=growing.rest,
         again=cutting.again,

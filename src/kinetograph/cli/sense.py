@@ -13,6 +13,7 @@ from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Skelet
 from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
     left_out,
+    note,
     notes,
     progress_bar,
     refuse_existing,
@@ -63,7 +64,7 @@ def sense(
 
     Example: kinetograph sense swing.csv -l golf --layout mine.toml -o swing.bvh
     """
-    from kinetograph.pipeline import noted, open_library
+    from kinetograph.pipeline import fit_sensor, noted, open_library
     from kinetograph.sensing import kinds_of
 
     refuse_unknown_formats(written.output)
@@ -71,7 +72,9 @@ def sense(
     rows = read_rows(readings, reading, sensors.use)
     method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
     method = replace(method, bodies=recordings.bodies)
-    model = method.fit(open_library(recordings.library, recordings.selection), track=recordings.track)
+    library = open_library(recordings.library, recordings.selection)
+    with progress_bar("learning") as progress:
+        model = fit_sensor(method, library, track=recordings.track, note=note, progress=progress)
     with progress_bar("sensing") as progress:
         synthesis = noted(model.synthesize(rows, progress), model.notes, model.left_out)
     notes(synthesis.warnings)

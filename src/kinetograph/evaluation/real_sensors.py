@@ -222,7 +222,7 @@ def _errors(model: SensorModel, readings: Readings, truth: Motion) -> tuple[floa
     result = model.synthesize(readings).motion.rotations
     real = resample(truth, model.method.rate).rotations[: len(result)]
     examples = model.fitted.examples
-    mean = examples.space.decode(examples.poses.mean(axis=0)[None])
+    mean = examples.space.decode(model.fitted.averages.pose[None])
     joints = examples.space.joints
     return (
         float(pose_errors(result[: len(real)], real)[:, joints].mean()),

@@ -133,7 +133,7 @@ def _without(motions: Motions, takes: Sequence[str]) -> Motions:
 
 def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: str) -> Fold:
     rest = {other: motion for other, motion in motions.items() if other != key}
-    examples = build_examples(rest, method.setup, np.random.default_rng(method.seed))
+    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed))
     return Fold(key[0], group, resample(motions[key], method.rate), examples)
 
 

@@ -34,13 +34,13 @@ def baseline(name: str, examples: Examples, readings: FloatArray) -> FloatArray:
         For an unknown baseline.
     """
     if name == "mean pose":
-        return np.repeat(examples.poses.mean(axis=0)[None], len(readings), axis=0)
+        return np.repeat(examples.poses.mean(axis=0, dtype=np.float64)[None], len(readings), axis=0)
     if name in ("nearest frame", "8 nearest frames"):
         count = 1 if name == "nearest frame" else 8
         near = np.asarray(cKDTree(examples.readings).query(readings, count)[1]).reshape(len(readings), -1)
-        return np.asarray(examples.poses[near].mean(axis=1))
+        return np.asarray(examples.poses[near].mean(axis=1, dtype=np.float64))
     if name == "ridge":
-        return ridge(examples.readings, examples.poses, readings)
+        return ridge(examples.readings.astype(np.float64), examples.poses.astype(np.float64), readings)
     raise RequestError(f"no baseline {name!r}; expected one of {', '.join(BASELINES)}")
 
 

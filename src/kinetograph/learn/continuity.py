@@ -112,10 +112,31 @@ def best_paths(search: PathSearch, state: PathState, count: int, temperature: fl
     weights : ndarray, shape (K,)
         They sum to 1.
     """
-    count = min(count, len(state.costs))
-    ends = np.argpartition(state.costs, count - 1)[:count].astype(np.int64)
-    costs = state.costs[ends].astype(np.float64)
-    weights = np.exp(-(costs - costs.min()) / temperature)
+    ends, weights = shares_of(state.costs, count, temperature)
     back = min(search.lag, state.time)
     trace_back(ends, state.ring, state.time, back, search.first)
-    return ends, weights / weights.sum()
+    return ends, weights
+
+
+def shares_of(costs: SingleArray, count: int, temperature: float) -> tuple[IntArray, FloatArray]:
+    """Where the least costs are, and weights by them.
+
+    Parameters
+    ----------
+    costs : ndarray of float32, shape (N,)
+    count : int
+        How many, K; at most N.
+    temperature : float
+        Difference in cost at which a weight falls to 1/e.
+
+    Returns
+    -------
+    least : ndarray of int, shape (K,)
+    weights : ndarray, shape (K,)
+        They sum to 1.
+    """
+    count = min(count, len(costs))
+    least = np.argpartition(costs, count - 1)[:count].astype(np.int64)
+    chosen = costs[least].astype(np.float64)
+    weights = np.exp(-(chosen - chosen.min()) / temperature)
+    return least, weights / weights.sum()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, FloatArray, SingleArray
+from kinetograph.learn.spread import covariance_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +57,11 @@ class Gaussian:
         return out
 
 
-def fit_gaussian(data: FloatArray, ridge: float = 1e-3) -> Gaussian:
+def fit_gaussian(data: FloatArray | SingleArray, ridge: float = 1e-3) -> Gaussian:
     """The Gaussian of ``data``, shape ``(N, D)``; ``ridge`` times the mean variance keeps it from collapsing."""
-    covariance = np.atleast_2d(np.cov(data.T, bias=True)) if len(data) > 1 else np.zeros((data.shape[1],) * 2)
+    mean, covariance = covariance_of(data)
     floor = ridge * max(float(np.trace(covariance)) / data.shape[1], 1e-9)
-    return Gaussian(data.mean(axis=0), covariance + floor * np.eye(data.shape[1]))
+    return Gaussian(mean, covariance + floor * np.eye(data.shape[1]))
 
 
 def mixed(parts: Sequence[Gaussian], shares: FloatArray) -> Gaussian:

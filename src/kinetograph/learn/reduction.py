@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.errors import DataError
+from kinetograph.learn.spread import covariance_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Pca:
         return np.asarray(self.mean + coordinates @ self.basis.T)
 
 
-def fit_pca(data: FloatArray, keep: float | int) -> Pca:
+def fit_pca(data: FloatArray | SingleArray, keep: float | int) -> Pca:
     """Principal components of rows.
 
     Parameters
@@ -71,13 +72,12 @@ def fit_pca(data: FloatArray, keep: float | int) -> Pca:
     >>> pca.dimensions, round(pca.share, 6)
     (1, 1.0)
     """
-    data = np.asarray(data, dtype=np.float64)
     if data.ndim != 2 or len(data) == 0:
         raise DataError(f"components need rows of numbers (N, D), found shape {data.shape}")
     if not 0 < keep <= data.shape[1]:
         raise DataError(f"keep a share of variance below 1 or 1 to {data.shape[1]} components, found {keep}")
-    mean = data.mean(axis=0)
-    values, vectors = np.linalg.eigh(np.atleast_2d(np.cov(data.T, bias=True)))
+    mean, covariance = covariance_of(data)
+    values, vectors = np.linalg.eigh(covariance)
     variances, columns = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
     count = int(keep)
     if keep < 1:

@@ -21,6 +21,19 @@ from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
 
 Change = tuple[IntArray, float]
 """The origins ``(S,)`` of states, and what a change of origin costs."""
+Room = tuple[
+    IntArray,
+    IntArray,
+    IntArray,
+    FloatArray,
+    SingleArray,
+    SingleArray,
+    SingleArray,
+    Links,
+    npt.NDArray[np.int32],
+    float,
+]
+"""The fields of a `Ring` in order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +76,7 @@ class Ring:
     @classmethod
     def empty(cls, reach: int, states: int, width: int, change: Change | None = None) -> Ring:
         """Room for ``reach`` steps of ``states`` states with ends of ``width`` coordinates."""
-        return cls(*_room(reach, states, width), *_charge(reach, states, change))
+        return cls(*room_for(reach, states, width, change))
 
     def arrays(self) -> RingArrays:
         """The arrays in the order in which the kernels take them."""
@@ -148,7 +161,7 @@ class GroupedRing(Ring):
         blocks = -(-states // _kernels.LANES)
         least_scores = np.zeros((reach, blocks), dtype=np.float32)
         boxes = np.zeros((reach, 2, width, blocks), dtype=np.float32)
-        return cls(*_room(reach, states, width), *_charge(reach, states, change), least_scores, boxes, share)
+        return cls(*room_for(reach, states, width, change), least_scores, boxes, share)
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
         """See `Ring.record`."""
@@ -214,6 +227,11 @@ def inexact(back: Links) -> BoolArray:
 def predecessors(back: Links) -> Links:
     """What back-pointers point to, -1 for nothing."""
     return np.where(inexact(back), -2 - back, back).astype(np.int32)
+
+
+def room_for(reach: int, states: int, width: int, change: Change | None) -> Room:
+    """The fields of a `Ring` for ``reach`` steps of ``states`` states with ends of ``width`` coordinates."""
+    return *_room(reach, states, width), *_charge(reach, states, change)
 
 
 def _room(

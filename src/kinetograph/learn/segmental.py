@@ -32,6 +32,7 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import DataError
 from kinetograph.learn._kernels import Links
 from kinetograph.learn.back_pointers import BackPointers
+from kinetograph.learn.certified import Near, NearRing
 from kinetograph.learn.reuse import Memory, Reuse
 from kinetograph.learn.ring import GroupedRing, Ring, inexact, predecessors
 
@@ -40,6 +41,14 @@ GROUPED = 5000
 
 SHARES = (0.1, 0.4, 1.0)
 """Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
+
+
+PIECES = (4.5, 9.0)
+"""Of fewer states, how many pieces' costs a predecessor may score above the best of its step to be looked at, until the
+best sequence is proved to be so; then all are."""
+
+DEARER = 1.5
+"""How many times as many where reuse costs: its sequences take predecessors that score worse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +73,9 @@ class SegmentalSearch:
     change : float
         What it costs more where a state has another origin than its predecessor; nothing where either has -1.
 
+    near : Near, optional
+        Which predecessors are looked at; None looks at all that may be best. A beam's are those of its width.
+
     Raises
     ------
     DataError
@@ -78,6 +90,7 @@ class SegmentalSearch:
     reuse: Reuse | None = None
     origins: IntArray | None = None
     change: float = 0.0
+    near: Near | None = None
 
     def __post_init__(self) -> None:
         durations = np.asarray(self.durations, dtype=np.int64)
@@ -223,6 +236,8 @@ def empty_ring(search: SegmentalSearch, states: int, width: int) -> Ring:
     """Room for all steps that a segment may reach back to."""
     reach = int(search.durations[-1]) + 1
     change = None if search.origins is None else (search.origins, search.change)
+    if search.near is not None:
+        return NearRing.of(search.near, search.durations, width, change, search.reuse is not None)
     if states < GROUPED:
         return Ring.empty(reach, states, width, change)
     return GroupedRing.empty(reach, states, width, change, search.share)
@@ -422,25 +437,47 @@ def prove(
     DataError
         Without any step, and where no sequence covers the control.
     """
-    for share in SHARES[:-1] if len(search.durations) >= GROUPED and search.beam is None else ():
-        path = solve(replace(search, share=share), arrivals(), partial)
+    many, more = len(search.durations) >= GROUPED, 1.0 if search.reuse is None else DEARER
+    if search.beam is not None:
+        return solve(search, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
+    narrow = [replace(search, share=share) for share in SHARES[:-1]]
+    for each in narrow if many else [replace(search, near=Near(more * pieces)) for pieces in PIECES]:
+        path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)
         if path.exact:
             return path
-    if search.reuse and search.beam is None and len(search.durations) < GROUPED:
-        return _with_bound(search, arrivals(), partial)
-    return solve(search, arrivals(), partial)
+    return solve(search, arrivals(), partial) if many else _with_bound(search, arrivals(), partial)
 
 
 def _with_bound(
     search: SegmentalSearch, arrivals: Iterable[Arrivals], partial: dict[int, Arrivals] | None
 ) -> SegmentalPath:
-    """The best sequence that is found with a cost of reuse, and the score of the optimum, reuse being free."""
+    """The best sequence; with a cost of reuse, the one that is found, and what it costs at least with reuse free."""
+    if search.reuse is None:
+        return solve(search, arrivals, partial)
     free = replace(search, reuse=None)
     state, lower = init(search), init(free)
     for each in arrivals:
         state, lower = step(search, state, each), step(free, lower, each)
-    path, optimum = finish(search, state, partial), finish(free, lower, partial).score
-    return replace(path, optimum=optimum, proved=path.score - path.reuse <= optimum * (1 + 1e-9))
+    path, best = finish(search, state, partial), finish(free, lower, partial)
+    proved = path.score - path.reuse <= best.score * (1 + 1e-9)
+    return replace(path, optimum=best.score, proved=proved, exact=path.exact and best.exact)
+
+
+def _within_beam(
+    search: SegmentalSearch, arrivals: Callable[[], Iterable[Arrivals]], partial: dict[int, Arrivals] | None
+) -> SegmentalPath:
+    """The best sequence of all where a beam's width is enough to prove it, else the best within the beam.
+
+    Either way with a lower bound of all: the score of the best sequence if what lies outside the beam ends nowhere in
+    particular.
+    """
+    width = search.beam
+    best = solve(replace(search, beam=None, reuse=None, near=Near(width=width)), arrivals(), partial)
+    if best.exact and search.reuse is None:
+        return best
+    path = solve(replace(search, near=Near(width=width, bounded=False)), arrivals(), partial)
+    proved = path.score - path.reuse <= best.score * (1 + 1e-9)
+    return replace(path, optimum=best.score, proved=proved)
 
 
 def record(search: SegmentalSearch, ring: Ring, time: int, scores: FloatArray, tails: SingleArray) -> None:

@@ -10,6 +10,7 @@ from kinetograph.library.facts_csv import Labelling, export_facts, import_facts
 from kinetograph.library.groups import Addition, Annotated
 from kinetograph.library.info import Info, Joints, TrackInfo
 from kinetograph.library.keeping import Entry, clear, entries, kept, limit_of, set_limit
+from kinetograph.library.results import Results
 from kinetograph.library.selection import Selection
 from kinetograph.library.shards import (
     Shards,
@@ -38,6 +39,7 @@ __all__ = [
     "Labelling",
     "Library",
     "Report",
+    "Results",
     "Selection",
     "Shards",
     "Stream",

@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast
 import platformdirs
 
 from kinetograph.errors import LibraryError
-from kinetograph.library import fingerprints, kept_files
+from kinetograph.library import catalogue, fingerprints, kept_files
 from kinetograph.library.kept_files import SUFFIX, About
 from kinetograph.library.packing import UnpackableError, UnreadableError, pack
 from kinetograph.library.store import KEPT, Library
@@ -172,7 +172,7 @@ class _Place:
 def _place(library: Library, name: str, configuration: object) -> _Place | None:
     """None where nothing is kept: it is switched off, there is no key, or the configuration has no text."""
     key = None if os.environ.get(VARIABLE) == "0" else kept_files.user_key()
-    if key is None:
+    if key is None or not (library.path / catalogue.FILE_NAME).exists():  # shards have no folder of their own
         return None
     try:
         whole, text = fingerprints.state(configuration), fingerprints.summarize(configuration)

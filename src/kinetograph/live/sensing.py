@@ -104,10 +104,10 @@ class SensorDriver:
     @property
     def standing(self) -> Motion:
         """The library's mean pose at the origin, of one frame: what there is to show before readings come."""
-        examples = self.model.fitted.examples
-        pose = examples.space.decode(examples.poses.mean(axis=0)[None])[0]
+        examples, averages = self.model.fitted.examples, self.model.fitted.averages
+        pose = examples.space.decode(averages.pose[None])[0]
         root = RootIntegrator(examples.root, self._fps)
-        translation, rotations = root.step(pose, examples.root_features.mean(axis=0))
+        translation, rotations = root.step(pose, averages.root)
         return Motion(self._skeleton, translation[None], rotations[None], self._fps)
 
     def call(self, rename: Mapping[str, str]) -> None:

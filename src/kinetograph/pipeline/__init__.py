@@ -37,6 +37,7 @@ _ROOMS = {
     "find_recordings": "folders",
     "fit_keyframe": "inbetweening",
     "fit_performance": "performing",
+    "fit_sensor": "sensing",
     "grow_library": "growing",
     "has_partners": "libraries",
     "inbetween": "inbetweening",
@@ -93,6 +94,7 @@ __all__ = [
     "find_recordings",
     "fit_keyframe",
     "fit_performance",
+    "fit_sensor",
     "grow_library",
     "has_partners",
     "inbetween",
@@ -169,4 +171,4 @@ if TYPE_CHECKING:
         segment_library,
         segment_take,
     )
-    from kinetograph.pipeline.sensing import read_rows
+    from kinetograph.pipeline.sensing import fit_sensor, read_rows

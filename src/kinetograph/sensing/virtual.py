@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
@@ -29,14 +29,15 @@ class _Carried:
         at = positions[:, joints] + rot.rotate(rotations[:, joints], offsets)
         self.fps, self.duration = motion.fps, motion.duration
         # linear interpolation has no second derivative to speak of; clips of 30 Hz are sampled at 100 Hz
-        self.splines = CubicSpline(np.arange(len(motion)) / motion.fps, at, axis=0)
+        splines = CubicSpline(np.arange(len(motion)) / motion.fps, at, axis=0)
+        self.splines = [PPoly(splines.c[:, :, i].copy(), splines.x) for i in range(len(joints))]
         self.rotations = rot.unroll(rot.multiply(rotations[:, joints], mounts))
 
     def force(self, times: FloatArray, sensor: int, width: float) -> FloatArray:
         """Specific force, shape ``(T, 3)`` m/s^2, in the sensor's frame at ``times``."""
         half = min(0.5 * width, 0.5 * self.duration)
         middle = np.clip(times, half, self.duration - half)
-        before, here, after = (self.splines(middle + step)[:, sensor] for step in (-half, 0.0, half))
+        before, here, after = (self.splines[sensor](middle + step) for step in (-half, 0.0, half))
         acceleration = (before - 2 * here + after) / half**2
         return rot.rotate(rot.conjugate(self.orientation(times, sensor)), acceleration + _UP)
 

@@ -6,7 +6,7 @@ workers, bit by bit.
 
 from __future__ import annotations
 
-from kinetograph.work.shards import HERE, Workers, in_shards
+from kinetograph.work.shards import HERE, Store, Workers, in_shards
 from kinetograph.work.staying import Room, rooms
 
-__all__ = ["HERE", "Room", "Workers", "in_shards", "rooms"]
+__all__ = ["HERE", "Room", "Store", "Workers", "in_shards", "rooms"]

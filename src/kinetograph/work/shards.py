@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from kinetograph.errors import RequestError, WorkError
 from kinetograph.progress import Progress
@@ -16,6 +16,7 @@ from kinetograph.work.crews import TRIES, Borrowed, Crew, Inline, Processes
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Made = TypeVar("Made", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ def in_shards(
     *,
     count: int = 0,
     progress: Progress | None = None,
+    store: Store | None = None,
 ) -> Iterator[Result]:
     """Call a function for every item.
 
@@ -96,6 +98,8 @@ def in_shards(
         How many items there are, for the progress.
     progress : Progress, optional
         Called with the items done and their number.
+    store : Store, optional
+        Where results are kept: what was finished by an earlier run is not done again.
 
     Yields
     ------
@@ -108,20 +112,90 @@ def in_shards(
         Where processes die again and again, and where a cluster is not there or loses all its workers.
     """
     with crew_of(workers) as crew:
-        for done, result in enumerate(_results(crew, function, items), start=1):
+        calls = (_call(crew, function, item, store) for item in items)
+        for done, result in enumerate(_results(crew, calls), start=1):
             yield result
             if progress:
                 progress(done, max(count, done))
 
 
-def _results(crew: Crew, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    waiting: deque[Call[Item, Result]] = deque()
-    for item in items:
-        waiting.append(Call(crew, function, item))
+class Store(Protocol):
+    """Where results are kept, such as `kinetograph.library.Results`."""
+
+    def key(self, function: Callable[[Any], Any], item: object) -> str:
+        """What the result of a function for an item is called."""
+
+    def find(self, key: str) -> tuple[Any, ...]:
+        """The result, alone in a tuple; an empty one where it is not there."""
+
+    def keep(self, key: str, result: object) -> None:
+        """Keep a result."""
+
+
+class Awaited(Protocol[Made]):
+    """A result that is there, or comes."""
+
+    def result(self) -> Made:
+        """The result."""
+
+
+def _call(
+    crew: Crew, function: Callable[[Item], Result], item: Item, store: Store | None
+) -> Call[Item, Result] | Found[Result] | Keeping[Result]:
+    if store is None:
+        return Call(crew, function, item)
+    key = store.key(function, item)
+    if found := store.find(key):
+        return Found(found[0])
+    return Keeping(Call(crew, function, item), store, key)
+
+
+def _results(crew: Crew, calls: Iterable[Awaited[Result]]) -> Iterator[Result]:
+    waiting: deque[Awaited[Result]] = deque()
+    for call in calls:
+        waiting.append(call)
         if len(waiting) >= crew.ahead():
             yield waiting.popleft().result()
     while waiting:
         yield waiting.popleft().result()
+
+
+@dataclass(frozen=True, eq=False)
+class Found(Generic[Result]):
+    """A result that was kept.
+
+    Parameters
+    ----------
+    value : object
+    """
+
+    value: Result
+
+    def result(self) -> Result:
+        """The result."""
+        return self.value
+
+
+@dataclass(frozen=True, eq=False)
+class Keeping(Generic[Result]):
+    """A result that comes, and is kept then.
+
+    Parameters
+    ----------
+    call : Awaited
+    store : Store
+    key : str
+    """
+
+    call: Awaited[Result]
+    store: Store
+    key: str
+
+    def result(self) -> Result:
+        """The result."""
+        made = self.call.result()
+        self.store.keep(self.key, made)
+        return made
 
 
 class Call(Generic[Item, Result]):

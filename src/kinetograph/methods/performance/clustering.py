@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetograph.arrays import FloatArray
+from kinetograph.errors import RequestError
 from kinetograph.learn import complete_linkage, representatives
 from kinetograph.methods.performance.segments import Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
@@ -12,6 +13,10 @@ from kinetograph.sampling import interpolate
 
 SAMPLES = 16
 """Samples of a segment that are compared."""
+PAIR = 120
+"""Bytes that a pair of segments takes while all are compared."""
+MOST = 2_000_000_000
+"""Bytes that clustering may take."""
 
 
 def segment_distances(
@@ -55,7 +60,17 @@ def cluster_segments(
     settings: PerformanceSettings,
     rng: np.random.Generator | None = None,
 ) -> tuple[Segment, ...]:
-    """The segments that represent the clusters: medoids, or random ones given ``rng``."""
+    """The segments that represent the clusters: medoids, or random ones given ``rng``.
+
+    Raises RequestError, before anything is compared, for more segments than `MOST` bytes have room for.
+    """
+    taken, room = PAIR * len(segments) ** 2, int((MOST / PAIR) ** 0.5)
+    if taken > MOST:
+        raise RequestError(
+            f"clustering compares all pairs of segments: {len(segments)} take {taken / 1e9:.1f} GB, and at most "
+            f"{MOST / 1e9:g} GB are allowed, {room} segments; choose fewer takes, or leave clustering out: a large "
+            "library is searched exactly without it"
+        )
     distances = segment_distances(sources, segments, settings)
     labels = complete_linkage(distances, settings.cluster or 0.0)
     return tuple(segments[int(i)] for i in representatives(distances, labels, rng))

@@ -21,7 +21,7 @@ from kinetograph.methods.recordings import Gathered, gather
 from kinetograph.progress import Progress
 from kinetograph.segmentation import UncutError
 
-MEND = "cut such takes by fixed length or by hand to use them (kinetograph library segment LIB --by fixed --take NAME)"
+MEND = "cut such takes by fixed length or by hand to use them (kinetograph library segment LIB --by fixed --takes NAME)"
 """What a person can do about takes without cuts."""
 
 

@@ -372,10 +372,11 @@ def _described(settings: PerformanceSettings, source: Source, kept: _Kept) -> _P
 
 
 def _without_frames(source: Source) -> Source:
-    """A source of which one frame is left."""
+    """A source of which one frame is left, and nothing of the others is held."""
     first = cut(source.motion, 0, 1)
-    points = {name: getattr(source, name)[:1] for name in ("control_points", "target_points")}
-    return replace(source, motion=first, grips={}, **points)
+    motion = replace(first, translation=first.translation.copy(), rotations=first.rotations.copy())
+    points = {name: getattr(source, name)[:1].copy() for name in ("control_points", "target_points")}
+    return replace(source, motion=motion, grips={}, **points)
 
 
 def _keep(shard: Shard, kept: _Kept) -> None:

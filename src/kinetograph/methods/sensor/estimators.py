@@ -7,9 +7,20 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.learn import PathSearch, best_paths, init_paths, shrinkage, step_paths
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.learn import (
+    NearSearch,
+    PathSearch,
+    best_near,
+    best_paths,
+    init_near,
+    init_paths,
+    shrinkage,
+    step_near,
+    step_paths,
+)
 from kinetograph.methods.sensor.examples import Examples
+from kinetograph.methods.sensor.fitted import Averages
 from kinetograph.methods.sensor.local_models import LocalModels
 
 
@@ -73,43 +84,89 @@ class InterpolationEstimator:
         return Estimate(pose, values[b:], cluster.variance(valid), example, float(away @ away))
 
 
+class Follower(Protocol):
+    """Paths through examples, step by step; ``lag`` is the number of steps by which answers look back."""
+
+    lag: int
+
+    def step(self, readings: FloatArray, weights: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The examples ``(K,)`` that the best paths passed, and their shares ``(K,)``, after one more frame."""
+        ...
+
+
+class Scan:
+    """Paths by a scan of all examples at each step.
+
+    Parameters
+    ----------
+    search : PathSearch
+    paths : int
+        Number of paths.
+    temperature : float
+        Difference in cost at which a path's weight falls to 1/e.
+    """
+
+    def __init__(self, search: PathSearch, paths: int, temperature: float) -> None:
+        self.lag = search.lag
+        self._search, self._paths, self._temperature = search, paths, temperature
+        self._state = init_paths(search)
+
+    def step(self, readings: FloatArray, weights: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The examples that the best paths passed, and their shares, after one more frame."""
+        self._state = step_paths(self._search, self._state, readings, weights)
+        return best_paths(self._search, self._state, self._paths, self._temperature)
+
+
+class Retrieval:
+    """Paths by the examples that are near.
+
+    Parameters
+    ----------
+    search : NearSearch
+    paths : int
+        Number of paths.
+    temperature : float
+        Difference in cost at which a path's weight falls to 1/e.
+    """
+
+    def __init__(self, search: NearSearch, paths: int, temperature: float) -> None:
+        self.lag = search.costs.lag
+        self._search, self._paths, self._temperature = search, paths, temperature
+        self._state = init_near(search)
+
+    def step(self, readings: FloatArray, weights: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The examples that the best paths passed, and their shares, after one more frame."""
+        self._state = step_near(self._search, self._state, readings, weights)
+        return best_near(self._search, self._state, self._paths, self._temperature)
+
+
 class ContinuityEstimator:
     """The mean over the examples that the best paths pass through.
 
     Parameters
     ----------
     examples : Examples
-    search : PathSearch
+    averages : Averages
+        Of the examples.
+    follower : Follower
         Of the examples' readings.
-    paths : int
-        Number of paths that are averaged.
-    temperature : float
-        Difference in cost at which a path's weight falls to 1/e.
     strengths : ndarray, shape (J,), optional
         Strength with which each joint shrinks towards the mean pose where paths differ.
     """
 
     def __init__(
-        self,
-        examples: Examples,
-        search: PathSearch,
-        paths: int,
-        temperature: float,
-        strengths: FloatArray | None = None,
+        self, examples: Examples, averages: Averages, follower: Follower, strengths: FloatArray | None = None
     ) -> None:
-        self.lag = search.lag
-        self._examples, self._search = examples, search
-        self._paths, self._temperature = paths, temperature
-        self._mean, self._total = examples.poses.mean(axis=0), examples.poses.var(axis=0)
+        self.lag = follower.lag
+        self._examples, self._follower = examples, follower
+        self._mean, self._total = averages.pose, averages.variance
         strengths = np.zeros(len(examples.space.moving)) if strengths is None else strengths
         self._strengths = strengths[examples.space.joint_of_component]
-        self._state = init_paths(search)
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
         """The pose that the best paths had ``lag`` frames ago."""
         weights = valid / max(int(valid.sum()), 1)
-        self._state = step_paths(self._search, self._state, readings, weights)
-        passed, shares = best_paths(self._search, self._state, self._paths, self._temperature)
+        passed, shares = self._follower.step(readings, weights)
         poses = self._examples.poses[passed]
         pose = shares @ poses
         variance = shares @ (poses - pose) ** 2

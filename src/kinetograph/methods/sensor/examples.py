@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
+from kinetograph.learn import spread_of
 from kinetograph.left_out import by_reason, left_out_lines, together
 from kinetograph.library import Library
 from kinetograph.methods.bodies import Bodies
-from kinetograph.methods.recordings import Gathered, adopt, gather
-from kinetograph.methods.sensor.pose_space import PoseSpace, fit_pose_space
-from kinetograph.methods.sensor.root import RootModel, fit_root_model, root_features
+from kinetograph.methods.recordings import Gathered, Recording, adopt, gather
+from kinetograph.methods.sensor.pose_space import PoseSpace, moments, one_sided, pose_space_of, without_heading
+from kinetograph.methods.sensor.root import HEIGHT, FootLevels, RootModel, features_over, foot_levels, root_model_of
 from kinetograph.methods.sensor.settings import require_positive
 from kinetograph.motion import Motion, resample
 from kinetograph.progress import Progress
+from kinetograph.segmentation import detect_contacts
 from kinetograph.sensing import (
     KINDS,
     Layout,
@@ -30,13 +32,16 @@ from kinetograph.sensing import (
     simulate_kinds,
     uniform,
 )
+from kinetograph.skeleton import Skeleton
 
 LEAST = {"force": 0.5, "angular": 0.1, "tilt": 0.02}
 """Spread of a channel, in its unit, below which it is noise rather than movement."""
 SHORTEST = 0.5
 """Seconds; shorter takes are left out."""
 
-Motions = Mapping[tuple[str, str], Motion]
+Key = tuple[str, str]
+"""Take and track."""
+Motions = Mapping[Key, Motion]
 """Motions of one skeleton by take and track."""
 
 
@@ -78,10 +83,10 @@ class Examples:
     ----------
     space : PoseSpace
     root : RootModel
-    poses : ndarray, shape (N, D)
+    poses : ndarray of float32, shape (N, D)
         Vectors in ``space``.
-    root_features : ndarray, shape (N, A)
-    readings : ndarray, shape (N, C)
+    root_features : ndarray of float32, shape (N, A)
+    readings : ndarray of float32, shape (N, C)
         Divided by ``scale``.
     scale : ndarray, shape (C,)
         In the channels' units.
@@ -98,15 +103,18 @@ class Examples:
 
     space: PoseSpace
     root: RootModel
-    poses: FloatArray
-    root_features: FloatArray
-    readings: FloatArray
+    poses: SingleArray
+    root_features: SingleArray
+    readings: SingleArray
     scale: FloatArray
     starts: IntArray
-    takes: tuple[tuple[str, str], ...]
+    takes: tuple[Key, ...]
     names: tuple[str, ...]
     fps: float
     kinds: tuple[str, ...] = ("force",)
+
+    def __len__(self) -> int:
+        return len(self.poses)
 
     @property
     def first(self) -> BoolArray:
@@ -122,20 +130,21 @@ def example_motions(
     exclude: Iterable[str] = (),
     track: str | None = None,
     progress: Progress | None = None,
-) -> dict[tuple[str, str], Motion]:
-    """The motions of a library's takes, all on the skeleton of the first; see `gather_motions`."""
-    return gather_motions(library, exclude=exclude, track=track, progress=progress)[0]
+) -> dict[Key, Motion]:
+    """The motions of a library's takes, all on the skeleton of the first; see `gather_long_enough`."""
+    gathered = gather_long_enough(library, exclude=exclude, track=track, progress=progress)
+    return dict(adopted(list(gathered.recordings)))
 
 
-def gather_motions(
+def gather_long_enough(
     library: Library,
     bodies: Bodies | None = None,
     *,
     exclude: Iterable[str] = (),
     track: str | None = None,
     progress: Progress | None = None,
-) -> tuple[dict[tuple[str, str], Motion], Gathered]:
-    """The motions of a library's takes, all on the skeleton of the first.
+) -> Gathered:
+    """The recordings that examples are made of.
 
     Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count more
     in means and mixtures.
@@ -144,7 +153,7 @@ def gather_motions(
     ----------
     library : Library
     bodies : Bodies, optional
-        Which skeleton is used where there are several.
+        Which skeleton is used where there are several, and whether takes of others are brought over or left out.
     exclude : iterable of str
         Names of takes to leave out.
     track : str, optional
@@ -153,10 +162,7 @@ def gather_motions(
 
     Returns
     -------
-    motions : dict
-        Motions by take and track.
-    gathered : Gathered
-        What is left out.
+    Gathered
 
     Raises
     ------
@@ -164,22 +170,30 @@ def gather_motions(
         For a name to leave out that is not there, and for no take that is long enough.
     """
     gathered = gather(library, bodies, exclude=exclude, track=track, progress=progress)
-    long_enough = [recording for recording in gathered.recordings if recording.motion.duration >= SHORTEST]
-    if not long_enough:
+    used = tuple(recording for recording in gathered.recordings if recording.motion.duration >= SHORTEST)
+    if not used:
         raise RequestError(f"the library has no take of {SHORTEST} s or more to use; add recordings, or exclude fewer")
-    short = by_reason((r.name, f"shorter than {SHORTEST} s") for r in gathered.recordings if r not in long_enough)
-    skeleton = long_enough[0].motion.skeleton
-    motions = {(r.name, r.track): adopt(r.motion, skeleton) for r in long_enough}
-    return motions, Gathered(
-        tuple(long_enough), together(gathered.left, short), (*gathered.notes, *left_out_lines(short))
-    )
+    brief = [recording for recording in gathered.recordings if recording.motion.duration < SHORTEST]
+    short = by_reason((recording.name, f"shorter than {SHORTEST} s") for recording in brief)
+    return Gathered(used, together(gathered.left, short), (*gathered.notes, *left_out_lines(short)))
+
+
+def adopted(recordings: list[Recording]) -> Iterator[tuple[Key, Motion]]:
+    """The motions of recordings, on the skeleton of the first; the list is emptied on the way, for its memory."""
+    skeleton = recordings[0].motion.skeleton
+    recordings.reverse()
+    while recordings:
+        recording = recordings.pop()
+        yield (recording.name, recording.track), adopt(recording.motion, skeleton)
 
 
 def build_examples(
-    motions: Motions,
+    motions: Iterable[tuple[Key, Motion]],
     setup: SensorSetup,
     rng: np.random.Generator,
-    recorded: Mapping[tuple[str, str], Readings] = MappingProxyType({}),
+    recorded: Mapping[Key, Readings] = MappingProxyType({}),
+    *,
+    count: int = 0,
     progress: Progress | None = None,
 ) -> Examples:
     """Examples of motions whose readings are recorded or, where they are not, simulated.
@@ -189,44 +203,111 @@ def build_examples(
 
     Parameters
     ----------
-    motions : mapping
-        Motions of one skeleton by take and track.
+    motions : iterable of tuple of (str, str) and Motion
+        Take and track, and the motion; all of one skeleton. Each is let go before the next is asked for.
     setup : SensorSetup
     rng : numpy.random.Generator
         For the noise of simulated sensors.
     recorded : mapping, optional
         Readings by take and track.
+    count : int
+        How many motions there are, for the progress.
     progress : Progress, optional
-        Called with the takes done and their number.
+        Called with the motions done and their number.
 
     Returns
     -------
     Examples
     """
-    at_rate = {key: resample(motion, setup.rate) for key, motion in motions.items()}
-    readings = []
-    for done, (key, motion) in enumerate(at_rate.items(), start=1):
-        rows = recorded.get(key) or simulate_kinds(motions[key], faultless(setup.layout), setup.kinds, rng)
-        readings.append(_sampled(rows, setup, (len(motion) - 1) / setup.rate))
+    made = _Made()
+    for key, motion in motions:
+        at_rate = resample(motion, setup.rate)
+        rows = recorded.get(key) or simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng)
+        made.add(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
         if progress:
-            progress(done, len(at_rate))
-    together = np.concatenate(readings)
-    scale = np.maximum(together.std(axis=0), _least_spread(setup))
-    space = fit_pose_space(list(at_rate.values()))
-    root = fit_root_model(list(at_rate.values()))
+            progress(len(made.takes), max(count, len(made.takes)))
+    return _joined(made, setup)
+
+
+def examples_of(examples: Examples, kept: BoolArray) -> Examples:
+    """The examples of some takes, ``kept`` of shape ``(T,)``."""
+    lengths = np.diff(examples.starts)
+    rows = np.repeat(kept, lengths)
+    return replace(
+        examples,
+        poses=examples.poses[rows],
+        root_features=examples.root_features[rows],
+        readings=examples.readings[rows],
+        starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
+        takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
+    )
+
+
+class _Made:
+    """What is made of motions, take by take: arrays of float32, and sums of float64."""
+
+    def __init__(self) -> None:
+        self.takes: list[Key] = []
+        self.lengths: list[int] = []
+        self.readings: list[SingleArray] = []
+        self.rotations: list[SingleArray] = []
+        self.features: list[SingleArray] = []
+        self.levels: list[FootLevels] = []
+        self.moments: FloatArray | None = None
+        self.skeleton: Skeleton | None = None
+
+    def add(self, key: Key, motion: Motion, readings: FloatArray) -> None:
+        """Take a motion at the examples' rate, and its readings ``(F, C)``."""
+        rotations = without_heading(motion.rotations, motion.skeleton)
+        second = moments(rotations)
+        contacts = detect_contacts(motion)
+        levels = foot_levels(motion, contacts)
+        self.takes.append(key)
+        self.lengths.append(len(motion))
+        self.readings.append(readings.astype(np.float32))
+        self.rotations.append(rotations.astype(np.float32))
+        self.features.append(features_over(motion, levels.ground, contacts).astype(np.float32))
+        self.levels.append(levels)
+        self.moments = second if self.moments is None else self.moments + second
+        self.skeleton = self.skeleton or motion.skeleton
+
+
+def _joined(made: _Made, setup: SensorSetup) -> Examples:
+    assert made.skeleton is not None  # one motion or more
+    assert made.moments is not None
+    space = pose_space_of(made.skeleton, made.moments, made.rotations)
+    root = root_model_of(made.skeleton, made.levels)
+    readings, features = _end_to_end(made.readings), _end_to_end(made.features)
+    scale = np.maximum(spread_of(readings).deviation, _least_spread(setup))
+    readings /= scale.astype(np.float32)
+    features[:, HEIGHT] += np.float32(root.level)
     return Examples(
         space,
         root,
-        np.concatenate([space.encode(motion) for motion in at_rate.values()]),
-        np.concatenate([root_features(motion, root) for motion in at_rate.values()]),
-        together / scale,
+        _end_to_end(made.rotations, lambda part: one_sided(part, space.reference)[:, space.moving]),
+        features,
+        readings,
         scale,
-        np.concatenate([[0], np.cumsum([len(motion) for motion in at_rate.values()])]),
-        tuple(motions),
+        np.concatenate([[0], np.cumsum(made.lengths)]),
+        tuple(made.takes),
         setup.layout.names,
         setup.rate,
         setup.kinds,
     )
+
+
+def _end_to_end(
+    parts: list[SingleArray], through: Callable[[SingleArray], SingleArray] = lambda part: part
+) -> SingleArray:
+    """Parts ``(F, ...)`` as one array of rows; the list is emptied on the way, for its memory."""
+    total, at = sum(map(len, parts)), 0
+    out = np.empty((total, through(parts[0][:1]).shape[1]), dtype=np.float32)
+    parts.reverse()
+    while parts:
+        rows = through(parts.pop())
+        out[at : at + len(rows)] = rows
+        at += len(rows)
+    return out
 
 
 def _sampled(rows: Readings, setup: SensorSetup, duration: float) -> FloatArray:

@@ -7,12 +7,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import FloatArray, SingleArray
-from kinetograph.learn import Gaussian, fit_gaussian
+from kinetograph.learn import Gaussian, NeighbourLists, blocks, fit_gaussian, spread_of
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
 
 USUAL = 0.995
 """Share of the examples' readings that count as usual."""
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """Means and variances over all examples.
+
+    Parameters
+    ----------
+    pose, variance : ndarray, shape (D,)
+        Of pose vectors.
+    root : ndarray, shape (A,)
+        Mean root features.
+    """
+
+    pose: FloatArray
+    variance: FloatArray
+    root: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,28 +39,38 @@ class SensorFit:
     Parameters
     ----------
     examples : Examples
+    averages : Averages
+        Of the examples.
     overall : Gaussian
         Of all readings of the examples.
     reach : float
         Squared Mahalanobis distance from it that few examples exceed.
     local : LocalModels, optional
         What interpolation and optimisation work with.
-    search : ndarray of float32, shape (C, N), optional
+    search : ndarray of float32, shape (C, N), or NeighbourLists, optional
         The examples' readings as continuity searches them.
     strengths : ndarray, shape (J,), optional
         Strength with which each joint shrinks towards the mean pose where continuity is uncertain.
     """
 
     examples: Examples
+    averages: Averages
     overall: Gaussian
     reach: float
     local: LocalModels | None = None
-    search: SingleArray | None = None
+    search: SingleArray | NeighbourLists | None = None
     strengths: FloatArray | None = None
+
+
+def averages_of(examples: Examples) -> Averages:
+    """Means and variances over examples."""
+    poses = spread_of(examples.poses)
+    return Averages(poses.mean, poses.variance, spread_of(examples.root_features).mean)
 
 
 def summarised(examples: Examples) -> SensorFit:
     """The fit that every synthesis begins with: the examples and the distribution of their readings."""
     overall = fit_gaussian(examples.readings, 1e-3)
-    away = (examples.readings - overall.mean) @ overall.whitening().T
-    return SensorFit(examples, overall, float(np.quantile((away**2).sum(axis=1), USUAL)))
+    whitening = overall.whitening().T
+    away = [(((block - overall.mean) @ whitening) ** 2).sum(axis=1) for block in blocks(examples.readings)]
+    return SensorFit(examples, averages_of(examples), overall, float(np.quantile(np.concatenate(away), USUAL)))

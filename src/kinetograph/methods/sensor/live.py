@@ -42,11 +42,11 @@ class FrameEstimates:
     def __init__(self, fit: SensorFit, estimator: Estimator) -> None:
         self.frames = self.missing = self.held = self.far = 0
         self._fit, self._estimator = fit, estimator
-        self._total = fit.examples.poses.var(axis=0)
+        self._total = fit.averages.variance
         self._whitening = fit.overall.whitening()
-        standing = fit.examples.root_features.mean(axis=0)
+        standing = fit.averages.root.copy()
         standing[:3] = 0.0
-        self._last = Estimate(fit.examples.poses.mean(axis=0), standing, self._total, 0, 0.0)
+        self._last = Estimate(fit.averages.pose, standing, self._total, 0, 0.0)
         self._owed = estimator.lag
 
     def add(self, values: FloatArray, valid: BoolArray) -> list[Estimate]:

@@ -10,9 +10,13 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn import Classes, Gaussian, Lle, Pca, Rbf, fit_gaussian, fit_mixture, fit_rbf, join_small
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.settings import LocalModelSettings
+from kinetograph.progress import Progress
 
 CLUSTERED = 7
 """Coordinates that the mixture is of, as in the thesis: every number of a covariance adds to a description's length."""
+
+MOST = 200_000
+"""Frames that local models are learnt from: 50 clusters of 150 centres have 27 frames a centre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +120,12 @@ class LocalModels:
         return order.astype(np.int64), shares / shares.sum()
 
 
-def fit_local(examples: Examples, settings: LocalModelSettings, rng: np.random.Generator) -> LocalModels:
+def fit_local(
+    examples: Examples, settings: LocalModelSettings, rng: np.random.Generator, progress: Progress | None = None
+) -> LocalModels:
     """Reduce and cluster the examples, and fit a model to each cluster.
+
+    Of more than `MOST` examples, so many are used, evenly spaced; a note says so.
 
     Parameters
     ----------
@@ -125,33 +133,48 @@ def fit_local(examples: Examples, settings: LocalModelSettings, rng: np.random.G
     settings : LocalModelSettings
     rng : numpy.random.Generator
         For the order of frames in the mixture's runs.
+    progress : Progress, optional
+        Called with the clusters fitted and their number.
 
     Returns
     -------
     LocalModels
     """
-    reduction = settings.reduction.fit(examples.poses)
-    coordinates = reduction.encode(examples.poses)
+    used = _evenly(len(examples), MOST)
+    poses = examples.poses[used].astype(np.float64)
+    reduction = settings.reduction.fit(poses)
+    coordinates = reduction.encode(poses)
     labels, components = _labels(coordinates, examples.readings.shape[1], settings, rng)
-    members = [np.flatnonzero(labels == k) for k in range(int(labels.max()) + 1)]
-    clusters = [_fit_cluster(examples, reduction, coordinates, own, settings) for own in members]
-    misfits = [_misfit(examples, coordinates, own, settings) for own in members]
+    clusters, misfits = [], []
+    for k in range(int(labels.max()) + 1):
+        own = labels == k
+        clusters.append(_fit_cluster(examples, reduction, coordinates[own], used[own], settings))
+        misfits.append(_misfit(examples, coordinates[own], used[own], settings))
+        if progress:
+            progress(k + 1, int(labels.max()) + 1)
     note = f"{len(clusters)} clusters of {components} components, {reduction.dimensions} coordinates"
+    if len(used) < len(examples):
+        note += f", learnt from {len(used)} of {len(examples)} frames"
     return LocalModels(
         reduction,
         tuple(clusters),
         settings.choice.classes([cluster.sensors for cluster in clusters], np.bincount(labels) / len(labels)),
-        _typical_step(examples, np.concatenate([coordinates, examples.root_features], axis=1)),
+        _typical_step(examples, reduction),
         float(np.sqrt(np.average(misfits, weights=np.bincount(labels)))),
         (note,),
     )
+
+
+def _evenly(count: int, most: int) -> IntArray:
+    """At most so many of the numbers below ``count``, evenly spaced."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64))
 
 
 def _labels(
     coordinates: FloatArray, channels: int, settings: LocalModelSettings, rng: np.random.Generator
 ) -> tuple[IntArray, int]:
     """The cluster of each example, ``(N,)``, and the number of components of the mixture."""
-    every = np.unique(np.linspace(0, len(coordinates) - 1, min(len(coordinates), settings.frames)).astype(np.int64))
+    every = _evenly(len(coordinates), settings.frames)
     leading = coordinates[:, :CLUSTERED]
     mixture = fit_mixture(leading[every], settings.runs, settings.clusters, rng)
     # a model needs members enough for its covariances; sensor frames follow their motion frames' clusters (5.2.4)
@@ -160,9 +183,10 @@ def _labels(
 
 
 def _fit_cluster(
-    examples: Examples, reduction: Pca | Lle, coordinates: FloatArray, members: IntArray, settings: LocalModelSettings
+    examples: Examples, reduction: Pca | Lle, own: FloatArray, members: IntArray, settings: LocalModelSettings
 ) -> Cluster:
-    readings, own = examples.readings[members], coordinates[members]
+    """The models of some examples, ``members`` ``(M,)``, whose coordinates are ``own``, shape ``(M, b)``."""
+    readings = examples.readings[members].astype(np.float64)
     both = np.concatenate([own, examples.root_features[members]], axis=1)
     forward = fit_rbf(readings, both, most=settings.centres, ridge=settings.ridge)
     backward = fit_rbf(own, readings, most=settings.centres, ridge=settings.ridge)
@@ -171,7 +195,7 @@ def _fit_cluster(
     missed = fitted[:, : own.shape[1]] - own
     whole = fit_gaussian(own, 1e-2)
     prior = Gaussian(whole.mean, 4.0 * np.cov(missed.T, bias=True) + 0.1 * whole.covariance)
-    picked = np.unique(np.linspace(0, len(members) - 1, min(len(members), settings.centres)).astype(np.int64))
+    picked = _evenly(len(members), settings.centres)
     return Cluster(
         fit_gaussian(readings, 1e-2),
         forward,
@@ -184,20 +208,25 @@ def _fit_cluster(
     )
 
 
-def _misfit(examples: Examples, coordinates: FloatArray, members: IntArray, settings: LocalModelSettings) -> float:
+def _misfit(examples: Examples, own: FloatArray, members: IntArray, settings: LocalModelSettings) -> float:
     """Mean square by which a backward model misses the readings of every third of its cluster's takes, held out.
 
     What it misses of those it was fitted to is many times less, and would make the control term that much stronger.
     """
     take = np.unique(np.searchsorted(examples.starts, members, side="right"), return_inverse=True)[1]
     held = take % 3 == 2 if take.max() >= 2 else np.arange(len(members)) >= 2 * len(members) // 3
-    own, readings = coordinates[members], examples.readings[members]
+    readings = examples.readings[members].astype(np.float64)
     model = fit_rbf(own[~held], readings[~held], most=settings.centres, ridge=settings.ridge)
     return float(np.mean((model(own[held]) - readings[held]) ** 2))
 
 
-def _typical_step(examples: Examples, coordinates: FloatArray) -> FloatArray:
-    second = [
-        np.diff(coordinates[a:b], n=2, axis=0) for a, b in zip(examples.starts[:-1], examples.starts[1:], strict=True)
-    ]
+def _typical_step(examples: Examples, reduction: Pca | Lle) -> FloatArray:
+    """Root-mean-square second differences of coordinates and root features, ``(b + A,)``, in some of the takes."""
+    takes = len(examples.takes)
+    second = []
+    for take in _evenly(takes, max(takes * MOST // len(examples), 1)):
+        rows = slice(int(examples.starts[take]), int(examples.starts[take + 1]))
+        poses = examples.poses[rows].astype(np.float64)
+        both = np.concatenate([reduction.encode(poses), examples.root_features[rows]], axis=1)
+        second.append(np.diff(both, n=2, axis=0))
     return np.asarray(np.sqrt(np.mean(np.concatenate(second) ** 2, axis=0)) + 1e-9)

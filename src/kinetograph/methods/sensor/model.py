@@ -16,7 +16,14 @@ from kinetograph.left_out import LeftOut
 from kinetograph.library import Library
 from kinetograph.methods.bodies import Bodies
 from kinetograph.methods.sensor.estimators import Estimator
-from kinetograph.methods.sensor.examples import Examples, Motions, SensorSetup, build_examples, gather_motions
+from kinetograph.methods.sensor.examples import (
+    Examples,
+    Motions,
+    SensorSetup,
+    adopted,
+    build_examples,
+    gather_long_enough,
+)
 from kinetograph.methods.sensor.fitted import SensorFit
 from kinetograph.methods.sensor.live import LiveSensor
 from kinetograph.methods.sensor.local_models import LocalModels
@@ -24,8 +31,11 @@ from kinetograph.methods.sensor.result import SensorSynthesis
 from kinetograph.methods.sensor.settings import require_one_of
 from kinetograph.methods.sensor.smoothing import CausalSmoothing, NoSmoothing, Smoothing, WindowSmoothing
 from kinetograph.methods.sensor.syntheses import Continuity, Interpolation, Optimisation
-from kinetograph.progress import Progress
+from kinetograph.progress import Progress, stage
 from kinetograph.sensing import Layout, Readings, Resampling, check_names, check_units, preset
+
+READ, SIMULATED = 0.15, 0.8
+"""Shares of a fit's work that are done when all takes are read, and simulated."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +133,7 @@ class SensorControl:
         track : str, optional
             Name of the motions' track; needed where takes have several motions.
         progress : Progress, optional
-            Called with the steps done and their number: each take is read, and then simulated.
+            Called with what is done and the whole: takes are read and simulated, and then learnt from.
 
         Returns
         -------
@@ -135,10 +145,15 @@ class SensorControl:
             For a name to leave out that is not there, for skeletons that lack a joint that the layout names, and for no
             take to use.
         """
-        half = _half(progress, 0)
-        motions, gathered = gather_motions(library, self.bodies, exclude=exclude, track=track, progress=half)
-        model = self.fit_motions(motions, progress=_half(progress, 1))
-        return replace(model, notes=gathered.notes, left_out=gathered.left)
+        reading = stage(progress, 0.0, READ)
+        gathered = gather_long_enough(library, self.bodies, exclude=exclude, track=track, progress=reading)
+        recordings, notes, left = list(gathered.recordings), gathered.notes, gathered.left
+        del gathered  # each motion is let go once there are examples of it
+        rng = np.random.default_rng(self.seed)
+        simulating = stage(progress, READ, SIMULATED)
+        examples = build_examples(adopted(recordings), self.setup, rng, count=len(recordings), progress=simulating)
+        model = fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
+        return replace(model, notes=notes, left_out=left)
 
     def fit_motions(
         self,
@@ -156,18 +171,24 @@ class SensorControl:
             Of real sensors worn during some of them, on the motions' clocks and calibrated, which then take the place
             of simulated ones, as in the thesis (4.2).
         progress : Progress, optional
-            Called with the motions that are simulated and their number.
+            Called with what is done and the whole: motions are simulated, and then learnt from.
 
         Returns
         -------
         SensorModel
         """
         rng = np.random.default_rng(self.seed)
-        return fit_examples(self, build_examples(motions, self.setup, rng, readings, progress), rng)
+        simulating = stage(progress, 0.0, SIMULATED)
+        examples = build_examples(motions.items(), self.setup, rng, readings, count=len(motions), progress=simulating)
+        return fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
 
 
 def fit_examples(
-    method: SensorControl, examples: Examples, rng: np.random.Generator, local: LocalModels | None = None
+    method: SensorControl,
+    examples: Examples,
+    rng: np.random.Generator,
+    local: LocalModels | None = None,
+    progress: Progress | None = None,
 ) -> SensorModel:
     """A model for examples that are there already.
 
@@ -180,12 +201,13 @@ def fit_examples(
         For the mixture's runs.
     local : LocalModels, optional
         Local models that are there already: those of one layout serve several syntheses.
+    progress : Progress, optional
 
     Returns
     -------
     SensorModel
     """
-    return SensorModel(method, method.synthesis.learn(examples, rng, local))
+    return SensorModel(method, method.synthesis.learn(examples, rng, local, progress))
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,11 +285,3 @@ class SensorModel:
         live = self.start()
         live.step(readings, progress=progress)
         return live.finish()
-
-
-def _half(progress: Progress | None, index: int) -> Progress | None:
-    """The progress of the first or the second half of the work."""
-    if progress is None:
-        return None
-    whole = progress
-    return lambda done, total: whole(index * total + done, 2 * total)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import BoolArray, FloatArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.motion import Motion, root_facing
 from kinetograph.skeleton import Skeleton
 
+Floats = TypeVar("Floats", FloatArray, SingleArray)
 STILL = 1e-3
 """Standard deviation of a quaternion's component below which it counts as one that does not move."""
 
@@ -49,9 +52,7 @@ class PoseSpace:
 
     def encode(self, motion: Motion) -> FloatArray:
         """Vectors, shape ``(F, D)``, of a motion's poses."""
-        return np.asarray(
-            _one_sided(without_heading(motion.rotations, motion.skeleton), self.reference)[:, self.moving]
-        )
+        return np.asarray(one_sided(without_heading(motion.rotations, motion.skeleton), self.reference)[:, self.moving])
 
     def decode(self, vectors: FloatArray) -> FloatArray:
         """Rotations, shape ``(F, J, 4)``, of vectors ``(F, D)``; the root faces straight ahead."""
@@ -80,15 +81,41 @@ def without_heading(rotations: FloatArray, skeleton: Skeleton | None = None) -> 
     return out
 
 
-def fit_pose_space(motions: list[Motion]) -> PoseSpace:
+def fit_pose_space(motions: Sequence[Motion]) -> PoseSpace:
     """The space of the poses of motions of one skeleton."""
-    q = np.concatenate([without_heading(motion.rotations, motion.skeleton) for motion in motions])
-    moments = np.einsum("fji,fjk->jik", q, q) / len(q)
-    reference = np.linalg.eigh(moments)[1][..., -1]
+    parts = [without_heading(motion.rotations, motion.skeleton) for motion in motions]
+    return pose_space_of(motions[0].skeleton, np.sum([moments(part) for part in parts], axis=0), parts)
+
+
+def moments(rotations: FloatArray) -> FloatArray:
+    """Second moments, shape ``(J, 4, 4)``, of rotations ``(F, J, 4)``, summed over frames."""
+    return np.asarray(np.einsum("fji,fjk->jik", rotations, rotations))
+
+
+def pose_space_of(skeleton: Skeleton, second: FloatArray, parts: Sequence[Floats]) -> PoseSpace:
+    """The space of poses.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    second : ndarray, shape (J, 4, 4)
+        Second moments of all rotations, see `moments`.
+    parts : sequence of ndarray, shape (F, J, 4)
+        The rotations, without heading.
+
+    Returns
+    -------
+    PoseSpace
+    """
+    frames = sum(map(len, parts))
+    reference = np.linalg.eigh(second / frames)[1][..., -1]
     reference = np.where(reference[:, :1] < 0, -reference, reference)
-    moving = _one_sided(q, reference).std(axis=0) > STILL
-    return PoseSpace(motions[0].skeleton, reference, moving)
+    mean = sum(one_sided(part, reference).sum(axis=0, dtype=np.float64) for part in parts) / frames
+    square = sum(((one_sided(part, reference) - mean) ** 2).sum(axis=0) for part in parts) / frames
+    return PoseSpace(skeleton, reference, np.sqrt(square) > STILL)
 
 
-def _one_sided(q: FloatArray, reference: FloatArray) -> FloatArray:
-    return np.where(np.einsum("fji,ji->fj", q, reference)[..., None] < 0, -q, q)
+def one_sided(q: Floats, reference: FloatArray) -> Floats:
+    """Quaternions ``(F, J, 4)``, of the same type, on the side of a reference ``(J, 4)``."""
+    opposite = np.einsum("fji,ji->fj", q, reference.astype(q.dtype)) < 0
+    return np.where(opposite[..., None], -q, q)

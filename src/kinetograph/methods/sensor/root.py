@@ -7,6 +7,7 @@ contact.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +20,12 @@ from kinetograph.motion import Motion, unwrapped_headings
 from kinetograph.post import contact_mask, floor_height
 from kinetograph.segmentation import CONTACT_ROLES, detect_contacts
 from kinetograph.skeleton import Skeleton
+from kinetograph.take import Annotation
 
 FIXED = 4
 """Features before the contacts: velocity x and z in m/s and yaw rate in rad/s in the root's heading, height in m."""
+HEIGHT = 3
+"""Which of them is the height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,34 +54,80 @@ class RootModel:
     level: float = 0.0
 
 
-def fit_root_model(motions: list[Motion]) -> RootModel:
-    """The feet of motions of one skeleton, as high over the floor as the recordings have them in the median."""
-    skeleton = motions[0].skeleton
-    roles = tuple(role for role in CONTACT_ROLES if role in skeleton.roles)
+@dataclass(frozen=True, eq=False)
+class FootLevels:
+    """How high the feet of a motion are.
+
+    Parameters
+    ----------
+    ground : float
+        Height in metres of the ground under the motion, see `ground_level`.
+    over_floor : float
+        Metres by which it lies over the floor of the recording.
+    planted : ndarray, shape (L,)
+        Height in metres over the ground below which each point rarely is.
+    """
+
+    ground: float
+    over_floor: float
+    planted: FloatArray
+
+
+def roles_of_feet(skeleton: Skeleton) -> tuple[str, ...]:
+    """The roles of the points of a skeleton's feet."""
+    return tuple(role for role in CONTACT_ROLES if role in skeleton.roles)
+
+
+def foot_levels(motion: Motion, contacts: tuple[Annotation, ...]) -> FootLevels:
+    """How high the feet of a motion are.
+
+    Parameters
+    ----------
+    motion : Motion
+    contacts : tuple of Annotation
+        Of its feet.
+
+    Returns
+    -------
+    FootLevels
+    """
+    roles = roles_of_feet(motion.skeleton)
+    if not roles:
+        return FootLevels(0.0, 0.0, np.zeros(0))
+    heights = role_positions(motion, roles)[..., 1]
+    ground = _ground(heights)
+    return FootLevels(ground, ground - floor_height(motion, contacts), np.quantile(heights - ground, 0.05, axis=0))
+
+
+def root_model_of(skeleton: Skeleton, levels: Sequence[FootLevels]) -> RootModel:
+    """The feet of a skeleton, as high over the floor as recordings on it have them in the median."""
+    roles = roles_of_feet(skeleton)
     landmarks = [skeleton.roles[role] for role in roles]
-    levels: list[list[float]] = [[] for _ in roles]
-    level = float(np.median([ground_level(motion) - floor_height(motion) for motion in motions])) if roles else 0.0
-    for motion in motions:
-        if roles:
-            heights = role_positions(motion, roles)[..., 1] - ground_level(motion)
-            for i in range(len(roles)):
-                levels[i].append(float(np.quantile(heights[:, i], 0.05)))
+    level = float(np.median([own.over_floor for own in levels])) if roles else 0.0
     return RootModel(
         skeleton,
         roles,
         np.array([landmark.joint for landmark in landmarks], dtype=np.int64),
         np.array([landmark.offset for landmark in landmarks]).reshape(-1, 3),
-        np.array([np.median(own) + level for own in levels]),
+        np.median([own.planted for own in levels], axis=0) + level,
         level,
     )
 
 
+def fit_root_model(motions: Sequence[Motion]) -> RootModel:
+    """The feet of motions of one skeleton, as high over the floor as the recordings have them in the median."""
+    return root_model_of(motions[0].skeleton, [foot_levels(motion, detect_contacts(motion)) for motion in motions])
+
+
 def ground_level(motion: Motion) -> float:
     """Height in metres of the ground under a motion: of the lowest point of its feet, except for a few stray frames."""
-    roles = tuple(role for role in CONTACT_ROLES if role in motion.skeleton.roles)
-    if not roles:
-        return 0.0
-    return float(np.quantile(role_positions(motion, roles)[..., 1].min(axis=1), 0.02))
+    roles = roles_of_feet(motion.skeleton)
+    return _ground(role_positions(motion, roles)[..., 1]) if roles else 0.0
+
+
+def _ground(heights: FloatArray) -> float:
+    """The level under points of heights ``(F, L)``."""
+    return float(np.quantile(heights.min(axis=1), 0.02))
 
 
 def root_features(motion: Motion, model: RootModel) -> FloatArray:
@@ -93,12 +143,32 @@ def root_features(motion: Motion, model: RootModel) -> FloatArray:
     ndarray, shape (F, 4 + L)
         Velocity x and z in m/s, yaw rate in rad/s, height in metres; then 1 for each point in contact, else 0.
     """
+    features = features_over(motion, ground_level(motion), detect_contacts(motion))
+    features[:, HEIGHT] += model.level
+    return features
+
+
+def features_over(motion: Motion, ground: float, contacts: tuple[Annotation, ...]) -> FloatArray:
+    """Features of a motion's root as in `root_features`, but for the height, which is over the ground.
+
+    Parameters
+    ----------
+    motion : Motion
+    ground : float
+        Height in metres of the ground.
+    contacts : tuple of Annotation
+        Of the feet.
+
+    Returns
+    -------
+    ndarray, shape (F, 4 + L)
+    """
     heading = unwrapped_headings(motion)
     velocity = rot.rotate(rot.about("y", -heading), velocities(motion.translation, motion.fps))
     yaw_rate = velocities(heading, motion.fps)
-    height = motion.translation[:, 1] - ground_level(motion) + model.level
-    contacts = detect_contacts(motion)
-    masks = [contact_mask(contacts, role, len(motion), motion.fps).astype(np.float64) for role in model.roles]
+    height = motion.translation[:, 1] - ground
+    roles = roles_of_feet(motion.skeleton)
+    masks = [contact_mask(contacts, role, len(motion), motion.fps).astype(np.float64) for role in roles]
     return np.stack([velocity[:, 0], velocity[:, 2], yaw_rate, height, *masks], axis=1)
 
 

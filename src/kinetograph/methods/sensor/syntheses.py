@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from kinetograph.arrays import FloatArray, SingleArray
+from kinetograph.arrays import BoolArray, FloatArray, SingleArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import PathSearch
-from kinetograph.methods.sensor.estimators import ContinuityEstimator, InterpolationEstimator
-from kinetograph.methods.sensor.examples import Examples
-from kinetograph.methods.sensor.fitted import SensorFit, summarised
+from kinetograph.learn import Effort, NearSearch, NeighbourLists, PathSearch, StepCosts, fit_lists, lists_without
+from kinetograph.methods.sensor.estimators import ContinuityEstimator, InterpolationEstimator, Retrieval, Scan
+from kinetograph.methods.sensor.examples import Examples, examples_of
+from kinetograph.methods.sensor.fitted import Averages, SensorFit, summarised
 from kinetograph.methods.sensor.local_models import LocalModels, fit_local
 from kinetograph.methods.sensor.optimisation import OptimisationEstimator
 from kinetograph.methods.sensor.settings import LocalModelSettings, require_positive
 from kinetograph.methods.sensor.smoothing import NoSmoothing, Smoothing, WindowSmoothing
 from kinetograph.methods.sensor.trust import learn_shrinkage
+from kinetograph.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Continuity:
         Difference in cost at which a path's weight falls to 1/e.
     cautious : bool
         Whether poses shrink towards the mean pose where paths differ, as strongly as takes kept aside show to be best.
+    scanned : int
+        Examples up to which all are looked at in every frame; of more, those that are near are retrieved.
 
     Raises
     ------
@@ -55,11 +60,12 @@ class Continuity:
     paths: int = 128
     temperature: float = 0.5
     cautious: bool = True
+    scanned: int = 100_000
 
     def __post_init__(self) -> None:
         require_positive(self, "memory", "temperature", "jump")
-        if self.lag < 0 or self.warp < 0 or self.paths < 1:
-            raise RequestError(f"lag and warp must be 0 or more and paths 1 or more, found {self}")
+        if self.lag < 0 or self.warp < 0 or self.scanned < 0 or self.paths < 1:
+            raise RequestError(f"lag, warp and scanned must be 0 or more and paths 1 or more, found {self}")
 
     @property
     def smoothing(self) -> Smoothing:
@@ -70,24 +76,47 @@ class Continuity:
         """Frames by which its estimates look back."""
         return round(self.lag * rate)
 
-    def learn(self, examples: Examples, rng: np.random.Generator, local: LocalModels | None = None) -> SensorFit:
-        """What its estimator needs, learnt from examples; ``rng`` and ``local`` are not used."""
-        fit = replace(summarised(examples), search=_searched(examples))
-        return replace(fit, strengths=learn_shrinkage(examples, self._plain)) if self.cautious else fit
+    def learn(
+        self,
+        examples: Examples,
+        rng: np.random.Generator,
+        local: LocalModels | None = None,
+        progress: Progress | None = None,
+    ) -> SensorFit:
+        """What its estimator needs, learnt from examples; ``local`` is not used."""
+        few = len(examples) <= self.scanned
+        search = _columns(examples) if few else fit_lists(examples.readings, examples.starts, rng)
+        fit = replace(summarised(examples), search=search)
+        if not self.cautious:
+            return fit
+        return replace(fit, strengths=learn_shrinkage(examples, fit.averages, partial(self._of_takes, fit), progress))
 
     def estimator(self, fit: SensorFit) -> ContinuityEstimator:
         """A fresh estimator."""
-        search = _searched(fit.examples) if fit.search is None else fit.search
-        return self._estimator(fit.examples, search, fit.strengths if self.cautious else None)
+        search = _columns(fit.examples) if fit.search is None else fit.search
+        return self._estimator(fit.examples, fit.averages, search, fit.strengths if self.cautious else None)
 
-    def _plain(self, examples: Examples) -> ContinuityEstimator:
-        """A fresh estimator that does not shrink."""
-        return self._estimator(examples, _searched(examples), None)
+    def _of_takes(self, fit: SensorFit, kept: BoolArray) -> Callable[[], ContinuityEstimator]:
+        """What makes estimators, which do not shrink, of the examples of some takes, ``kept`` of shape ``(T,)``."""
+        if isinstance(fit.search, NeighbourLists):
+            lists = lists_without(fit.search, np.repeat(~kept, np.diff(fit.examples.starts)))
+            return partial(self._estimator, fit.examples, fit.averages, lists, None)
+        some = examples_of(fit.examples, kept)
+        return partial(self._estimator, some, fit.averages, _columns(some), None)
 
-    def _estimator(self, examples: Examples, search: SingleArray, strengths: FloatArray | None) -> ContinuityEstimator:
-        decay = float(np.exp(-1.0 / (self.memory * examples.fps)))
-        through = PathSearch(search, examples.first, decay, self.warp, self.jump, self.lag_frames(examples.fps))
-        return ContinuityEstimator(examples, through, self.paths, self.temperature, strengths)
+    def _estimator(
+        self, examples: Examples, averages: Averages, search: SingleArray | NeighbourLists, strengths: FloatArray | None
+    ) -> ContinuityEstimator:
+        decay, lag = float(np.exp(-1.0 / (self.memory * examples.fps))), self.lag_frames(examples.fps)
+        follower: Scan | Retrieval
+        if isinstance(search, NeighbourLists):
+            costs, effort = StepCosts(decay, self.warp, self.jump, lag), Effort(least=max(Effort.least, self.paths))
+            near = NearSearch(examples.readings, examples.first, search, costs, effort)
+            follower = Retrieval(near, self.paths, self.temperature)
+        else:
+            through = PathSearch(search, examples.first, decay, self.warp, self.jump, lag)
+            follower = Scan(through, self.paths, self.temperature)
+        return ContinuityEstimator(examples, averages, follower, strengths)
 
 
 @dataclass(frozen=True)
@@ -110,9 +139,15 @@ class Interpolation:
         """Frames by which its estimates look back: none."""
         return 0
 
-    def learn(self, examples: Examples, rng: np.random.Generator, local: LocalModels | None = None) -> SensorFit:
+    def learn(
+        self,
+        examples: Examples,
+        rng: np.random.Generator,
+        local: LocalModels | None = None,
+        progress: Progress | None = None,
+    ) -> SensorFit:
         """What its estimator needs, learnt from examples; ``local`` are models that are there already."""
-        return replace(summarised(examples), local=local or fit_local(examples, self.local, rng))
+        return replace(summarised(examples), local=local or fit_local(examples, self.local, rng, progress))
 
     def estimator(self, fit: SensorFit) -> InterpolationEstimator:
         """A fresh estimator. Raises RequestError for a fit without local models."""
@@ -158,9 +193,15 @@ class Optimisation:
         """Frames by which its estimates look back."""
         return round(self.ahead * rate)
 
-    def learn(self, examples: Examples, rng: np.random.Generator, local: LocalModels | None = None) -> SensorFit:
+    def learn(
+        self,
+        examples: Examples,
+        rng: np.random.Generator,
+        local: LocalModels | None = None,
+        progress: Progress | None = None,
+    ) -> SensorFit:
         """What its estimator needs, learnt from examples; ``local`` are models that are there already."""
-        return replace(summarised(examples), local=local or fit_local(examples, self.local, rng))
+        return replace(summarised(examples), local=local or fit_local(examples, self.local, rng, progress))
 
     def estimator(self, fit: SensorFit) -> OptimisationEstimator:
         """A fresh estimator. Raises RequestError for a fit without local models."""
@@ -169,9 +210,9 @@ class Optimisation:
         return OptimisationEstimator(models, self.smoothness, self.control_weight, self.lag_frames(rate), rate)
 
 
-def _searched(examples: Examples) -> SingleArray:
-    """The examples' readings as the search wants them: one row per channel."""
-    return np.ascontiguousarray(examples.readings.T, dtype=np.float32)
+def _columns(examples: Examples) -> SingleArray:
+    """The examples' readings as a scan wants them: one row per channel."""
+    return np.ascontiguousarray(examples.readings.T)
 
 
 def _local_models(fit: SensorFit) -> LocalModels:

@@ -9,30 +9,42 @@ follow one another in the library: those of one person are usually neighbours, a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.learn import learn_strengths
 from kinetograph.methods.sensor.estimators import ContinuityEstimator
 from kinetograph.methods.sensor.examples import Examples
+from kinetograph.methods.sensor.fitted import Averages
+from kinetograph.progress import Progress
 
 FOLDS = 3
 ENOUGH = 9
 """Takes below which nothing is learnt: a few cases say little about another wearer."""
 FRAMES = 4000
-"""Frames that are estimated to learn from, evenly shared among takes."""
+"""Frames that are estimated to learn from in all, evenly shared among takes."""
+SHORTEST = 60
+"""Frames of a take at least; of a library of more takes than that allows, evenly picked ones."""
+
+Fresh = Callable[[], ContinuityEstimator]
+"""Makes a fresh estimator, which does not shrink."""
 
 
-def learn_shrinkage(examples: Examples, estimator: Callable[[Examples], ContinuityEstimator]) -> FloatArray:
+def learn_shrinkage(
+    examples: Examples, averages: Averages, of_takes: Callable[[BoolArray], Fresh], progress: Progress | None = None
+) -> FloatArray:
     """The strength with which each joint shrinks towards the mean pose.
 
     Parameters
     ----------
     examples : Examples
-    estimator : callable
-        Makes a fresh estimator, which does not shrink, of some of the examples.
+    averages : Averages
+        Of the examples.
+    of_takes : callable
+        Gets a mask of takes, shape ``(T,)``, and gives what makes estimators of them; called once for each third.
+    progress : Progress, optional
+        Called with the takes estimated and their number.
 
     Returns
     -------
@@ -42,16 +54,16 @@ def learn_shrinkage(examples: Examples, estimator: Callable[[Examples], Continui
     takes = len(examples.takes)
     if takes < ENOUGH:
         return np.zeros(len(examples.space.moving))
-    fold = np.arange(takes) * FOLDS // takes
-    mean, total = examples.poses.mean(axis=0), float(examples.poses.var(axis=0).sum())
-    away, wanted, uncertainty = [], [], []
-    for index in range(takes):
-        rows = _middle(examples, index, max(FRAMES // takes, 60))
-        poses, variances = _estimated(estimator(_of(examples, fold != fold[index])), examples.readings[rows])
-        away.append(poses - mean)
-        wanted.append(examples.poses[rows] - mean)
-        uncertainty.append(np.minimum(variances.sum(axis=1) / max(total, 1e-12), 1.0))
-    cases = np.repeat(np.arange(takes), [len(rows) for rows in away])
+    fold, used = np.arange(takes) * FOLDS // takes, _asked(takes)
+    parts: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    for third in range(FOLDS):
+        fresh = of_takes(fold != third)
+        for take in used[fold[used] == third]:
+            parts.append(_case(examples, averages, fresh(), _middle(examples, take, max(FRAMES // takes, SHORTEST))))
+            if progress:
+                progress(len(parts), len(used))
+    away, wanted, uncertainty = zip(*parts, strict=True)
+    cases = np.repeat(np.arange(len(parts)), [len(rows) for rows in away])
     joints = examples.space.joint_of_component
     strengths = learn_strengths(
         np.concatenate(away), np.concatenate(wanted), np.concatenate(uncertainty), joints, cases
@@ -59,24 +71,26 @@ def learn_shrinkage(examples: Examples, estimator: Callable[[Examples], Continui
     return np.pad(strengths, (0, len(examples.space.moving) - len(strengths)))
 
 
+def _asked(takes: int) -> IntArray:
+    """The takes that are estimated, evenly picked."""
+    most = FRAMES // SHORTEST
+    return np.unique(np.linspace(0, takes - 1, min(takes, most)).round().astype(np.int64))
+
+
+def _case(
+    examples: Examples, averages: Averages, estimator: ContinuityEstimator, rows: slice
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Estimates and the truth, both less the mean and ``(F, D)``, and the uncertainty ``(F,)``."""
+    poses, variances = _estimated(estimator, examples.readings[rows].astype(np.float64))
+    total = max(float(averages.variance.sum()), 1e-12)
+    uncertainty = np.minimum(variances.sum(axis=1) / total, 1.0)
+    return poses - averages.pose, examples.poses[rows] - averages.pose, uncertainty
+
+
 def _middle(examples: Examples, take: int, frames: int) -> slice:
     start, stop = int(examples.starts[take]), int(examples.starts[take + 1])
     spare = max(stop - start - frames, 0) // 2
     return slice(start + spare, min(start + spare + frames, stop))
-
-
-def _of(examples: Examples, kept: BoolArray) -> Examples:
-    """The examples of some takes, ``kept`` of shape ``(T,)``."""
-    lengths = np.diff(examples.starts)
-    rows = np.repeat(kept, lengths)
-    return replace(
-        examples,
-        poses=examples.poses[rows],
-        root_features=examples.root_features[rows],
-        readings=examples.readings[rows],
-        starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
-        takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
-    )
 
 
 def _estimated(estimator: ContinuityEstimator, readings: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -45,6 +45,7 @@ def fitted(
     SensorModel
     """
     from kinetograph.methods.sensor import SensorControl, synthesis_named
+    from kinetograph.pipeline import fit_sensor
 
     section = project.sensors
     library = room.library(project.libraries, section.library)
@@ -53,5 +54,5 @@ def fitted(
     return room.fitted(
         library,
         ("sensors", depends, kinds, exclude, section.synthesis, section.track),
-        lambda: method.fit(library, exclude=exclude, track=section.track or None, progress=progress),
+        lambda: fit_sensor(method, library, exclude=exclude, track=section.track or None, progress=progress),
     )
