@@ -49,10 +49,13 @@ def _copies(library: Library, keep: bool, takes: Sequence[str] = ()) -> dict[str
 
     known = tuple(take for take in takes if take in library.names())
     found = copies_among(library, known) if known or not takes else {}
+    names = set(library.names())
+    alone = {take for take, copies in found.items() if names == {take, *copies}}
     for take, copies in found.items():
-        what = "stays in the library" if keep else "left out of the library (--keep-copies keeps it)"
+        what = "left out of the library (--keep-copies keeps it)"
+        what = "stays in the library" + ", which has no other take" * (take in alone) if keep or take in alone else what
         note(f"{take} is held out; its copy {', '.join(copies)} {what}")
-    return {} if keep else found
+    return {} if keep else {take: copies for take, copies in found.items() if take not in alone}
 
 
 # ---- performance control ----

@@ -379,16 +379,25 @@ def seed_groups(
 
 
 @compiled
-def legal_states(costs: FloatArray, part: Part, most: float, limit: SingleArray) -> IntArray:
-    """The states of a part that are legal; ``limit`` ``(S,)`` of each becomes what is left of ``most``, 0 or more."""
+def open_states(
+    costs: FloatArray, part: Part, least: float, enough: float, limit: SingleArray, out: Scored
+) -> IntArray:
+    """The states of a part that may score less than ``enough``; ``limit`` ``(S,)`` of each becomes what is left of it.
+
+    least: the least score of a predecessor. The others get their lower bounds, for which no predecessor is looked at.
+    """
     low, high = part
+    out_scores, out_back = out
     order = np.empty(high - low, np.int64)
     count = 0
     for j in range(low, high):
-        if costs[j] < HUGE:
+        left = enough - least - costs[j]
+        if costs[j] < HUGE and left > 0:
             order[count] = j
-            limit[j] = np.float32(min(max(most - costs[j], 0.0), 1e30))
+            limit[j] = np.float32(min(left, 1e30))
             count += 1
+        elif costs[j] < HUGE:
+            out_scores[j], out_back[j] = least + costs[j], marked(out_back[j])
     return order[:count]
 
 
@@ -417,7 +426,7 @@ def extend_groups(
         slot = (time - spans[low]) % live.shape[0]
         if time > spans[low] and live[slot] > 0:
             least = scores[slot, seeds[slot, -1]]
-            order = legal_states(costs, (low, high), enough - least, limit)
+            order = open_states(costs, (low, high), least, enough, limit, out[2])
             group(bound, scaled, 1.0, order, (0, order.shape[0]), GROUP)
             packed = (packed_scores[slot], packed_points[slot], least_scores[slot], boxes[slot])
             room = (bound, limit, out_back)

@@ -251,9 +251,10 @@ def _longest(
 
 def _worth(own: SingleArray, other: SingleArray, pairs: _Pairs, nearness: Nearness) -> bool:
     """Whether the windows of a candidate, as they are, are nearly as near as a copy's."""
-    steps = np.arange(0, SPAN + 1, 2)
-    gaps = own[(pairs[0][:, None] + steps).ravel()] - other[(pairs[1][:, None] + steps).ravel()]
-    return _mean_square(gaps - gaps.mean(axis=0)) < (_ROUGHLY * nearness.varying) ** 2
+    shift, speed = _guessed(pairs, nearness)
+    rows = np.unique((pairs[0][:, None] + np.arange(0, SPAN + 1, 2)).ravel())
+    _, gaps = _gaps(own, other, shift, speed, rows)
+    return len(gaps) > 0 and _mean_square(gaps - gaps.mean(axis=0)) < (_ROUGHLY * nearness.varying) ** 2
 
 
 def _grown(

@@ -39,7 +39,7 @@ from kinetograph.learn.ring import GroupedRing, Ring, inexact, predecessors
 GROUPED = 5000
 """States from which on like ones are grouped."""
 
-SHARES = (0.1, 0.4, 1.0)
+SHARES = (0.01, 0.1, 0.4, 1.0)
 """Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
 
 
