@@ -96,7 +96,7 @@ _ROOMS = {
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
-    "prove": "segmental",
+    "prove": "proving",
     "representatives": "linkage",
     "retime": "retiming",
     "shrinkage": "trust",
@@ -253,6 +253,7 @@ if TYPE_CHECKING:
         levenberg_marquardt,
         mixed,
     )
+    from kinetograph.learn.proving import prove
     from kinetograph.learn.quantisation import Quantiser, kmeans
     from kinetograph.learn.reduction import Pca, fit_pca
     from kinetograph.learn.retiming import Span, retime
@@ -277,7 +278,6 @@ if TYPE_CHECKING:
         SegmentalSearch,
         cost_of_changes,
         padded_width,
-        prove,
         solve,
     )
     from kinetograph.learn.smoothing import smooth_path
