@@ -14,7 +14,7 @@ import numba as nb
 import numpy as np
 
 from benchmarks._recordings import walker
-from kinetograph.learn import Arrivals, SegmentalSearch, segmental
+from kinetograph.learn import Arrivals, SegmentalSearch, prove, segmental
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, arrivals, interpret
 from kinetograph.methods.performance import segments as cutting
 from kinetograph.sampling import interpolate
@@ -95,13 +95,14 @@ def size_row(label: str, segments: int, seconds: float) -> None:
     model = model_of_size(segments)
     x = control_of(model, seconds)
     steps = list(arrivals(model.fitted, x))
-    search = model.fitted.search
-    ours = median(lambda: segmental.solve(search, steps), 7)
+    search = replace(model.fitted.search, reuse=None)
+    ours = median(lambda: prove(search, lambda: steps), 7)
     whole = median(lambda: interpret(model.fitted, x), 5)
     plain = median(lambda: plain_search(search, steps), 1)
     beam = median(lambda: segmental.solve(replace(search, beam=0.05), steps), 3)
-    exact_score, beam_score = (segmental.solve(replace(search, beam=b), steps).score for b in (None, 0.05))
-    share = segmental.solve(search, steps).pairs / (len(search.durations) ** 2 * len(steps))
+    best = prove(search, lambda: steps)
+    exact_score, beam_score = best.score, segmental.solve(replace(search, beam=0.05), steps).score
+    share = best.pairs / (len(search.durations) ** 2 * len(steps))
     print(f"{label}: {segments} segments x 5 stretches = {len(search.durations)} states, {len(steps)} steps")
     print(f"   exact search             {1000 * ours:8.1f} ms   ({100 * share:.0f} % of the pairs evaluated)")
     print(f"   with D and placements    {1000 * whole:8.1f} ms")

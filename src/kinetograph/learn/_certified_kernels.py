@@ -85,20 +85,21 @@ first_bit: Any = intrinsic(_first_bit)
 @compiled
 def nearest(
     at: tuple[int, int, int],
-    blocks: Blocks,
+    scores: SingleArray,
+    tails: SingleArray,
     head: SingleArray,
     totals: SingleArray,
+    bound: np.float32,
+    origins: Links,
     change: np.float32,
     mine: int,
-    bound: np.float32,
 ) -> tuple[np.float32, int, int]:
     """The least total of a head that is under a bound, whose it is, or -1, and how many pairs were evaluated.
 
-    at: where the blocks of a step begin in scores and in tails, and how many states are in them. totals: room for those
-    of a block. change: what it costs that a state has another origin than ``mine``.
+    at: where the blocks of a step begin in flat scores and tails, and how many states are in them. totals: room for
+    those of a block. change: what it costs that one of the blocks' origins is another than ``mine``.
     """
     score_at, tail_at, count = at
-    scores, tails, origins = blocks
     place, width, evaluated = -1, head.shape[0], 0
     for first in range(0, count, WIDE):
         if scores[score_at + first] >= bound:
@@ -121,9 +122,10 @@ def nearest(
 
 
 @compiled
-def total_of(score_at: int, tail_at: int, place: int, blocks: Blocks, head: SingleArray) -> np.float32:
+def total_of(
+    score_at: int, tail_at: int, place: int, scores: SingleArray, tails: SingleArray, head: SingleArray
+) -> np.float32:
     """The total of a head with one of the states of a step."""
-    scores, tails, _ = blocks
     total: np.float32
     total, row = scores[score_at + place], tail_at + place // WIDE * head.shape[0] * WIDE + place % WIDE
     for k in range(head.shape[0]):
@@ -171,47 +173,6 @@ def first_states(
 
 
 @compiled
-def scored(
-    which: tuple[int, int, int],
-    arriving: Arriving,
-    kept: Kept,
-    charge: Origins,
-    room: tuple[SingleArray, SingleArray],
-    limits: tuple[float, bool],
-) -> tuple[float, int, int]:
-    """What a state scores, its back-pointer, and how many pairs were evaluated; infinite where it is of no interest.
-
-    which: the state, its back-pointer a step ago, and the slot of its predecessors. room: for a head and for totals.
-    limits: what may be added to the least of the predecessors and to the state's own cost, and whether what goes on
-    from a lower bound is marked.
-    """
-    state, last, slot = which
-    live, orders, places, least, others, scores, tails, doubtful, blocks = kept
-    (costs, heads, continuity), (head, totals), (change, origins) = arriving, room, charge
-    toll, root, mine = np.float32(change), np.float32(np.sqrt(continuity)), origins[state]
-    size, score_at = head.shape[0], slot * (blocks[0].shape[0] // live.shape[0])
-    tail_at = slot * (blocks[1].shape[0] // live.shape[0])
-    for k in range(size):
-        head[k] = heads[state, k] * root
-    before = last if last >= -1 else -2 - last
-    place = max(places[slot, before], 0) if before >= 0 else 0
-    seeded = total_of(score_at, tail_at, place, blocks, head)
-    seeded += toll if apart(mine, origins[orders[slot, place]]) else np.float32(0.0)
-    cut = np.float32(min(limits[0] * (2.0 - ROUNDED), np.float64(FAR)))
-    bound = min(seeded, others[slot], cut)
-    bound, nearer, pairs = nearest((score_at, tail_at, live[slot]), blocks, head, totals, toll, mine, bound)
-    if nearer >= 0 or seeded <= bound:
-        source = orders[slot, nearer if nearer >= 0 else place]
-        at = (slot * (places.shape[1] - 1) + source) * size
-        value = scores[slot, source] + continuity * squared(tails, at, heads, state)
-        value += change if apart(mine, origins[source]) else 0.0
-        return value + costs[state], -2 - source if limits[1] and doubtful[slot, source] else source, pairs
-    if others[slot] <= cut:
-        return least[slot] + np.float64(bound) * ROUNDED + costs[state], -2 - orders[slot, place], pairs
-    return np.inf, -1, pairs
-
-
-@compiled
 def extend(
     time: int,
     spans: IntArray,
@@ -232,12 +193,14 @@ def extend(
     interest; and whether what goes on from a lower bound is marked as one.
 
     A state that is known to score more than the cap gets an infinite score. One whose predecessor may be another than
-    those that are kept gets a lower bound and a marked back-pointer.
+    those that are kept gets a lower bound and a marked back-pointer. All is in one loop: numba counts the references to
+    arrays that are handed on in tuples, which took longer than the comparisons.
     """
-    live, orders, least = kept[0], kept[1], kept[3]
-    costs, (limit, width, spread), (out_scores, out_back) = arriving[0], limits, out
-    limit, width = min(limit, HUGE), min(width, HUGE)
-    room, pairs = (np.empty(arriving[1].shape[1], np.float32), np.empty(WIDE, np.float32)), 0
+    live, orders, places, least, others, scores, tails, doubtful, (near, ends, near_origins) = kept
+    (costs, heads, continuity), (limit, width, spread), (out_scores, out_back) = arriving, limits, out
+    change, origins = charge
+    toll, head, totals = np.float32(change), np.empty(heads.shape[1], np.float32), np.empty(WIDE, np.float32)
+    limit, width, root, pairs = min(limit, HUGE), min(width, HUGE), np.float32(np.sqrt(continuity)), 0
     first, done = first_states(time, spans, costs, live, orders, least), np.zeros(spans.shape[0], np.bool_)
     out_scores[:], out_back[:] = np.inf, -1
     for visit in range(-first.shape[0], spans.shape[0]):
@@ -250,10 +213,28 @@ def extend(
             out_scores[j], limit = costs[j], min(limit, costs[j])
             continue
         left = limit + width - least[slot] - costs[j]
-        if left >= 0.0:
-            out_scores[j], out_back[j], more = scored((j, last[j], slot), arriving, kept, charge, room, (left, spread))
-            pairs, done[j] = pairs + more, True
-            limit = min(limit, out_scores[j]) if out_scores[j] < HUGE else limit
+        if left < 0.0:
+            continue
+        score_at, tail_at = slot * (near.shape[0] // live.shape[0]), slot * (ends.shape[0] // live.shape[0])
+        for k in range(head.shape[0]):
+            head[k] = heads[j, k] * root
+        mine, before = origins[j], last[j] if last[j] >= -1 else -2 - last[j]
+        place = max(places[slot, before], 0) if before >= 0 else 0
+        seeded = total_of(score_at, tail_at, place, near, ends, head)
+        seeded += toll if apart(mine, origins[orders[slot, place]]) else np.float32(0.0)
+        cut = np.float32(min(left * (2.0 - ROUNDED), np.float64(FAR)))
+        bound, at = min(seeded, others[slot], cut), (score_at, tail_at, live[slot])
+        bound, nearer, more = nearest(at, near, ends, head, totals, bound, near_origins, toll, mine)
+        pairs, done[j] = pairs + more, True
+        if nearer >= 0 or seeded <= bound:
+            source = orders[slot, nearer if nearer >= 0 else place]
+            further = squared(tails, (slot * (places.shape[1] - 1) + source) * head.shape[0], heads, j)
+            value = scores[slot, source] + continuity * further + change * apart(mine, origins[source])
+            out_scores[j] = value + costs[j]
+            out_back[j] = -2 - source if spread and doubtful[slot, source] else source
+        elif others[slot] <= cut:
+            out_scores[j], out_back[j] = least[slot] + np.float64(bound) * ROUNDED + costs[j], -2 - orders[slot, place]
+        limit = min(limit, out_scores[j]) if out_scores[j] < HUGE else limit
     return pairs, limit + width
 
 
