@@ -83,45 +83,6 @@ first_bit: Any = intrinsic(_first_bit)
 
 
 @compiled
-def nearest(
-    at: tuple[int, int, int],
-    scores: SingleArray,
-    tails: SingleArray,
-    head: SingleArray,
-    totals: SingleArray,
-    bound: np.float32,
-    origins: Links,
-    change: np.float32,
-    mine: int,
-) -> tuple[np.float32, int, int]:
-    """The least total of a head that is under a bound, whose it is, or -1, and how many pairs were evaluated.
-
-    at: where the blocks of a step begin in flat scores and tails, and how many states are in them. totals: room for
-    those of a block. change: what it costs that one of the blocks' origins is another than ``mine``.
-    """
-    score_at, tail_at, count = at
-    place, width, evaluated = -1, head.shape[0], 0
-    for first in range(0, count, WIDE):
-        if scores[score_at + first] >= bound:
-            break
-        evaluated += WIDE
-        left, k = gathered(tails, tail_at, head, 0, scores, score_at + first, totals, bound), FOUR
-        while left != 0 and k < width:
-            left = gathered(tails, tail_at + k * WIDE, head, k, totals, 0, totals, bound)
-            k += FOUR
-        while left != 0:
-            lane: Any = np.int64(first_bit(left))
-            left &= left - np.uint64(1)
-            total = totals[lane]
-            if change > 0.0 and mine >= 0 and origins[score_at + first + lane] >= 0:
-                total += change if origins[score_at + first + lane] != mine else np.float32(0.0)
-            if total < bound:
-                bound, place = total, first + lane
-        tail_at += width * WIDE
-    return bound, place, evaluated
-
-
-@compiled
 def total_of(
     score_at: int, tail_at: int, place: int, scores: SingleArray, tails: SingleArray, head: SingleArray
 ) -> np.float32:
@@ -194,7 +155,7 @@ def extend(
 
     A state that is known to score more than the cap gets an infinite score. One whose predecessor may be another than
     those that are kept gets a lower bound and a marked back-pointer. All is in one loop: numba counts the references to
-    arrays that are handed on in tuples, which took longer than the comparisons.
+    arrays that are handed on to another function, which took as long as the comparisons.
     """
     live, orders, places, least, others, scores, tails, doubtful, (near, ends, near_origins) = kept
     (costs, heads, continuity), (limit, width, spread), (out_scores, out_back) = arriving, limits, out
@@ -202,11 +163,12 @@ def extend(
     toll, head, totals = np.float32(change), np.empty(heads.shape[1], np.float32), np.empty(WIDE, np.float32)
     limit, width, root, pairs = min(limit, HUGE), min(width, HUGE), np.float32(np.sqrt(continuity)), 0
     first, done = first_states(time, spans, costs, live, orders, least), np.zeros(spans.shape[0], np.bool_)
+    reach, now, rows = live.shape[0], time % live.shape[0], near.shape[0] // live.shape[0]
+    columns = ends.shape[0] // reach
     out_scores[:], out_back[:] = np.inf, -1
     for visit in range(-first.shape[0], spans.shape[0]):
         j = first[visit] if visit < 0 else visit
-        slot = time % live.shape[0] - spans[j]
-        slot += live.shape[0] if slot < 0 else 0
+        slot = now - spans[j] if now >= spans[j] else now - spans[j] + reach
         if costs[j] >= HUGE or done[j] or (time > spans[j] and live[slot] == 0):
             continue
         if time <= spans[j]:
@@ -215,7 +177,7 @@ def extend(
         left = limit + width - least[slot] - costs[j]
         if left < 0.0:
             continue
-        score_at, tail_at = slot * (near.shape[0] // live.shape[0]), slot * (ends.shape[0] // live.shape[0])
+        score_at, tail_at = slot * rows, slot * columns
         for k in range(head.shape[0]):
             head[k] = heads[j, k] * root
         mine, before = origins[j], last[j] if last[j] >= -1 else -2 - last[j]
@@ -223,9 +185,26 @@ def extend(
         seeded = total_of(score_at, tail_at, place, near, ends, head)
         seeded += toll if apart(mine, origins[orders[slot, place]]) else np.float32(0.0)
         cut = np.float32(min(left * (2.0 - ROUNDED), np.float64(FAR)))
-        bound, at = min(seeded, others[slot], cut), (score_at, tail_at, live[slot])
-        bound, nearer, more = nearest(at, near, ends, head, totals, bound, near_origins, toll, mine)
-        pairs, done[j] = pairs + more, True
+        bound = min(seeded, others[slot], cut)
+        nearer = -1
+        for member in range(0, live[slot], WIDE):
+            if near[score_at + member] >= bound:
+                break
+            pairs += WIDE
+            few, k = gathered(ends, tail_at, head, 0, near, score_at + member, totals, bound), FOUR
+            while few != 0 and k < head.shape[0]:
+                few = gathered(ends, tail_at + k * WIDE, head, k, totals, 0, totals, bound)
+                k += FOUR
+            while few != 0:
+                lane: Any = np.int64(first_bit(few))
+                few &= few - np.uint64(1)
+                total = totals[lane]
+                if change > 0.0 and mine >= 0 and near_origins[score_at + member + lane] >= 0:
+                    total += toll if near_origins[score_at + member + lane] != mine else np.float32(0.0)
+                if total < bound:
+                    bound, nearer = total, member + lane
+            tail_at += head.shape[0] * WIDE
+        done[j] = True
         if nearer >= 0 or seeded <= bound:
             source = orders[slot, nearer if nearer >= 0 else place]
             further = squared(tails, (slot * (places.shape[1] - 1) + source) * head.shape[0], heads, j)

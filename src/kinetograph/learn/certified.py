@@ -13,6 +13,7 @@ sequence's pieces.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -116,7 +117,7 @@ class NearRing(Ring):
             return HUGE
         return min(self.near.pieces * self.steps * float(self.least[(time - 1) % len(self.live)]) / (time - 1), HUGE)
 
-    @property
+    @cached_property
     def _kept(self) -> _certified_kernels.Kept:
         blocks = self.packed_scores.ravel(), self.packed_tails.ravel(), self.packed_origins.ravel()
         return (
