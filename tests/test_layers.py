@@ -200,7 +200,7 @@ _LONG = 40
 _MANY = 10
 """Methods and properties of a class, special methods aside."""
 _LONG_ON_PURPOSE = {
-    "kinetograph.learn._certified_kernels.extend": "its innermost loops, which took 1.7 times as long with a call per state",
+    "kinetograph.learn._certified_kernels.extend": "its innermost loops: 1.7 times as long with calls",
     "kinetograph.learn._group_kernels.scan_group": "its innermost loops, which a call per head slows down by a fifth",
 }
 """Compiled functions that are longer, and why."""
