@@ -18,10 +18,9 @@ from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.post.clearance import clearance_of
-from kinetograph.post.elbows import elbow_speed
+from kinetograph.methods.performance.takes_read import TakesRead
+from kinetograph.post.clearance import clearance_from
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
-from kinetograph.post.turning import turning_speed
 
 HURRY = 1.25
 """How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
@@ -104,6 +103,8 @@ class Fitted(Preferences):
         Takes of the library that are not used, by reason.
     unusual : ndarray, shape (N,), optional
         The share of each segment that is not everyday; None where that costs nothing.
+    read : TakesRead, optional
+        How the takes were read, so that some may be left out afterwards.
     """
 
     settings: PerformanceSettings
@@ -113,6 +114,7 @@ class Fitted(Preferences):
     own_cost: float | None = None
     left_out: LeftOut = field(default_factory=dict)
     unusual: FloatArray | None = None
+    read: TakesRead | None = None
 
     @property
     def search(self) -> SegmentalSearch:
@@ -177,9 +179,9 @@ class Fitted(Preferences):
         motions = [source.motion for source in self.sources]
         return BodyLimits(
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
-            max(TURNING, *map(turning_speed, motions)),
-            max(BENDING, *map(elbow_speed, motions)),
-            clearance_of(motions),
+            max(TURNING, *(source.turning for source in self.sources)),
+            max(BENDING, *(source.elbows for source in self.sources)),
+            clearance_from(source.toes for source in self.sources),
             max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 
