@@ -25,6 +25,7 @@ from kinetograph.methods.recordings import Gathered, Recording, gather
 from kinetograph.progress import Progress
 from kinetograph.segmentation import UncutError
 
+
 def fit(
     settings: PerformanceSettings,
     library: Library,
@@ -83,7 +84,7 @@ def _builds(recordings: Iterable[Recording]) -> dict[str, int]:
     return {one.name: numbers.setdefault(state(one.motion.skeleton), len(numbers)) for one in recordings}
 
 
-def why_left(name: str, error: RequestError) -> str:
+def why_left(name: str, error: Exception) -> str:
     """Why a take is left out, without its name."""
     return error.why if isinstance(error, UncutError) else str(error).removeprefix(f"take {name!r}: ")
 

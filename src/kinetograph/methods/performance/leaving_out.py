@@ -81,9 +81,7 @@ def _moved(segment: Segment, places: np.ndarray) -> Segment:
     return replace(segment, source=int(places[segment.source]))
 
 
-def _instances(
-    whole: Instances, kept: BoolArray, segments: tuple[Segment, ...], held: Instances | None
-) -> Instances:
+def _instances(whole: Instances, kept: BoolArray, segments: tuple[Segment, ...], held: Instances | None) -> Instances:
     """The instances of the segments that are kept, and after them those of held poses, which are new."""
     stay = kept[whole.states[:, 0]]
     count = int(kept.sum())
