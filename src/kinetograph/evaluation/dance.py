@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
+from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_partner
 from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
 from kinetograph.evaluation.metrics import (
@@ -278,7 +278,8 @@ def _frame_by_frame(held: Held, dance: _Dance) -> list[DanceRow]:
         return _example(_Dance.of(held.method, held.library.take(name), dance.target))
 
     examples = [held.whole.once(name, partial(example, name)) for name in dance.others]
-    return [dance.row(label, fit(examples)(guide_of_partner(dance.leader))) for label, fit in FRAME_BY_FRAME]
+    guide = guide_of_partner(dance.leader)
+    return [dance.row(label, answer(guide)) for label, answer in frame_by_frame(examples)]
 
 
 def _example(dance: _Dance) -> Example:

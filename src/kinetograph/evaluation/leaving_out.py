@@ -104,9 +104,13 @@ class Held:
         )
 
     def model(self) -> PerformanceModel:
-        """The model that is fitted to the others."""
+        """The model that is fitted to the others. Raises RequestError where none of them can be used."""
         whole = self.whole.model
-        return fit_without(whole, self.library, set(self.excluded) - set(self.never), track=self.track)
+        away = set(self.excluded) - set(self.never)
+        try:
+            return fit_without(whole, self.library, away, track=self.track, never=self.never)
+        except RequestError as error:
+            raise RequestError(f"nothing is left to make it of: {error}") from error
 
 
 class Whole:

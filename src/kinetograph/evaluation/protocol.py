@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_path
+from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_path
 from kinetograph.evaluation.labels import take_errors
 from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
 from kinetograph.evaluation.metrics import (
@@ -166,6 +166,7 @@ def _walk_rows(held: Held) -> Outcome[WalkRow]:
 
 def _rows_of(held: Held) -> Iterator[WalkRow]:
     model, take = held.model(), held.library.take(held.take)
+    _ = model.fitted.limits  # once for both methods
     yield _synthesized("segments", model, held, take)
     if held.baselines:
         nearest = with_settings(model.fitted, replace(held.method, continuity=0.0))
@@ -255,7 +256,7 @@ def _frame_by_frame(held: Held, take: Take) -> list[WalkRow]:
     examples = [whole.once(name, partial(_example, held, name)) for name in whole.usable if name not in away]
     truth = held_out_motion(take, held.track)
     guide = guide_of_path(held.method.control_points.points(truth), truth.fps)
-    return [_row(take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
+    return [_row(take.name, label, answer(guide), truth) for label, answer in frame_by_frame(examples)]
 
 
 def _example(held: Held, name: str) -> Example:

@@ -81,7 +81,8 @@ class Preferences:
     @cached_property
     def for_anything(self) -> Fitted:
         """The same where nothing is unusual: for the motion of somebody, whatever that is."""
-        return cast(Fitted, self if self.prices is None else replace(cast(Any, self), unusual=None))
+        fitted = cast(Fitted, self)
+        return fitted if self.prices is None else _with(fitted, "prices", unusual=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,8 +229,13 @@ def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
 
 def with_settings(fitted: Fitted, settings: PerformanceSettings) -> Fitted:
     """The same fit for settings that differ only in what is done after it; properties that were computed come along."""
-    made = replace(fitted, settings=settings)
-    stated = {*(one.name for one in fields(fitted)), "for_anything"}
+    return _with(fitted, settings=settings)
+
+
+def _with(fitted: Fitted, *but: str, **changes: Any) -> Fitted:
+    """The same with other fields; properties that were computed come along, but for some."""
+    made = replace(fitted, **changes)
+    stated = {*(one.name for one in fields(fitted)), "for_anything", *but}
     vars(made).update({name: what for name, what in vars(fitted).items() if name not in stated})
     return made
 

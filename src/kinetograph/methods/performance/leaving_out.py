@@ -20,7 +20,12 @@ from kinetograph.methods.performance.standing import calmest
 
 
 def fit_without(
-    model: PerformanceModel, library: Library, takes: Iterable[str], *, track: str | None = None
+    model: PerformanceModel,
+    library: Library,
+    takes: Iterable[str],
+    *,
+    track: str | None = None,
+    never: Iterable[str] = (),
 ) -> PerformanceModel:
     """The model that a fit without some takes would give, bit by bit.
 
@@ -37,6 +42,8 @@ def fit_without(
         Names of takes to leave out.
     track : str, optional
         Name of the track that the model was fitted to.
+    never : iterable of str
+        Takes of the library that the model was fitted without.
 
     Returns
     -------
@@ -51,7 +58,9 @@ def fit_without(
     if unknown := sorted(away - set(names := library.names())):
         raise RequestError(f"no take {unknown[0]!r} to leave out; there are {shortened(names) or 'none'}")
     left = without(model.fitted, away)
-    return PerformanceModel(fit(model.method, library, exclude=away, track=track) if left is None else left)
+    if left is None:
+        left = fit(model.method, library, exclude=away.union(never), track=track)
+    return PerformanceModel(left)
 
 
 def without(fitted: Fitted, takes: Collection[str]) -> Fitted | None:
