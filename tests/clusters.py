@@ -37,8 +37,8 @@ class Machines:
     def start(self, count: int) -> None:
         """Start the scheduler and so many workers."""
         file = self.folder / "scheduler.json"
-        told = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show", "--scheduler-file", str(file))
-        self.scheduler = self._run("scheduler", *told)
+        words = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show", "--scheduler-file", str(file))
+        self.scheduler = self._run("scheduler", *words)
         end = time.monotonic() + PATIENCE
         while not file.exists() or not file.read_text().strip():
             assert time.monotonic() < end, "the scheduler did not start"
@@ -46,11 +46,19 @@ class Machines:
         self.address = json.loads(file.read_text())["address"]
         for _ in range(count):
             self.add()
+        self.wait(count)
+
+    def wait(self, count: int) -> None:
+        """Wait until so many workers have reported."""
+        from distributed import Client
+
+        with Client(self.address, timeout=PATIENCE, set_as_default=False) as client:
+            client.wait_for_workers(count, timeout=PATIENCE)
 
     def add(self) -> None:
         """Start a worker of one thread."""
-        told = ("--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
-        self.workers.append(self._run("worker", self.address, *told))
+        words = ("--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
+        self.workers.append(self._run("worker", self.address, *words))
 
     def kill(self) -> None:
         """Kill the worker that was started first."""

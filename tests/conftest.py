@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 collect_ignore_glob = ["clients/*.py"]  # scripts for other programs' interpreters: make check-clients
+
+# keys and certificates of tests are none of the user's
+_DATA = tempfile.mkdtemp(prefix="kinetograph-tests-")
+atexit.register(shutil.rmtree, _DATA, ignore_errors=True)
+os.environ["XDG_DATA_HOME"] = _DATA
 
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 # a failure in continuous integration must be the same failure on the next run

@@ -82,12 +82,12 @@ def test_what_goes_together(tmp_path: Path, clips_folder: Path) -> None:
 def test_a_very_long_file_is_read_in_blocks(
     tmp_path: Path, clips_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from kinetograph.cli import library as commands
     from kinetograph.library import Library
+    from kinetograph.pipeline import ingesting
 
     walk = kg.load(clips_folder / "humanoid3d_walk.txt").motion()
     save(walk, tmp_path / "long.bvh")
-    monkeypatch.setattr(commands, "LONG", 1000)
+    monkeypatch.setattr(ingesting, "LONG", 1000)
     answer("library", "create", tmp_path / "library", tmp_path / "long.bvh", "--units", "metre", "--up", "y")
     assert len(Library.open(tmp_path / "library").take("long").motion()) == len(walk)
 

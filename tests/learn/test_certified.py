@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 import naive
 from kinetograph.errors import DataError
-from kinetograph.learn import segmental
+from kinetograph.learn import proving
 from kinetograph.learn.certified import Near
+from kinetograph.learn.proving import prove
 from kinetograph.learn.reuse import Reuse, fading
-from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, prove, solve
+from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, solve
 
 NEAR = (Near(0.5), Near(2.0), Near(width=0.0), Near(width=3.0), Near(width=1e9))
 
@@ -175,7 +176,7 @@ def test_widths_below_0_are_refused() -> None:
 
 def test_after_too_narrow_widths_all_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = smooth(5)
-    monkeypatch.setattr(segmental, "PIECES", (0.1, 0.2))
+    monkeypatch.setattr(proving, "PIECES", (0.1, 0.2))
     path = prove(search_of(problem), lambda: problem.arrivals, problem.partial)
     assert path.proved
     assert path.score == solve(search_of(problem), problem.arrivals, problem.partial).score

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 import naive
 from kinetograph.errors import DataError
-from kinetograph.learn import _group_kernels, segmental
+from kinetograph.learn import _group_kernels, proving, segmental
 from kinetograph.learn._kernels import LANES
+from kinetograph.learn.proving import prove
 from kinetograph.learn.ring import inexact, predecessors
-from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, prove, solve
+from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, solve
 
 CONTINUITY = 0.4
 
@@ -101,7 +102,7 @@ def test_what_is_proved_is_best_and_what_is_not_is_a_lower_bound(share: float) -
 @pytest.mark.usefixtures("grouped")
 def test_more_states_are_worked_out_until_the_best_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = next(p for p in (wandering(seed, 600, 30) for seed in range(20)) if not solved(p, 0.005).proved)
-    monkeypatch.setattr(segmental, "SHARES", (0.005, 1.0))
+    monkeypatch.setattr(proving, "SHARES", (0.005, 1.0))
     attempts = []
 
     def arrivals() -> list[Arrivals]:

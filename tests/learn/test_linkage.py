@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.spatial.distance import squareform
 
 import naive
 from kinetograph.arrays import FloatArray, IntArray
@@ -30,6 +32,27 @@ def test_a_textbook_case() -> None:
     assert _clusters(complete_linkage(_on_a_line(0, 1, 3, 5), 2.0)) == {frozenset({0, 1}), frozenset({2, 3})}
     assert complete_linkage(_on_a_line(0, 1, 3, 5), 1.9).tolist() == [0, 0, 1, 2]
     assert complete_linkage(_on_a_line(0, 1, 3, 5), 5.0).tolist() == [0, 0, 0, 0]
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 60), threshold=st.floats(0.0, 3.0))
+@settings(max_examples=40)
+def test_agrees_with_scipy_which_takes_all_pairs(seed: int, count: int, threshold: float) -> None:
+    rng = np.random.default_rng(seed)
+    distances = rng.exponential(size=(count, count))  # no metric
+    distances += distances.T
+    np.fill_diagonal(distances, 0.0)
+    expected = fcluster(linkage(squareform(distances), method="complete"), t=threshold, criterion="distance")
+    assert _clusters(complete_linkage(distances, threshold)) == _clusters(expected)
+
+
+def test_of_equal_distances_some_are_joined_and_none_too_far_apart() -> None:
+    for count in (2, 3, 7, 20):
+        labels = complete_linkage(1.0 - np.eye(count), 1.0)
+        assert labels.tolist() == [0] * count
+    ring = np.minimum(at := np.abs(np.subtract.outer(range(9), range(9))), 9 - at).astype(np.float64)
+    labels = complete_linkage(ring, 1.0)
+    assert ring[labels[:, None] == labels].max() == 1.0
+    assert len(np.unique(labels)) == 5
 
 
 def test_labels_are_numbered_by_first_appearance() -> None:

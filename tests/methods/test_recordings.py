@@ -11,7 +11,8 @@ import pytest
 import kinetograph as kg
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import joint_positions
-from kinetograph.methods.recordings import CYCLES, adopt, collect, leg_length, looped, mirrored_annotations
+from kinetograph.methods.recordings import CYCLES, adopt, collect, looped, mirrored_annotations
+from kinetograph.methods.relative_pose import leg_length
 from kinetograph.motion import Motion
 from kinetograph.take import Annotation, Take
 from walkers import stick_figure, walk

@@ -105,14 +105,16 @@ def test_motions_are_those_of_inbetween(room: Room) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "search"),
+    ("fields", "search", "without"),
     [
-        ({"filler": True}, InbetweenSearch(filler=True)),
-        ({"moves": ("slow",), "without": ("turning",)}, InbetweenSearch(move=["slow"], without=["turning"])),
+        ({"filler": True}, InbetweenSearch(filler=True), ()),
+        ({"moves": ("slow",), "without": ("turning",)}, InbetweenSearch(move=["slow"]), ("turning",)),
     ],
 )
-def test_the_configuration_is_that_of_the_command(fields: dict[str, Any], search: InbetweenSearch) -> None:
-    assert control_of(Keys(**fields)) == keyframe_control(search, mirror=False, footskate=True)
+def test_the_configuration_is_that_of_the_command(
+    fields: dict[str, Any], search: InbetweenSearch, without: tuple[str, ...]
+) -> None:
+    assert control_of(Keys(**fields)) == keyframe_control(search, without, mirror=False, footskate=True)
 
 
 def test_nothing_is_made_of_one_key(room: Room) -> None:
@@ -405,7 +407,7 @@ def test_other_moves_need_no_other_index(moves: Room, monkeypatch: pytest.Monkey
     made_of(project_of(WALK, PUNCH), moves)
     takes = library_of(moves)
     keys = tuple(key_at(takes.take(name).motion(), second) for name, second in (("walk", 0.4), ("punch", 0.5)))
-    method = keyframe_control(InbetweenSearch(move=["run"], without=["kick"]), mirror=False, footskate=True)
+    method = keyframe_control(InbetweenSearch(move=["run"]), ("kick",), mirror=False, footskate=True)
     expected = inbetween(keys, takes, method)[0]
     monkeypatch.setattr("kinetograph.methods.keyframe.timed_search.build_index", None)  # whoever builds one fails
     found = made_of(project_of(WALK, PUNCH, moves=("run",), without=("kick",)), moves).synthesis

@@ -16,6 +16,7 @@ _ROOMS = {
     "Alignment": "alignment",
     "Arrivals": "segmental",
     "Classes": "posterior",
+    "ClosePairs": "linkage",
     "Commitment": "commitment",
     "Continued": "alignment",
     "Effort": "retrieval",
@@ -88,13 +89,14 @@ _ROOMS = {
     "least_steps": "goals",
     "levenberg_marquardt": "posterior",
     "likeliest_path": "markov",
+    "linked": "linkage",
     "lists_without": "retrieval",
     "make_graph": "transitions",
     "mixed": "posterior",
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
-    "prove": "segmental",
+    "prove": "proving",
     "representatives": "linkage",
     "retime": "retiming",
     "shrinkage": "trust",
@@ -113,6 +115,7 @@ __all__ = [
     "Alignment",
     "Arrivals",
     "Classes",
+    "ClosePairs",
     "Commitment",
     "Continued",
     "Effort",
@@ -185,6 +188,7 @@ __all__ = [
     "least_steps",
     "levenberg_marquardt",
     "likeliest_path",
+    "linked",
     "lists_without",
     "make_graph",
     "mixed",
@@ -236,7 +240,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
     from kinetograph.learn.k_best import k_best_paths
-    from kinetograph.learn.linkage import complete_linkage, representatives
+    from kinetograph.learn.linkage import ClosePairs, complete_linkage, linked, representatives
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
     from kinetograph.learn.placement import Placement
@@ -249,6 +253,7 @@ if TYPE_CHECKING:
         levenberg_marquardt,
         mixed,
     )
+    from kinetograph.learn.proving import prove
     from kinetograph.learn.quantisation import Quantiser, kmeans
     from kinetograph.learn.reduction import Pca, fit_pca
     from kinetograph.learn.retiming import Span, retime
@@ -273,7 +278,6 @@ if TYPE_CHECKING:
         SegmentalSearch,
         cost_of_changes,
         padded_width,
-        prove,
         solve,
     )
     from kinetograph.learn.smoothing import smooth_path

@@ -13,21 +13,30 @@ from kinetograph.learn._kernels import reproducible
 
 BLOCK = 256
 """Rows of the second matrix whose sums are kept in the processor's nearest memory."""
+FOUR = 4
+"""Columns whose products are added, one after the other, before a sum is put back."""
 
 
 @reproducible
 def real_products(x: FloatArray, columns: FloatArray, out: FloatArray) -> None:
     """The rows ``(B, K)`` times the columns ``(K, N)``, into ``(B, N)``."""
-    count = columns.shape[1]
+    count, last = columns.shape[1], x.shape[1] // FOUR * FOUR
     sums = np.empty(BLOCK)
     for low in range(0, count, BLOCK):
         width = min(BLOCK, count - low)
         for b in range(len(x)):
             sums[:width] = 0.0
-            for k in range(x.shape[1]):
-                factor = x[b, k]
+            for k in range(0, last, FOUR):
+                t, u, v, w = x[b, k], x[b, k + 1], x[b, k + 2], x[b, k + 3]
                 for n in range(width):
-                    sums[n] += factor * columns[k, low + n]
+                    total = sums[n] + t * columns[k, low + n]
+                    total = total + u * columns[k + 1, low + n]
+                    total = total + v * columns[k + 2, low + n]
+                    sums[n] = total + w * columns[k + 3, low + n]
+            for k in range(last, x.shape[1]):
+                t = x[b, k]
+                for n in range(width):
+                    sums[n] += t * columns[k, low + n]
             out[b, low : low + width] = sums[:width]
 
 
@@ -36,14 +45,26 @@ def complex_products(
     x_real: FloatArray, x_imag: FloatArray, real: FloatArray, imag: FloatArray, out: ComplexArray
 ) -> None:
     """The same of complex numbers, whose parts are given apart."""
-    count = real.shape[1]
+    count, last = real.shape[1], x_real.shape[1] // FOUR * FOUR
     re, im = np.empty(BLOCK), np.empty(BLOCK)
     for low in range(0, count, BLOCK):
         width = min(BLOCK, count - low)
         for b in range(len(x_real)):
             re[:width] = 0.0
             im[:width] = 0.0
-            for k in range(x_real.shape[1]):
+            for k in range(0, last, FOUR):
+                u, v, u1, v1 = x_real[b, k], x_imag[b, k], x_real[b, k + 1], x_imag[b, k + 1]
+                u2, v2, u3, v3 = x_real[b, k + 2], x_imag[b, k + 2], x_real[b, k + 3], x_imag[b, k + 3]
+                for n in range(width):
+                    p, q = real[k, low + n], imag[k, low + n]
+                    r, i = re[n] + (u * p - v * q), im[n] + (u * q + v * p)
+                    p, q = real[k + 1, low + n], imag[k + 1, low + n]
+                    r, i = r + (u1 * p - v1 * q), i + (u1 * q + v1 * p)
+                    p, q = real[k + 2, low + n], imag[k + 2, low + n]
+                    r, i = r + (u2 * p - v2 * q), i + (u2 * q + v2 * p)
+                    p, q = real[k + 3, low + n], imag[k + 3, low + n]
+                    re[n], im[n] = r + (u3 * p - v3 * q), i + (u3 * q + v3 * p)
+            for k in range(last, x_real.shape[1]):
                 u, v = x_real[b, k], x_imag[b, k]
                 for n in range(width):
                     p, q = real[k, low + n], imag[k, low + n]

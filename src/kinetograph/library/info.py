@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from kinetograph.library import catalogue, storage
 from kinetograph.library.digests import Damaged
-from kinetograph.library.records import read_skeleton
+from kinetograph.library.records import joints_of
 from kinetograph.skeleton import plain_names
 
 Joints = tuple[tuple[str, ...], tuple[int, ...]]
@@ -150,11 +149,14 @@ def list_joints(folder: Path) -> tuple[tuple[str, str, Joints], ...]:
         Take, track, and the names of the joints, without namespaces, with their parents.
     """
     with catalogue.reading(folder) as db:
-        joints = {row: _joints(db, digest) for row, digest in db.execute("SELECT id, digest FROM skeletons").fetchall()}
+        listed = db.execute("SELECT id, digest, body FROM skeletons").fetchall()
+        bare = {row: joints_of(digest, text) for row, digest, text in listed}
+        plain = {joints: (plain_names(joints[0]), joints[1]) for joints in set(bare.values())}
         rows = db.execute(
             "SELECT takes.name, tracks.name, skeleton FROM tracks JOIN takes ON takes.id = tracks.take "
             "WHERE skeleton IS NOT NULL ORDER BY takes.id, tracks.id"
         )
+        joints = {row: plain[named] for row, named in bare.items()}
         return tuple((str(take), str(track), joints.get(skeleton, ((), ()))) for take, track, skeleton in rows)
 
 
@@ -170,8 +172,3 @@ def list_skeletons(folder: Path) -> dict[str, list[tuple[int, list[str]]]]:
     for take, track, joints in list_joints(folder):
         found.setdefault(track, {}).setdefault(joints, (len(joints[0]), []))[1].append(take)
     return {track: list(groups.values()) for track, groups in found.items()}
-
-
-def _joints(db: sqlite3.Connection, digest: str) -> Joints:
-    skeleton = read_skeleton(db, digest)
-    return plain_names(skeleton.names), tuple(skeleton.parents.tolist())

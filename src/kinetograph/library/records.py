@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from kinetograph import rotations as rot
@@ -20,6 +21,16 @@ from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 from kinetograph.take import Annotation, Track
 
 Reader = Callable[[Span], Array]
+
+
+class _Joints(msgspec.Struct):
+    """What is read of a skeleton's text where only its joints are asked for."""
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+
+
+_decode = msgspec.json.Decoder(_Joints).decode
 
 
 @dataclass(frozen=True)
@@ -217,11 +228,22 @@ def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:
     return int(db.execute("SELECT id FROM skeletons WHERE digest = ?", (digest,)).fetchone()[0])
 
 
+def joints_of(digest: str, text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """The names of a skeleton's joints and their parents, from its row. Raises Damaged where that has changed."""
+    _require_same(digest, text)
+    joints = _decode(text)
+    return joints.names, joints.parents
+
+
+def _require_same(digest: str, text: str) -> None:
+    if digest_of_skeleton(text) != digest:
+        raise Damaged("a skeleton has changed since it was written")
+
+
 def read_skeleton(db: sqlite3.Connection, digest: str) -> Skeleton:
     """The skeleton of a digest. Raises Damaged where it has changed since it was written."""
     (text,) = db.execute("SELECT body FROM skeletons WHERE digest = ?", (digest,)).fetchone() or ("",)
-    if digest_of_skeleton(text) != digest:
-        raise Damaged("a skeleton has changed since it was written")
+    _require_same(digest, text)
     body = json.loads(text)
     return Skeleton(
         tuple(body["names"]),

@@ -9,7 +9,7 @@ from scipy.ndimage import minimum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import role_positions, velocities
-from kinetograph.methods.recordings import leg_length
+from kinetograph.methods.relative_pose import leg_length
 from kinetograph.motion import Motion
 
 

@@ -19,6 +19,7 @@ from kinetograph.kinematics import joint_positions
 from kinetograph.left_out import LeftOut, together
 from kinetograph.library import Facts, Library, facts_of
 from kinetograph.methods.bodies import Bodies, bring_over, choose_takes, cost_lines, notes_on
+from kinetograph.methods.relative_pose import leg_length
 from kinetograph.motion import Motion, repeat
 from kinetograph.post.retargeting_error import RetargetingError
 from kinetograph.progress import Progress
@@ -211,17 +212,6 @@ def adopt(motion: Motion, skeleton: Skeleton, *, scaled: bool = True) -> Motion:
     rebuilt = replace(motion, skeleton=skeleton, bones=None)
     rise = np.array([0.0, _floor(motion) - _floor(rebuilt), 0.0])
     return replace(rebuilt, translation=rebuilt.translation + rise)
-
-
-def leg_length(skeleton: Skeleton) -> float:
-    """Metres from hip to ankle along the left leg; the skeleton's height where it has no such leg."""
-    if not {"left_hip", "left_foot"} <= skeleton.roles.keys():
-        return max(skeleton.height, 1e-6)
-    joint, top, length = skeleton.roles["left_foot"].joint, skeleton.roles["left_hip"].joint, 0.0
-    while joint not in (top, -1):
-        length += float(np.linalg.norm(skeleton.offsets[joint]))
-        joint = int(skeleton.parents[joint])
-    return max(length, 1e-6)
 
 
 def _floor(motion: Motion) -> float:

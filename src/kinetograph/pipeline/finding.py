@@ -16,8 +16,7 @@ from kinetograph.errors import RequestError
 from kinetograph.formats import ReadOptions, read
 from kinetograph.learn.windows import Windows, apart
 from kinetograph.library import Library, kept
-from kinetograph.methods.keyframe.features import BODY, REACH, relative_joints
-from kinetograph.methods.recordings import leg_length
+from kinetograph.methods.relative_pose import BODY, REACH, leg_length, relative_joints
 from kinetograph.motion import Motion, cut
 from kinetograph.progress import Progress
 from kinetograph.take import Take

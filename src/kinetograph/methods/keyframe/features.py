@@ -10,28 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph import rotations as rot
 from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.kinematics import on_ground, role_positions, velocities
 from kinetograph.learn import squared_distances_to
 from kinetograph.methods.keyframe.examples import Example
-from kinetograph.methods.recordings import leg_length
-from kinetograph.motion import Motion, headings
+from kinetograph.methods.relative_pose import BODY, REACH, leg_length, relative_joints
+from kinetograph.motion import headings
 from kinetograph.post.footskate import contact_mask
 from kinetograph.segmentation.footplants import CONTACT_ROLES
 from kinetograph.skeleton import Skeleton
 
-REACH = 0.2
-"""Seconds of a velocity that count as metres."""
 CONTACT = 0.1
 """Metres that a contact counts for, where one pose has it and another has not."""
-BODY = (
-    *("hips", "chest", "head"),
-    *(f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "hand", "knee", "foot", "toe")),
-)
-"""Roles that are compared, where a skeleton has them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,22 +76,6 @@ def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
     if len(roles) < 4:
         raise RequestError(f"poses are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
     return roles
-
-
-def relative_joints(motion: Motion, roles: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Joints as seen from the root.
-
-    Returns
-    -------
-    positions : ndarray, shape (F, R, 3)
-        Metres from the root's place on the ground, rotated to its heading.
-    velocities : ndarray, shape (F, R, 3)
-        Metres per second, rotated likewise.
-    """
-    world = role_positions(motion, roles)
-    back = rot.about("y", -headings(motion))[:, None]
-    root = on_ground(motion.translation)
-    return rot.rotate(back, world - root[:, None]), rot.rotate(back, velocities(world, motion.fps))
 
 
 def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> FloatArray:

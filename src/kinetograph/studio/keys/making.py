@@ -15,7 +15,7 @@ from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import FittedTimedSearch, KeyframeControl, KeyframeModel, TimedSearch
-from kinetograph.methods.keyframe.features import BODY
+from kinetograph.methods.relative_pose import BODY
 from kinetograph.motion import cut, heading_at, place
 from kinetograph.pipeline import inbetween_with
 from kinetograph.post import JointRange, ends_of, limbs_of, put_ends, seen_ranges
