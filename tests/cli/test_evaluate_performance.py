@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinetograph.errors import RequestError
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
+_UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 _METHODS = ["segments", "nearest segment", "5 nearest frames", "ridge regression", "constant pose"]
 
 
@@ -62,3 +64,23 @@ def test_a_signal_is_no_partner(tmp_path: Path) -> None:
     points = [text for role in ends for text in ("--control-point", f"{role}=1", "--target-point", f"{role}=1")]
     with pytest.raises(RequestError, match="expected a character to control 'body', found a signal of left_toe"):
         answer("evaluate", "performance", "-l", library.path, "--target", "body", *points)
+
+
+def test_the_command_names_what_it_skips(tmp_path: Path) -> None:
+    path = _library(tmp_path, named=False)
+    still = walk(3.0)
+    still = replace(
+        still, translation=still.translation[:1].repeat(len(still), 0), rotations=still.rotations * 0 + _UNIT
+    )
+    kg.Library.open(path).add(Take("idle", {"body": still}))
+    plain = ("evaluate", "performance", "-l", path, "--no-baselines", "--json")
+    result = answer(*plain, "--keep-copies")
+    assert [row["take"] for row in json.loads(result.stdout)] == ["a", "b", "mean"]
+    assert "1 take not evaluated: idle" in result.stderr
+    some = answer(*plain, "--keep-copies", "--only", "b", "--jobs", "2")
+    assert [row["take"] for row in json.loads(some.stdout)] == ["b", "mean"]
+    assert "not evaluated" not in some.stderr
+    with pytest.raises(
+        RequestError, match="2 takes left out: nothing is left to make it of: take 'idle' cannot be cut"
+    ):
+        answer(*plain)  # the other walk is a copy

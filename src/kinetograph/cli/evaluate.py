@@ -19,7 +19,7 @@ from kinetograph.cli.configurations import (
     sensor_control,
     syntheses,
 )
-from kinetograph.cli.options import AsJson, Chosen, LibraryOption, Mirror, TargetTrack, Track, add, options
+from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Track, add, options
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -28,6 +28,11 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
+    from kinetograph.work import Workers
+
+
+FEW_SECONDS = 900.0
+"""Seconds of recordings up to which near-repeats are looked for: all windows of 2 s are compared with all."""
 
 
 def register(app: typer.Typer) -> None:
@@ -66,6 +71,7 @@ class Compared(Chosen):
     """The recordings, and what is compared on them."""
 
     library: LibraryOption
+    only: Annotated[list[str] | None, typer.Option(help="Take to hold out; default each. Repeatable.")] = None
     target: TargetTrack = None
     mirror: Mirror = False
     baselines: Annotated[bool, typer.Option(help="Compare with simpler methods.")] = True
@@ -76,12 +82,19 @@ class Compared(Chosen):
     keep_copies: KeepCopies = False
 
 
-def performance(compared: Compared, partner: Partner, search: Search, as_json: AsJson = False) -> None:
+def performance(compared: Compared, partner: Partner, search: Search, work: Jobs, as_json: AsJson = False) -> None:
     """Leave one take out: its hips, or the partner of the target, are the control, the other takes the library.
+
+    The library is fitted once. Takes that cannot be evaluated are named and skipped. An evaluation that is stopped goes
+    on where it was when it is started again.
 
     Takes with moves annotated (kind 'move') give error rates of segments and patterns as well.
 
     Example: kinetograph evaluate performance -l out/walks.library
+
+    Example: kinetograph evaluate performance -l big --only 02/02_01 --no-baselines
+
+    Example: kinetograph evaluate performance -l big --jobs 4
 
     Example: kinetograph evaluate performance -l dances --target follower
     """
@@ -92,29 +105,28 @@ def performance(compared: Compared, partner: Partner, search: Search, as_json: A
     search.require_here()
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
-        rows = _performance_rows(method, library, compared, partners)
+        rows = _performance_rows(method, library, compared, partners, search.workers(work.jobs))
     if all(row["segment_errors"] != row["segment_errors"] for row in rows):
         note("no moves are annotated: segment and pattern errors are left out (library annotate, kind 'move')")
     table([_measured(row, as_json) for row in rows], as_json)
 
 
 def _performance_rows(
-    method: PerformanceControl, library: Library, compared: Compared, partners: bool
+    method: PerformanceControl, library: Library, compared: Compared, partners: bool, workers: Workers
 ) -> list[dict[str, Any]]:
-    from kinetograph.evaluation import leave_one_dance_out, leave_one_take_out, means_with_and_without
+    from kinetograph.evaluation import Run, leave_one_dance_out, leave_one_take_out, means_with_and_without
+    from kinetograph.library import full_names
 
     target, baselines = compared.target, compared.baselines
-    repeats, copies = _near_repeats(library, target), _copies(library, compared.keep_copies)
+    only = full_names(library, compared.only or ())
+    repeats, copies = _near_repeats(library, target), _copies(library, compared.keep_copies, only)
     with progress_bar("evaluating") as progress:
+        run = Run(only, workers, True, progress, note)
         if target is not None and partners:
-            dances = leave_one_dance_out(
-                method, library, target, baselines=baselines, without=copies, progress=progress
-            )
+            dances = leave_one_dance_out(method, library, target, baselines=baselines, without=copies, run=run)
             dances += _nested_dances(method, library, target) if compared.nested else []
             return [vars(row) for row in (*dances, *means_with_and_without(dances, repeats))]
-        walks = leave_one_take_out(
-            method, library, track=target, baselines=baselines, without=copies, progress=progress
-        )
+        walks = leave_one_take_out(method, library, track=target, baselines=baselines, without=copies, run=run)
         walks += _nested_walks(method, library, target) if compared.nested else []
         means = means_with_and_without(walks, repeats, summed=("seconds", "pieces"))
         return [vars(row) for row in (*walks, *means)]
@@ -145,7 +157,16 @@ def _nested_dances(method: PerformanceControl, library: Library, target: str) ->
 def _near_repeats(library: Library, track: str | None) -> tuple[str, ...]:
     """The takes that are near-repeats of others, said on stderr with how near they are."""
     from kinetograph.evaluation import near_repeats, repeat_distances
+    from kinetograph.library import contents
 
+    names = set(library.names())
+    seconds = sum(each.duration for each in contents(library) if each.take in names and track in (None, each.name))
+    if seconds > FEW_SECONDS:
+        note(
+            f"near-repeats are looked for in libraries of up to {FEW_SECONDS / 60:g} min, this has {seconds / 60:.0f}; "
+            "copies are left out all the same"
+        )
+        return ()
     distances = repeat_distances(library, track)
     repeats = near_repeats(distances)
     if repeats:

@@ -25,6 +25,7 @@ _ROOMS = {
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
+    "Run": "leaving_out",
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
     "SeenErrors": "partner_names",
@@ -118,6 +119,7 @@ __all__ = [
     "PairFigures",
     "Phase",
     "RealRow",
+    "Run",
     "Score",
     "SeenErrors",
     "SensorRow",
@@ -228,6 +230,7 @@ if TYPE_CHECKING:
         speed_jumps,
     )
     from kinetograph.evaluation.labels import LabelErrors, label_errors, main_move, take_errors
+    from kinetograph.evaluation.leaving_out import Run
     from kinetograph.evaluation.metrics import (
         accelerations,
         contact_speed,

@@ -75,16 +75,22 @@ def guide_of_path(points: FloatArray, fps: float) -> Guide:
 
 def constant_pose(examples: Sequence[Example]) -> Answer:
     """The mean position of every joint, relative to the control."""
-    _, joints = _training(examples)
+    return _constant_pose(*_training(examples))
+
+
+def _constant_pose(_features: FloatArray, joints: FloatArray) -> Answer:
     mean = joints.mean(axis=0)
     return lambda guide: _in_room(guide, np.broadcast_to(mean, (len(guide), *mean.shape)))
 
 
 def nearest_frames(examples: Sequence[Example], count: int = 5) -> Answer:
     """The mean of the joints at the ``count`` most similar frames of the controls."""
+    return _nearest_frames(*_training(examples), count)
+
+
+def _nearest_frames(features: FloatArray, joints: FloatArray, count: int = 5) -> Answer:
     from scipy.spatial import cKDTree
 
-    features, joints = _training(examples)
     tree = cKDTree(features)
 
     def answer(guide: Guide) -> FloatArray:
@@ -109,7 +115,10 @@ def ridge_regression(examples: Sequence[Example], penalty: float = 1.0) -> Answe
     callable
         Gives the positions ``(F, J, 3)`` of the joints for a control.
     """
-    features, joints = _training(examples)
+    return _ridge_regression(*_training(examples), penalty)
+
+
+def _ridge_regression(features: FloatArray, joints: FloatArray, penalty: float = 1.0) -> Answer:
     center, mean = features.mean(axis=0), joints.mean(axis=0)
     x, y = features - center, (joints - mean).reshape(len(joints), -1)
     gram = x.T @ x
@@ -122,11 +131,15 @@ def ridge_regression(examples: Sequence[Example], penalty: float = 1.0) -> Answe
     return answer
 
 
-FRAME_BY_FRAME: tuple[tuple[str, Callable[[Sequence[Example]], Answer]], ...] = (
-    ("5 nearest frames", nearest_frames),
-    ("ridge regression", ridge_regression),
-    ("constant pose", constant_pose),
-)
+def frame_by_frame(examples: Sequence[Example]) -> list[tuple[str, Answer]]:
+    """All the methods by name, fitted to the same examples."""
+    features, joints = _training(examples)
+    methods = (
+        ("5 nearest frames", _nearest_frames),
+        ("ridge regression", _ridge_regression),
+        ("constant pose", _constant_pose),
+    )
+    return [(label, fit(features, joints)) for label, fit in methods]
 
 
 def _training(examples: Sequence[Example]) -> tuple[FloatArray, FloatArray]:

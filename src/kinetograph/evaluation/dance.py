@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_partner
+from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_partner
 from kinetograph.evaluation.labels import take_errors
+from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
 from kinetograph.evaluation.metrics import (
     contact_speed,
     deepest_overlap,
     distinct_share,
-    fastest_of,
     hold_errors,
     jerk,
     low_toe_speed,
     position_errors,
 )
 from kinetograph.evaluation.partner_names import Observer
-from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
-from kinetograph.evaluation.protocol import left_out_for
+from kinetograph.evaluation.recorded import Recorded, extremes
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, with_settings
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
-from kinetograph.post.elbows import elbow_speed
-from kinetograph.post.turning import turning_speed
-from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts, detect_handholds
 from kinetograph.take import Annotation, Take
 
@@ -128,10 +124,13 @@ def leave_one_dance_out(
     target: str,
     *,
     baselines: bool = True,
-    without: Collection[str] | Mapping[str, Collection[str]] = (),
-    progress: Progress | None = None,
+    without: Without = (),
+    run: Run | None = None,
 ) -> list[DanceRow]:
     """Let each take's leader lead a follower made of the other takes (section 6.2).
+
+    The library is fitted once. Takes that cannot be evaluated, such as those whose control is a signal, have no row;
+    see `Run`.
 
     Parameters
     ----------
@@ -144,8 +143,8 @@ def leave_one_dance_out(
         nearest segments without continuity; the commonest name of a unit for all; and the frame-by-frame ones.
     without : collection of str, or mapping of str to collection of str
         Takes that are neither held out nor in the library; or by held-out take those that are not in its library.
-    progress : Progress, optional
-        Called with the takes done and their number.
+    run : Run, optional
+        Which takes are held out, and who evaluates them.
 
     Returns
     -------
@@ -155,24 +154,28 @@ def leave_one_dance_out(
     Raises
     ------
     RequestError
-        For a take whose control is a signal.
+        Where no take can be evaluated.
     """
-    rows = []
-    names = [name for name in library.names() if isinstance(without, Mapping) or name not in without]
-    observer = Observer.of(library, target, method.span)
-    for done, name in enumerate(names, start=1):
-        dance = _Dance.of(method, library.take(name), target)
-        away = {name, *left_out_for(without, name)}
-        held = replace(dance, observer=observer, others=tuple(other for other in names if other not in away))
-        rows.append(_synthesized("segments", method, library, held))
-        if baselines:
-            rows.append(_synthesized("holds given", method, library, held, holds_given=True))
-            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), library, held))
-            rows += _commonest(library, held)
-            rows += _frame_by_frame(method, library, held)
-        if progress:
-            progress(done, len(names))
-    return rows
+    return hold_out(_dance_rows, Held(library, content_of(library), method, target, baselines), without, run)
+
+
+def _dance_rows(held: Held) -> Outcome[DanceRow]:
+    return outcome(held, _rows_of)
+
+
+def _rows_of(held: Held) -> Iterator[DanceRow]:
+    target, library, whole = str(held.track), held.library, held.whole
+    observer = whole.once("observer", lambda: Observer.of(library, target, held.method.span))
+    others = tuple(name for name in whole.usable if name not in held.excluded)
+    dance = replace(_Dance.of(held.method, library.take(held.take), target), observer=observer, others=others)
+    model = held.model()
+    yield _synthesized("segments", model, whole.recorded, dance)
+    if held.baselines:
+        yield _synthesized("holds given", model, whole.recorded, dance, holds_given=True)
+        nearest = PerformanceModel(with_settings(model.fitted, replace(held.method, continuity=0.0)))
+        yield _synthesized("nearest segment", nearest, whole.recorded, dance)
+        yield from _commonest(library, dance)
+        yield from _frame_by_frame(held, dance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,16 +239,13 @@ class _Dance:
 
 
 def _synthesized(
-    label: str, method: PerformanceControl, library: Library, held: _Dance, *, holds_given: bool = False
+    label: str, model: PerformanceModel, recorded: Recorded, held: _Dance, *, holds_given: bool = False
 ) -> DanceRow:
-    left_out = tuple(name for name in library.names() if name not in held.others)
-    model = method.fit(library, exclude=left_out, track=held.target)
     holds = tuple(replace(note, track="control") for note in held.holds) if holds_given else ()
     began = time.process_time()
     result = model.synthesize(Take(held.take.name, {"control": held.leader}, holds))
     taken = time.process_time() - began
-    sources = [source.motion for source in model.fitted.sources]
-    errors = take_errors(held.take, held.target, result.annotations, method.span)
+    errors = take_errors(held.take, held.target, result.annotations, model.method.span)
     row = replace(
         held.row(label, joint_positions(resample(result.motion, held.follower.fps))),
         slide=contact_speed(result.motion, contacts_of(result.annotations)),
@@ -253,10 +253,7 @@ def _synthesized(
         toes=low_toe_speed(result.motion) / low_toe_speed(held.follower),
         overlap_cm=100 * deepest_overlap(resample(result.motion, held.leader.fps), held.leader),
         overlap_recorded_cm=100 * deepest_overlap(held.follower, held.leader),
-        turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
-        elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
-        below_cm=100 * below_recordings(result.motion, sources),
-        fall=fall_ratio(result.motion, sources),
+        **extremes(result.motion, recorded.of(model.fitted.sources)),
         distinct=distinct_share(result),
         most_used=result.statistics["most_used"],
         times_running=result.statistics["times_running"],
@@ -276,9 +273,13 @@ def _commonest(library: Library, held: _Dance) -> list[DanceRow]:
     return [held.seen(row, held.observer.commonest(library, held.take))]
 
 
-def _frame_by_frame(method: PerformanceControl, library: Library, held: _Dance) -> list[DanceRow]:
-    examples = [_example(_Dance.of(method, library.take(name), held.target)) for name in held.others]
-    return [held.row(label, fit(examples)(guide_of_partner(held.leader))) for label, fit in FRAME_BY_FRAME]
+def _frame_by_frame(held: Held, dance: _Dance) -> list[DanceRow]:
+    def example(name: str) -> Example:
+        return _example(_Dance.of(held.method, held.library.take(name), dance.target))
+
+    examples = [held.whole.once(name, partial(example, name)) for name in dance.others]
+    guide = guide_of_partner(dance.leader)
+    return [dance.row(label, answer(guide)) for label, answer in frame_by_frame(examples)]
 
 
 def _example(dance: _Dance) -> Example:

@@ -30,8 +30,17 @@ def below_recordings(motion: Motion, recordings: Iterable[Motion]) -> float:
     float
         Metres; 0 where no point is.
     """
-    lowest: FloatArray = np.min([np.minimum(point_heights(one).min(axis=0), 0.0) for one in recordings], axis=0)
-    return float(np.maximum(lowest - point_heights(motion).min(axis=0), 0.0).max())
+    return below_lows(motion, np.min([lows_of(one) for one in recordings], axis=0))
+
+
+def lows_of(motion: Motion) -> FloatArray:
+    """How low the points of a body go, in metres; 0 for those that stay above the floor."""
+    return np.asarray(np.minimum(point_heights(motion).min(axis=0), 0.0))
+
+
+def below_lows(motion: Motion, lows: FloatArray) -> float:
+    """How far a point of the body is below its entry of ``lows`` at most, in metres; see `lows_of`."""
+    return float(np.maximum(lows - point_heights(motion).min(axis=0), 0.0).max())
 
 
 def fastest_fall(motion: Motion) -> float:

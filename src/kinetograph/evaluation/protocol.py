@@ -3,35 +3,33 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.baselines import FRAME_BY_FRAME, RATE, Example, guide_of_path
+from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_path
 from kinetograph.evaluation.labels import take_errors
+from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
 from kinetograph.evaluation.metrics import (
     accelerations,
     contact_speed,
     control_error,
     distinct_share,
-    fastest_of,
     jerk,
     low_toe_speed,
     near_seams,
     position_errors,
 )
-from kinetograph.evaluation.plausibility import below_recordings, fall_ratio
+from kinetograph.evaluation.recorded import Recorded, extremes, largest_accelerations
 from kinetograph.evaluation.rows import NOT_A_NUMBER, mean_rows
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of
+from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of, with_settings
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
-from kinetograph.post.elbows import elbow_speed
-from kinetograph.post.turning import turning_speed
-from kinetograph.progress import Progress
 from kinetograph.segmentation import detect_contacts
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
@@ -128,12 +126,13 @@ def leave_one_take_out(
     *,
     track: str | None = None,
     baselines: bool = False,
-    without: Collection[str] | Mapping[str, Collection[str]] = (),
-    progress: Progress | None = None,
+    without: Without = (),
+    run: Run | None = None,
 ) -> list[WalkRow]:
     """Perform the hips of each take with the other takes as the library (section 6.1).
 
-    A take that loops is played for 8 s or longer.
+    A take that loops is played for 8 s or longer. The library is fitted once. Takes that cannot be evaluated, such as
+    those without cuts, have no row; see `Run`.
 
     Parameters
     ----------
@@ -145,30 +144,34 @@ def leave_one_take_out(
         Whether simpler methods are compared: nearest segments without continuity, and frame-by-frame ones.
     without : collection of str, or mapping of str to collection of str
         Takes that are neither held out nor in the library; or by held-out take those that are not in its library.
-    progress : Progress, optional
-        Called with the takes done and their number.
+    run : Run, optional
+        Which takes are held out, and who evaluates them.
 
     Returns
     -------
     list of WalkRow
         One row per take and method.
+
+    Raises
+    ------
+    RequestError
+        Where no take can be evaluated.
     """
-    rows = []
-    names = [name for name in library.names() if isinstance(without, Mapping) or name not in without]
-    for done, name in enumerate(names, start=1):
-        held = _Held(library, library.take(name), track, left_out_for(without, name))
-        rows.append(_synthesized("segments", method, held))
-        if baselines:
-            rows.append(_synthesized("nearest segment", replace(method, continuity=0.0), held))
-            rows += _frame_by_frame(method, held)
-        if progress:
-            progress(done, len(names))
-    return rows
+    return hold_out(_walk_rows, Held(library, content_of(library), method, track, baselines), without, run)
 
 
-def left_out_for(without: Collection[str] | Mapping[str, Collection[str]], name: str) -> tuple[str, ...]:
-    """The takes that are not in the library of a held-out take."""
-    return tuple(without.get(name, ()) if isinstance(without, Mapping) else without)
+def _walk_rows(held: Held) -> Outcome[WalkRow]:
+    return outcome(held, _rows_of)
+
+
+def _rows_of(held: Held) -> Iterator[WalkRow]:
+    model, take = held.model(), held.library.take(held.take)
+    _ = model.fitted.limits  # once for both methods
+    yield _synthesized("segments", model, held, take)
+    if held.baselines:
+        nearest = with_settings(model.fitted, replace(held.method, continuity=0.0))
+        yield _synthesized("nearest segment", PerformanceModel(nearest), held, take)
+        yield from _frame_by_frame(held, take)
 
 
 def held_out_motion(take: Take, track: str | None = None) -> Motion:
@@ -183,7 +186,14 @@ def mean_walks(rows: list[WalkRow]) -> list[WalkRow]:
     return mean_rows(rows, summed=("seconds", "pieces"))
 
 
-def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesis, seconds: float) -> WalkRow:
+def walk_row(
+    name: str,
+    model: PerformanceModel,
+    truth: Motion,
+    result: Synthesis,
+    seconds: float,
+    recorded: Recorded | None = None,
+) -> WalkRow:
     """The figures of one held-out take.
 
     Parameters
@@ -197,16 +207,17 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
     result : Synthesis
     seconds : float
         How long the synthesis took.
+    recorded : Recorded, optional
+        What has been measured of recordings before.
 
     Returns
     -------
     WalkRow
     """
     seams = np.array([piece.start for piece in result.pieces[1:]])
-    sources = [source.motion for source in model.fitted.sources if not source.mirrored]
-    inside = [accelerations(motion) for motion in sources]
-    frame_limit = float(np.quantile(np.concatenate([a.max(axis=1) for a in inside]), 0.99))
-    joint_limit = float(np.quantile(np.concatenate([a.ravel() for a in inside]), 0.99))
+    sources = [source for source in model.fitted.sources if not source.mirrored]
+    measured = (recorded or Recorded(sources)).of(sources)
+    frame_limit, joint_limit = largest_accelerations(measured)
     ours, real = _largest_near(result.motion, seams), _largest_near(truth, seams)
     return replace(
         _row(name, "segments", joint_positions(resample(result.motion, truth.fps)), truth),
@@ -219,10 +230,7 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
         seam_recorded=real / frame_limit,
         seam_all=ours / joint_limit,
         seam_all_recorded=real / joint_limit,
-        turning=turning_speed(result.motion) / fastest_of(turning_speed, sources),
-        elbows=elbow_speed(result.motion) / fastest_of(elbow_speed, sources),
-        below_cm=100 * below_recordings(result.motion, sources),
-        fall=fall_ratio(result.motion, sources),
+        **extremes(result.motion, measured),
         distinct=distinct_share(result),
         most_used=result.statistics["most_used"],
         times_running=result.statistics["times_running"],
@@ -230,46 +238,30 @@ def walk_row(name: str, model: PerformanceModel, truth: Motion, result: Synthesi
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """A take that is held out of a library, with others that are not used at all."""
-
-    library: Library
-    take: Take
-    track: str | None
-    without: tuple[str, ...]
-
-    @property
-    def excluded(self) -> tuple[str, ...]:
-        return (self.take.name, *self.without)
-
-
-def _synthesized(label: str, method: PerformanceControl, held: _Held) -> WalkRow:
-    take, track = held.take, held.track
-    model = method.fit(held.library, exclude=held.excluded, track=track)
-    truth = held_out_motion(take, track)
+def _synthesized(label: str, model: PerformanceModel, held: Held, take: Take) -> WalkRow:
+    truth = held_out_motion(take, held.track)
     began = time.process_time()
     result = model.synthesize(truth)
-    row = walk_row(take.name, model, truth, result, time.process_time() - began)
-    name, _ = take.named_motion(track)
-    errors = take_errors(take, name, result.annotations, method.span)
+    row = walk_row(take.name, model, truth, result, time.process_time() - began, held.whole.recorded)
+    name, _ = take.named_motion(held.track)
+    errors = take_errors(take, name, result.annotations, held.method.span)
     return replace(row, method=label, segment_errors=errors.segment_rate, pattern_errors=errors.pattern_rate)
 
 
-def _frame_by_frame(method: PerformanceControl, held: _Held) -> list[WalkRow]:
+def _frame_by_frame(held: Held, take: Take) -> list[WalkRow]:
     """The baselines that see a path: they need its left and right point."""
-    if not isinstance(method.control_points, GroundPath):
+    if not isinstance(held.method.control_points, GroundPath):
         return []
-    others = [held.library.take(name) for name in held.library.names() if name not in held.excluded]
-    examples = [_example(method, other, held.track) for other in others]
-    truth = held_out_motion(held.take, held.track)
-    guide = guide_of_path(method.control_points.points(truth), truth.fps)
-    return [_row(held.take.name, label, fit(examples)(guide), truth) for label, fit in FRAME_BY_FRAME]
+    away, whole = held.excluded, held.whole
+    examples = [whole.once(name, partial(_example, held, name)) for name in whole.usable if name not in away]
+    truth = held_out_motion(take, held.track)
+    guide = guide_of_path(held.method.control_points.points(truth), truth.fps)
+    return [_row(take.name, label, answer(guide), truth) for label, answer in frame_by_frame(examples)]
 
 
-def _example(method: PerformanceControl, take: Take, track: str | None) -> Example:
-    motion = resample(held_out_motion(take, track), RATE)
-    return guide_of_path(method.control_points.points(motion), RATE), joint_positions(motion)
+def _example(held: Held, name: str) -> Example:
+    motion = resample(held_out_motion(held.library.take(name), held.track), RATE)
+    return guide_of_path(held.method.control_points.points(motion), RATE), joint_positions(motion)
 
 
 def _row(name: str, method: str, joints: FloatArray, truth: Motion) -> WalkRow:

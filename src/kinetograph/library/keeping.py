@@ -157,6 +157,12 @@ def set_limit(library: Library, limit: int) -> None:
         raise LibraryError(f"{folder}: cannot be written: {error.strerror}") from error
 
 
+def keeping_folder(library: Library) -> Path | None:
+    """The folder in which things are kept of a library; None where nothing is kept."""
+    switched_off = os.environ.get(VARIABLE) == "0" or kept_files.user_key() is None
+    return None if switched_off or not (library.path / catalogue.FILE_NAME).exists() else _folder(library)
+
+
 # ---- places ----
 
 

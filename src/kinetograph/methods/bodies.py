@@ -101,6 +101,7 @@ def choose_takes(
             f"the library has no take to use with the skeleton of {kept[0]!r}; add recordings, or exclude fewer"
         )
     taken = tuple(name for name in names if name in chosen)
+    without = by_reason((name, why) for why, some in without.items() for name in some if name not in left_out)
     return Chosen(taken, tracks, frozenset(others), together(without, left), kept[0])
 
 

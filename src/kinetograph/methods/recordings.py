@@ -86,11 +86,14 @@ class Gathered:
         Takes that are left out, by reason.
     notes : tuple of str
         What a person should know of both, a line each.
+    brought : tuple of str
+        Takes that were brought over from other skeletons.
     """
 
     recordings: tuple[Recording, ...]
     left: LeftOut = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    brought: tuple[str, ...] = ()
 
 
 def collect(
@@ -158,7 +161,7 @@ def gather(
             progress(done, len(chosen.names))
     left = together(chosen.left, failed)
     told = cost_lines(costs, skeleton) if skeleton is not None else ()
-    return Gathered(tuple(found), left, (*notes_on(left), *told))
+    return Gathered(tuple(found), left, (*notes_on(left), *told), tuple(costs))
 
 
 def brought_over(recording: Recording, skeleton: Skeleton) -> tuple[Recording, tuple[Skeleton, RetargetingError]]:

@@ -41,6 +41,7 @@ from kinetograph.methods.performance.growing import (
 )
 from kinetograph.methods.performance.handholds import usual_grip
 from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.leaving_out import fit_without
 from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
@@ -115,6 +116,7 @@ __all__ = [
     "cuts_of",
     "fine_borders",
     "fit_examples",
+    "fit_without",
     "grow",
     "grow_rest",
     "grow_takes",

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.left_out import LeftOut, by_reason, left_out_lines, shortened, takes_counted, together
+from kinetograph.left_out import LeftOut, by_reason, left_out_lines
 from kinetograph.library import Library
+from kinetograph.library.fingerprints import state
 from kinetograph.methods.performance.belonging import drawn, unusual_shares
 from kinetograph.methods.performance.clustering import cluster_segments
 from kinetograph.methods.performance.control_points import GroundPath
@@ -17,13 +19,11 @@ from kinetograph.methods.performance.own_cost import own_cost
 from kinetograph.methods.performance.segments import Source, build_instances, cut_segments
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.sources import sources_of
-from kinetograph.methods.performance.standing import calm_poses
-from kinetograph.methods.recordings import Gathered, gather
+from kinetograph.methods.performance.standing import calm_candidates, calmest
+from kinetograph.methods.performance.takes_read import MEND, TakesRead, cut_here, left_here
+from kinetograph.methods.recordings import Gathered, Recording, gather
 from kinetograph.progress import Progress
 from kinetograph.segmentation import UncutError
-
-MEND = "cut such takes by fixed length or by hand to use them (kinetograph library segment LIB --by fixed --takes NAME)"
-"""What a person can do about takes without cuts."""
 
 
 def fit(
@@ -37,25 +37,24 @@ def fit(
 ) -> Fitted:
     """Collect the recordings of a library, cut them into segments and stretch those; see `PerformanceControl.fit`."""
     gathered = gather(library, settings.bodies, exclude=exclude, track=track, progress=progress)
-    sources, uncut, notes = _sources(settings, gathered)
-    segments = cut_segments(tuple(sources), settings.longest, settings.span)
+    sources, read = _sources(settings, gathered)
+    segments, notes = cut_segments(sources, settings.longest, settings.span), []
     if settings.cluster is not None:
-        kept = cluster_segments(tuple(sources), segments, settings, rng)
+        kept = cluster_segments(sources, segments, settings, rng)
         notes.append(f"clustering kept {len(kept)} of {len(segments)} segments")
         segments = kept
     if settings.stand and isinstance(settings.control_points, GroundPath) and settings.alignment.moves:
-        segments = (*segments, *calm_poses(sources))
-    instances = build_instances(tuple(sources), segments, settings.rate, settings.stretch)
-    own = own_cost(settings, tuple(sources), instances)
-    left = together(gathered.left, uncut)
+        read = replace(read, calm=tuple(calm_candidates(sources)))
+        segments = (*segments, *(pose for _, pose in calmest(read.calm)))
+    instances = build_instances(sources, segments, settings.rate, settings.stretch)
+    own = own_cost(settings, sources, instances)
+    told = (*gathered.notes, *cut_here(read.cut_at), *left_here(read.uncut), *notes)
     unusual = unusual_shares(sources, segments) if drawn(settings) else None
-    return Fitted(settings, tuple(sources), instances, (*gathered.notes, *notes), own, left, unusual)
+    return Fitted(settings, sources, instances, told, own, read.left_out, unusual, read)
 
 
-def _sources(
-    settings: PerformanceSettings, gathered: Gathered
-) -> tuple[list[Source], dict[str, tuple[str, ...]], list[str]]:
-    """The recordings that have cuts, or in which cuts are found, the takes that are left out, and notes on both.
+def _sources(settings: PerformanceSettings, gathered: Gathered) -> tuple[tuple[Source, ...], TakesRead]:
+    """The recordings that have cuts, or in which cuts are found, and how they were read.
 
     Raises RequestError where none is left.
     """
@@ -72,13 +71,20 @@ def _sources(
         sources += made
         if cuts:
             cut_at.append((recording.name, cuts))
-    uncut = by_reason((name, why_left(name, error)) for name, error in failed.items())
+    why = tuple((name, why_left(name, error)) for name, error in failed.items())
     if failed and not sources:
-        raise nothing_left(failed, uncut)
-    return sources, uncut, [*cut_here(cut_at), *left_here(uncut)]
+        raise nothing_left(failed, by_reason(why))
+    read = TakesRead(_builds(gathered.recordings), gathered.left, why, tuple(cut_at), gathered.brought)
+    return tuple(sources), read
 
 
-def why_left(name: str, error: RequestError) -> str:
+def _builds(recordings: Iterable[Recording]) -> dict[str, int]:
+    """A number for the skeleton of each recording, the same where all of it is."""
+    numbers: dict[str, int] = {}
+    return {one.name: numbers.setdefault(state(one.motion.skeleton), len(numbers)) for one in recordings}
+
+
+def why_left(name: str, error: Exception) -> str:
     """Why a take is left out, without its name."""
     return error.why if isinstance(error, UncutError) else str(error).removeprefix(f"take {name!r}: ")
 
@@ -88,17 +94,3 @@ def nothing_left(failed: Mapping[str, RequestError], uncut: LeftOut) -> RequestE
     if len(failed) == 1:
         return next(iter(failed.values()))
     return RequestError(f"no take can be used; {'; '.join(left_out_lines(uncut))}; {MEND}")
-
-
-def cut_here(cut_at: Iterable[tuple[str, str]]) -> Iterable[str]:
-    """What takes without cuts are cut at."""
-    for cuts, takes in by_reason((name, cuts) for name, cuts in cut_at).items():
-        were = "was" if len(takes) == 1 else "were"
-        cut = f"{takes_counted(len(takes))} had no cuts and {were} cut at {cuts}"
-        yield f"{cut} ({shortened(takes)}); library segment does so once"
-
-
-def left_here(uncut: LeftOut) -> Iterable[str]:
-    """Which takes are left out, why, and what a person can do about it."""
-    lines = list(left_out_lines(uncut))
-    return [*lines[:-1], f"{lines[-1]}; {MEND}"] if lines else ()

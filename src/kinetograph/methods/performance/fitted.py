@@ -18,10 +18,9 @@ from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.repetition import STRIDE
 from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
-from kinetograph.post.clearance import clearance_of
-from kinetograph.post.elbows import elbow_speed
+from kinetograph.methods.performance.takes_read import TakesRead
+from kinetograph.post.clearance import clearance_from
 from kinetograph.post.limits import JointRange, limbs_of, seen_ranges
-from kinetograph.post.turning import turning_speed
 
 HURRY = 1.25
 """How much faster than the fastest recording a path may be followed: steps are squeezed by as much."""
@@ -82,7 +81,8 @@ class Preferences:
     @cached_property
     def for_anything(self) -> Fitted:
         """The same where nothing is unusual: for the motion of somebody, whatever that is."""
-        return cast(Fitted, self if self.prices is None else replace(cast(Any, self), unusual=None))
+        fitted = cast(Fitted, self)
+        return fitted if self.prices is None else _with(fitted, "prices", unusual=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +104,8 @@ class Fitted(Preferences):
         Takes of the library that are not used, by reason.
     unusual : ndarray, shape (N,), optional
         The share of each segment that is not everyday; None where that costs nothing.
+    read : TakesRead, optional
+        How the takes were read, so that some may be left out afterwards.
     """
 
     settings: PerformanceSettings
@@ -113,6 +115,7 @@ class Fitted(Preferences):
     own_cost: float | None = None
     left_out: LeftOut = field(default_factory=dict)
     unusual: FloatArray | None = None
+    read: TakesRead | None = None
 
     @property
     def search(self) -> SegmentalSearch:
@@ -177,9 +180,9 @@ class Fitted(Preferences):
         motions = [source.motion for source in self.sources]
         return BodyLimits(
             seen_ranges(motions, itertools.chain(*limbs_of(motions[0].skeleton))),
-            max(TURNING, *map(turning_speed, motions)),
-            max(BENDING, *map(elbow_speed, motions)),
-            clearance_of(motions),
+            max(TURNING, *(source.turning for source in self.sources)),
+            max(BENDING, *(source.elbows for source in self.sources)),
+            clearance_from(source.toes for source in self.sources),
             max((source.overlap for source in self.sources if source.overlap is not None), default=None),
         )
 
@@ -226,8 +229,13 @@ def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
 
 def with_settings(fitted: Fitted, settings: PerformanceSettings) -> Fitted:
     """The same fit for settings that differ only in what is done after it; properties that were computed come along."""
-    made = replace(fitted, settings=settings)
-    stated = {*(one.name for one in fields(fitted)), "for_anything"}
+    return _with(fitted, settings=settings)
+
+
+def _with(fitted: Fitted, *but: str, **changes: Any) -> Fitted:
+    """The same with other fields; properties that were computed come along, but for some."""
+    made = replace(fitted, **changes)
+    stated = {*(one.name for one in fields(fitted)), "for_anything", *but}
     vars(made).update({name: what for name, what in vars(fitted).items() if name not in stated})
     return made
 

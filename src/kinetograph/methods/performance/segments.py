@@ -11,6 +11,9 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
+from kinetograph.post.clearance import toe_heights
+from kinetograph.post.elbows import elbow_speed
+from kinetograph.post.turning import turning_speed
 from kinetograph.sampling import interpolate
 from kinetograph.take import Annotation
 
@@ -61,6 +64,21 @@ class Source:
     overlap: float | None = None
     person: str = ""
     tags: frozenset[str] = frozenset()
+
+    @cached_property
+    def turning(self) -> float:
+        """How fast the body turns at most, radians per second."""
+        return turning_speed(self.motion)
+
+    @cached_property
+    def elbows(self) -> float:
+        """How fast an elbow bends or straightens at most, radians per second."""
+        return elbow_speed(self.motion)
+
+    @cached_property
+    def toes(self) -> FloatArray:
+        """Speeds along the ground and heights of the toes, ``(N, 2)``; see `kinetograph.post.clearance`."""
+        return toe_heights(self.motion)
 
 
 @dataclass(frozen=True)

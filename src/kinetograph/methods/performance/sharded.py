@@ -26,7 +26,7 @@ from kinetograph.left_out import LeftOut, by_reason
 from kinetograph.library import Library
 from kinetograph.methods.performance import interpretation, shard
 from kinetograph.methods.performance.belonging import drawn
-from kinetograph.methods.performance.fit import cut_here, left_here, nothing_left, why_left
+from kinetograph.methods.performance.fit import nothing_left, why_left
 from kinetograph.methods.performance.fitted import BENDING, HURRY, BodyLimits, Fitted
 from kinetograph.methods.performance.ground_path import TURNING
 from kinetograph.methods.performance.own_cost import is_natural, mean_of_known, spread_over, strangers
@@ -35,6 +35,7 @@ from kinetograph.methods.performance.segments import Instances, Segment, Source
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.methods.performance.shard import Asked, Block, Chosen, Described, Measuring, Shard
 from kinetograph.methods.performance.standing import calmest
+from kinetograph.methods.performance.takes_read import cut_here, left_here
 from kinetograph.post.clearance import clearance_from
 from kinetograph.post.limits import limbs_of, mean_rotations, principal_axes, ranges_of
 from kinetograph.progress import Progress

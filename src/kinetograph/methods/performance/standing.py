@@ -36,10 +36,11 @@ PRICE = 0.0005
 """What it costs to hold a pose, m^2 s per second: pauses that were recorded are used first."""
 
 
-def calm_poses(sources: Sequence[Source]) -> tuple[Segment, ...]:
-    """The poses that are held: the calmest with both feet on the floor, and close together, of all recordings."""
-    found = [(score, Segment(i, second, second)) for i, s in enumerate(sources) for score, second in calm_moments(s)]
-    return tuple(segment for _, segment in calmest(found))
+def calm_candidates(sources: Sequence[Source]) -> Iterator[tuple[float, Segment]]:
+    """The poses that may be held, and how calm they are: with both feet on the floor, and close together."""
+    for place, source in enumerate(sources):
+        for score, second in calm_moments(source):
+            yield score, Segment(place, second, second)
 
 
 def calmest(found: Iterable[tuple[float, Segment]]) -> list[tuple[float, Segment]]:
