@@ -190,4 +190,5 @@ def _nested(
     return [
         Nested(replace(judged[best][name], method="segments, nested"), candidates[best])
         for name, best in chosen.items()
+        if name in judged[best]  # others cannot be evaluated
     ]
