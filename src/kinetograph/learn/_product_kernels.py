@@ -75,6 +75,53 @@ def complex_products(
 
 
 @reproducible
+def products_on_plane(
+    x_real: FloatArray,
+    x_imag: FloatArray,
+    examples: FloatArray,
+    weights: FloatArray,
+    out: tuple[ComplexArray, FloatArray, ComplexArray],
+) -> None:
+    """Centred windows ``(B, K)``, parts apart, times the conjugates of examples ``(N, K, 3)``, centred and weighted.
+
+    out: the products ``(B, N)``, and of each example, in the plane z + i x, the weighted spread and mean ``(N,)``. A
+    block of examples is made ready and used while it is in the processor's nearest memory.
+    """
+    product, spread, mean = out
+    count, columns = examples.shape[0], examples.shape[1]
+    real, imag = np.empty((columns, BLOCK)), np.empty((columns, BLOCK))
+    re, im, total = np.empty(BLOCK), np.empty(BLOCK), np.sum(weights)
+    for low in range(0, count, BLOCK):
+        width = min(BLOCK, count - low)
+        for n in range(width):
+            u, v = 0.0, 0.0
+            for k in range(columns):
+                real[k, n], imag[k, n] = examples[low + n, k, 2], examples[low + n, k, 0]
+                u += real[k, n] * weights[k]
+                v += imag[k, n] * weights[k]
+            re[n], im[n] = u / total, v / total
+            mean[low + n] = complex(re[n], im[n])
+        spread[low : low + width] = 0.0
+        for k in range(columns):
+            w = weights[k]
+            for n in range(width):
+                p, q = real[k, n] - re[n], imag[k, n] - im[n]
+                spread[low + n] += (p * p + q * q) * w
+                real[k, n], imag[k, n] = p * w, -q * w
+        for b in range(x_real.shape[0]):
+            re[:width] = 0.0
+            im[:width] = 0.0
+            for k in range(columns):
+                u, v = x_real[b, k], x_imag[b, k]
+                for n in range(width):
+                    p, q = real[k, n], imag[k, n]
+                    re[n] += u * p - v * q
+                    im[n] += u * q + v * p
+            for n in range(width):
+                product[b, low + n] = complex(re[n], im[n])
+
+
+@reproducible
 def real_sums(rows: FloatArray, weights: FloatArray, out: FloatArray) -> None:
     """Weighted sums of the rows ``(N, K)``, into ``(N,)``."""
     for n in range(len(rows)):

@@ -25,7 +25,7 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import _affine_kernels, _kernels
 from kinetograph.learn.ground_examples import GroundExamples
 from kinetograph.learn.placement import GroundPlacement, Placement, RigidPlacement
-from kinetograph.learn.products import products, shifts, weighted_sums
+from kinetograph.learn.products import products, products_on_plane, shifts, weighted_sums
 
 
 class PreparedExamples(Protocol):
@@ -287,20 +287,24 @@ class _Plane:
     @classmethod
     def of(cls, windows: FloatArray, examples: FloatArray, weights: FloatArray) -> _Plane:
         w = weights.ravel()
-        x, a, means = _centred(windows, examples, w)
-        spreads = weighted_sums(_power(x), w), weighted_sums(_power(a), w)
-        return cls(products(x, a.conj() * w), spreads, means)
+        x, x_mean = _without_mean(windows, w)
+        product, spread, mean = products_on_plane(x, examples.reshape(len(examples), -1, 3), w)
+        return cls(product, (weighted_sums(_power(x), w), spread), (x_mean, mean))
 
 
 def _centred(
     windows: FloatArray, examples: FloatArray, w: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, tuple[ComplexArray, ComplexArray]]:
     """Windows and examples in the complex ground plane z + i x without their weighted means, and these."""
-    total = w.sum()
-    x = (windows[..., 2] + 1j * windows[..., 0]).reshape(len(windows), -1)
-    a = (examples[..., 2] + 1j * examples[..., 0]).reshape(len(examples), -1)
-    x_mean, a_mean = weighted_sums(x, w) / total, weighted_sums(a, w) / total
-    return x - x_mean[:, None], a - a_mean[:, None], (x_mean, a_mean)
+    (x, x_mean), (a, a_mean) = (_without_mean(points, w) for points in (windows, examples))
+    return x, a, (x_mean, a_mean)
+
+
+def _without_mean(points: FloatArray, w: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Points in the complex ground plane z + i x without their weighted mean, and that."""
+    flat = (points[..., 2] + 1j * points[..., 0]).reshape(len(points), -1)
+    mean = weighted_sums(flat, w) / w.sum()
+    return flat - mean[:, None], mean
 
 
 def _require_scales(least: float, greatest: float) -> None:

@@ -40,6 +40,33 @@ def weighted_sums(rows: Any, weights: FloatArray) -> Any:
     return out
 
 
+def products_on_plane(
+    windows: ComplexArray, examples: FloatArray, weights: FloatArray
+) -> tuple[ComplexArray, FloatArray, ComplexArray]:
+    """Windows in the plane z + i x with examples, the examples' spreads and their means.
+
+    Parameters
+    ----------
+    windows : ndarray of complex, shape (B, K)
+        Without their weighted means.
+    examples : ndarray, shape (N, K, 3)
+    weights : ndarray, shape (K,)
+
+    Returns
+    -------
+    product : ndarray of complex, shape (B, N)
+        With the conjugates of the examples without their means, weighted.
+    spreads : ndarray, shape (N,)
+        Weighted squares of the examples without their means.
+    means : ndarray of complex, shape (N,)
+    """
+    count = len(examples)
+    out = np.empty((len(windows), count), dtype=np.complex128), np.empty(count), np.empty(count, dtype=np.complex128)
+    parts = np.ascontiguousarray(windows.real), np.ascontiguousarray(windows.imag)
+    kernels.products_on_plane(*parts, np.ascontiguousarray(examples), np.ascontiguousarray(weights), out)
+    return out
+
+
 def shifts(window_means: ComplexArray, rotation: ComplexArray, example_means: ComplexArray) -> ComplexArray:
     """By how much examples ``(N,)`` that are rotated and scaled, ``(B, N)``, are shifted to windows ``(B,)``."""
     out = np.empty_like(rotation)
