@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinetograph.learn import Affine, Alignment, Continued, Fixed, Ground, Rigid, Similarity
-from kinetograph.learn.products import products, weighted_sums
+from kinetograph.learn.products import products, products_on_plane, weighted_sums
 
 
 @pytest.mark.parametrize("kind", [float, complex])
@@ -17,6 +17,21 @@ def test_products_and_sums_are_those_of_numpy(kind: type) -> None:
         x, a = x + 1j * rng.normal(size=x.shape), a + 1j * rng.normal(size=a.shape)
     np.testing.assert_allclose(products(x, a), x @ a.T, atol=1e-12)
     np.testing.assert_allclose(weighted_sums(a, w), a @ w, atol=1e-12)
+
+
+def test_products_on_the_plane_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(3)
+    examples, weights = rng.normal(size=(301, 7, 3)), rng.random(7)
+    windows = rng.normal(size=(4, 7)) + 1j * rng.normal(size=(4, 7))
+    flat = examples[..., 2] + 1j * examples[..., 0]
+    mean = flat @ weights / weights.sum()
+    centred = flat - mean[:, None]
+    product, spreads, means = products_on_plane(windows, examples, weights)
+    np.testing.assert_allclose(product, windows @ (centred.conj() * weights).T, atol=1e-12)
+    np.testing.assert_allclose(spreads, (np.abs(centred) ** 2 * weights).sum(axis=1), atol=1e-12)
+    np.testing.assert_allclose(means, mean, atol=1e-13)
+    some = products_on_plane(windows[1:2], examples[250:260], weights)
+    assert np.array_equal(some[0], product[1:2, 250:260])
 
 
 @pytest.mark.parametrize("group", [Ground(), Similarity(), Affine(), Rigid(), Fixed(), Continued()])

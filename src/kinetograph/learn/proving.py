@@ -13,7 +13,7 @@ from kinetograph.learn import segmental
 from kinetograph.learn.certified import Near
 from kinetograph.learn.segmental import Arrivals, SegmentalPath, SegmentalSearch, finish, init, solve, step
 
-SHARES = (0.01, 0.1, 0.4, 1.0)
+SHARES = (0.04, 0.2, 1.0)
 """Shares of the states of a step that are worked out, until the best sequence is proved to be so."""
 
 PIECES = (4.5, 9.0)
