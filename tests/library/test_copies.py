@@ -12,7 +12,7 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.evaluation import HeldOut
-from kinetograph.evaluation.protocol import left_out_for
+from kinetograph.evaluation.leaving_out import left_out_for
 from kinetograph.evaluation.sensor import folds
 from kinetograph.formats.readings import read_layout
 from kinetograph.library import Library, Selection
