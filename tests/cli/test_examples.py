@@ -23,12 +23,15 @@ PERSON = "needs the sample 'character'"
 SPORTS = "needs a library of sports"
 DEVICE = "needs a device that sends"
 SERVER = "serves a page until it is stopped; tested in tests/studio"
+CORPUS = "needs a large library"
 
 NOT_AFTER_THE_DEMO = {
     "studio": SERVER,
     "studio out/walks.library out/clips.library --project out/studio/project.json": SERVER,
     "perform leader.bvh -l dances --target follower -o follower.bvh": DANCES,
     "evaluate performance -l dances --target follower": DANCES,
+    "evaluate performance -l big --only 02/02_01 --no-baselines": CORPUS,
+    "evaluate performance -l big --jobs 4": CORPUS,
     "library label dances --by partner": DANCES,
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,
     "sense swing.csv -l golf --layout mine.toml -o swing.bvh": SPORTS,

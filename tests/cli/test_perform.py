@@ -182,9 +182,9 @@ def test_reuse_costs_and_what_that_gives_up_is_said(run: Run) -> None:
     free = run("path.csv", "walks", "--reuse", 0, "--gap")
     assert (free["optimal"], free["gap"]) == (True, 0.0)
     assert "cost_of_reuse" not in free
-    varied = run("path.csv", "walks", "--reuse", 3, "--gap", "--force")
+    varied = run("path.csv", "walks", "--reuse", 30, "--gap", "--force")
     assert not varied["optimal"]
-    assert varied["most_used"] < free["most_used"]
+    assert varied["times_running"] == 1
     assert varied["gap"] > 0
 
 
