@@ -37,7 +37,7 @@ class NeighbourLists:
     offsets : ndarray of int, shape (K + 1,)
         Where each list begins, and the end.
     entries : ndarray of int, shape (E,)
-        Examples, one for `HALF` on both sides.
+        Examples, one for ``HALF`` on both sides.
     rows : ndarray of float32, shape (E, C)
         The same examples, list by list.
     """
@@ -261,7 +261,7 @@ def _least(values: SingleArray, count: int) -> IntArray:
 
 
 def _entries(start: int, stop: int) -> IntArray:
-    """The examples of a recording that stand in lists; with `HALF` on both sides of each, all are met."""
+    """The examples of a recording that stand in lists; with ``HALF`` on both sides of each, all are met."""
     middle = np.arange(start + HALF, stop - HALF, 2 * HALF + 1)
     last = max(stop - 1 - HALF, start)
     return middle if len(middle) and middle[-1] == last else np.append(middle, last)

@@ -77,7 +77,7 @@ class Source:
 
     @cached_property
     def toes(self) -> FloatArray:
-        """Speeds along the ground and heights of the toes, ``(N, 2)``; see `kinetograph.post.clearance`."""
+        """Speeds along the ground and heights of the toes, ``(N, 2)``; see ``kinetograph.post.clearance``."""
         return toe_heights(self.motion)
 
 

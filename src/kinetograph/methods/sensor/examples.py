@@ -131,7 +131,7 @@ def example_motions(
     track: str | None = None,
     progress: Progress | None = None,
 ) -> dict[Key, Motion]:
-    """The motions of a library's takes, all on the skeleton of the first; see `gather_long_enough`."""
+    """The motions of a library's takes, all on the skeleton of the first; see ``gather_long_enough``."""
     gathered = gather_long_enough(library, exclude=exclude, track=track, progress=progress)
     return dict(adopted(list(gathered.recordings)))
 
