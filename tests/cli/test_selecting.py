@@ -11,8 +11,9 @@ import pytest
 from command_line import answer, invoke
 
 from kinetograph.cli.options import expanded
+from kinetograph.errors import RequestError
 from kinetograph.library import Facts, Library, Selection, contents, describe_takes, labels, skeletons
-from kinetograph.pipeline import open_without_labels
+from kinetograph.pipeline import open_library, open_without_labels
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -45,6 +46,13 @@ def test_export_writes_the_chosen_takes(
     answer("library", "annotate", library.path, "--export", tmp_path / "a.csv", *options)
     rows = (tmp_path / "a.csv").read_text().splitlines()[1:]
     assert {row.split(",")[0] for row in rows} == takes
+
+
+def test_a_library_without_tags_says_so(library: Library, tmp_path: Path) -> None:
+    bare = Library.create(tmp_path / "bare")
+    bare.add(library.take("01/walk_1"))
+    with pytest.raises(RequestError, match="there are no tags yet, which kinetograph library label gives"):
+        open_library(bare.path, Selection(tagged=("calm",)))
 
 
 def test_info_counts_the_chosen_takes(library: Library) -> None:

@@ -96,8 +96,9 @@ def create(
     try:
         done = _fill(library, found.recordings, (reading.recordings, IngestSettings(strict, working.workers)))
     except BaseException:
-        count = len(library.names())
-        note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
+        if not strict:
+            count = len(library.names())
+            note(f"{folder}: interrupted, takes so far: {count}; the same command again goes on from there")
         raise
     done.skipped.update(found.skipped)
     _report(library, done, as_json)

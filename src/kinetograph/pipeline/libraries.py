@@ -69,11 +69,11 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
 def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path) -> None:
     """Raise RequestError where a selection leaves out what is not there, or leaves nothing."""
     tags = sorted({tag for of_take in facts.values() for tag in of_take.tags})
-    there = (
-        f"there are {_listed(list(facts), 6)}; tags are {_listed(tags, 12)}"
-        if tags
-        else f"there are {_listed(list(facts), 6)}"
-    )
+    there = f"there are {_listed(list(facts), 6)}"
+    if tags:
+        there += f"; tags are {_listed(tags, 12)}"
+    elif selection.tagged:
+        there += "; there are no tags yet, which kinetograph library label gives"
     if unknown := selection.unknown(facts):
         raise RequestError(f"{folder}: no take or tag {unknown[0]!r} to leave out; {there}")
     if not selection.of(facts):
