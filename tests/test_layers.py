@@ -23,7 +23,7 @@ _LAYERS = (
     {"pipeline"},
     {"methods", "post"},
     {"segmentation", "library", "samples", "formats", "markers"},
-    {"take", "signal", "synthesis", "keys", "sensing"},
+    {"take", "signal", "readings", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
     {"rotations", "rows", "sampling", "quaternion_kernels", "work"},
     {"errors", "arrays", "display", "left_out", "progress"},
@@ -33,7 +33,7 @@ _LAYERS = (
 _RANK = {name: rank for rank, layer in enumerate(reversed(_LAYERS)) for name in layer}
 _BODIES = {
     *("motion", "skeleton", "character", "kinematics", "roles", "body_shape", "mirroring"),
-    *("take", "signal", "synthesis", "keys"),
+    *("take", "signal", "readings", "synthesis", "keys"),
 }
 _HEAVY = ("numba", "matplotlib", "scipy")
 

@@ -20,7 +20,7 @@ _EXPORTS = {
     "Motion": "motion",
     "PerformanceControl": "methods.performance",
     "Piece": "synthesis",
-    "Readings": "sensing.readings",
+    "Readings": "readings",
     "SensorControl": "methods.sensor",
     "Signal": "signal",
     "Skeleton": "skeleton",
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from kinetograph.methods.performance.model import PerformanceControl
     from kinetograph.methods.sensor.model import SensorControl
     from kinetograph.motion import Motion
-    from kinetograph.sensing.readings import Readings
+    from kinetograph.readings import Readings
     from kinetograph.signal import Signal
     from kinetograph.skeleton import Landmark, Skeleton
     from kinetograph.synthesis import Piece, Synthesis

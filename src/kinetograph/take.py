@@ -12,10 +12,11 @@ import numpy as np
 from kinetograph.display import notebook_html
 from kinetograph.errors import DataError, RequestError
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.signal import Signal
 
-_T = TypeVar("_T", Motion, Signal)
-Track = Motion | Signal
+_T = TypeVar("_T", Motion, Signal, Readings)
+Track = Motion | Signal | Readings
 """What a take holds under a name."""
 
 
@@ -61,8 +62,8 @@ class Take:
     Parameters
     ----------
     name : str
-    tracks : mapping of str to Motion or Signal
-        At least one.
+    tracks : mapping of str to Motion, Signal or Readings
+        At least one. The times of readings are on the clock of the motions.
     annotations : tuple of Annotation, optional
         Each on one of the tracks.
     animation : str, optional
@@ -71,7 +72,7 @@ class Take:
     Raises
     ------
     DataError
-        If there is no track, or an annotation names none of them.
+        If there is no track, an annotation names none of them, or readings have no rows.
     """
 
     name: str
@@ -84,6 +85,9 @@ class Take:
         object.__setattr__(self, "annotations", tuple(self.annotations))
         if not self.tracks:
             raise DataError(f"take {self.name!r} needs at least one track, found none")
+        for name, track in self.tracks.items():
+            if isinstance(track, Readings) and len(track) == 0:
+                raise DataError(f"take {self.name!r}: expected rows in the readings of track {name!r}, found none")
         for note in self.annotations:
             if note.track not in self.tracks:
                 raise DataError(
@@ -160,6 +164,45 @@ class Take:
         """
         signals = {n: t for n, t in self.tracks.items() if isinstance(t, Signal)}
         return _pick(self.name, "signals", signals, track)[1]
+
+    def readings(self, track: str | None = None) -> Readings:
+        """The readings of a track.
+
+        Parameters
+        ----------
+        track : str, optional
+            May be left out where the take has only one track of readings.
+
+        Returns
+        -------
+        Readings
+
+        Raises
+        ------
+        RequestError
+            If the take has no such readings; the message names those it has.
+        """
+        captured = {n: t for n, t in self.tracks.items() if isinstance(t, Readings)}
+        return _pick(self.name, "readings", captured, track)[1]
+
+    def readings_of(self, motion: str) -> Readings | None:
+        """The readings that were captured during a motion.
+
+        Of a take with several motions, they are on the track whose name begins with the motion's, as
+        ``leader.readings`` does. Of several such tracks the first is meant.
+
+        Parameters
+        ----------
+        motion : str
+            The motion's track.
+
+        Returns
+        -------
+        Readings or None
+        """
+        several = sum(isinstance(track, Motion) for track in self.tracks.values()) > 1
+        found = (t for n, t in self.tracks.items() if isinstance(t, Readings) and (not several or n.startswith(motion)))
+        return next(found, None)
 
     def annotated(self, track: str, kind: str) -> tuple[Annotation, ...]:
         """The annotations of one kind on one track, sorted by start.

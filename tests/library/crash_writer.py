@@ -18,6 +18,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.library.store import Library
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation, Take
@@ -34,7 +35,10 @@ def take_of(name: str, version: int) -> Take:
     motion = Motion(SKELETON, rng.normal(size=(frames, 3)), rotations, 60.0)
     valid = rng.random((frames, 2)) > 0.1
     signal = Signal(rng.normal(size=(frames, 2, 3)), ("left", "right"), "m", 60.0, valid)
-    return Take(name, {"motion": motion, "hands": signal}, notes_of(version))
+    rows = int(rng.integers(1, 500))
+    times, sensors = np.arange(rows) / 100.0, rng.integers(2, size=rows)
+    worn = Readings(("left", "right"), times, sensors, rng.normal(size=(rows, 3)).astype(np.float32))
+    return Take(name, {"motion": motion, "hands": signal, "worn": worn}, notes_of(version))
 
 
 def notes_of(version: int) -> tuple[Annotation, ...]:

@@ -83,6 +83,8 @@ def assert_same_bits(read: Take, written: Take) -> None:
     np.testing.assert_array_equal(motion.rotations, rounded)
     np.testing.assert_array_equal(signal.values, written.signal().values)
     np.testing.assert_array_equal(signal.valid, written.signal().valid)
+    for name in ("times", "sensors", "force"):
+        np.testing.assert_array_equal(getattr(read.readings(), name), getattr(written.readings(), name))
     assert skeleton.names == SKELETON.names
     np.testing.assert_array_equal(skeleton.offsets, SKELETON.offsets)
 

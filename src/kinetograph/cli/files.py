@@ -70,12 +70,18 @@ def _missing_roles(take: Take) -> list[str]:
 
 def _describe(path: Path, name: str, track: Track) -> dict[str, Any]:
     from kinetograph.motion import Motion
+    from kinetograph.readings import Readings
     from kinetograph.roles import is_body
+    from kinetograph.sensing import kinds_of
     from kinetograph.skeleton import ROLES
 
-    row: dict[str, Any] = {"file": path.name, "track": name, "frames": len(track), "fps": track.fps}
+    rate = track.rate / len(track.names) if isinstance(track, Readings) else track.fps
+    row: dict[str, Any] = {"file": path.name, "track": name, "frames": len(track), "fps": rate}
     row["seconds"] = track.duration
-    if isinstance(track, Motion):
+    if isinstance(track, Readings):
+        row["what"] = f"readings of {len(track.names)} sensors: {', '.join(kinds_of(track))}"
+        row["roles"] = "-"
+    elif isinstance(track, Motion):
         skeleton = track.skeleton
         above = " in " + " > ".join(node.name for node in skeleton.ancestors) if skeleton.ancestors else ""
         tall = f", {skeleton.height:.2f} m tall" if is_body(skeleton) else ""
@@ -153,6 +159,7 @@ def convert(
     Example: kinetograph convert out/walk.bvh out/person.glb --character human
     """
     from kinetograph.formats import WriteOptions, save, together
+    from kinetograph.readings import Readings
 
     refuse_existing([target], writing.force)
     worn = body(another.character, another.onto)
@@ -169,7 +176,8 @@ def convert(
         take = dressed(take, worn, another.joint_table, another.scale)
         save(take, target, force=writing.force, options=choices)
     first = next(iter(take.tracks.values()))
-    figures = {"wrote": str(target), "frames": len(first), "fps": first.fps, "seconds": first.duration}
+    rate = first.rate if isinstance(first, Readings) else first.fps
+    figures = {"wrote": str(target), "frames": len(first), "fps": rate, "seconds": first.duration}
     result(figures | (residuals(fits) if writing.as_json else {}), writing.as_json)
 
 
@@ -177,12 +185,15 @@ def _edited(take: Take, changes: Changes) -> Take:
     from dataclasses import replace
 
     from kinetograph.motion import Motion
+    from kinetograph.readings import Readings
     from kinetograph.signal import resample_signal
 
     tracks: dict[str, Track] = {}
     for name, track in take.tracks.items():
         if isinstance(track, Motion):
             tracks[name] = _edited_motion(track, changes)
+        elif isinstance(track, Readings):
+            raise RequestError(f"track {name!r} has readings of sensors: only motions and signals are converted")
         elif changes.start or changes.end is not None or changes.mirror:
             raise RequestError(f"track {name!r} is a signal: --start, --end and --mirror are for motions")
         else:

@@ -24,14 +24,15 @@ from kinetograph.cli.output import (
     table,
     without_numbers,
 )
-from kinetograph.cli.reading import FitMarkers, LenientReading, Role, parse_roles
+from kinetograph.cli.reading import FitMarkers, LenientReading, Role, RowReading, parse_columns, parse_roles
 from kinetograph.cli.segment import segment
 from kinetograph.cli.tap import tap
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.pipeline import Ingested, IngestSettings, ReadRecordings, Recording
+    from kinetograph.pipeline import CaptureSettings, Ingested, IngestSettings, ReadRecordings, Recording
+    from kinetograph.readings import Readings
     from kinetograph.take import Take
 
 _FEW = 20  # tracks that are listed unasked
@@ -152,37 +153,86 @@ def _alike(said: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     return dict(groups.values())
 
 
+@options("Readings of sensors")
+class Captured(RowReading):
+    """How sensors were worn while a motion was recorded, and how their readings are read."""
+
+    layout: Annotated[
+        str | None,
+        typer.Option(help="How the sensors were worn: a .toml file or a preset; unless given, as where they are used."),
+    ] = None
+    clock: Annotated[float, typer.Option(help="Seconds to add to the readings' times: to the motion's clock.")] = 0.0
+
+    @property
+    def settings(self) -> CaptureSettings:
+        """The same for the pipeline."""
+        from kinetograph.formats.readings import read_layout
+        from kinetograph.pipeline import CaptureSettings
+
+        layout = None if self.layout is None else read_layout(self.layout)
+        return CaptureSettings(layout, self.clock, parse_columns(self.columns), self.sensor_up)
+
+
 def add_take(
     folder: LibraryArgument,
     tracks: Annotated[list[str], typer.Argument(metavar="TRACK=FILE...", help="A track's name and its file.")],
     take: Annotated[str, typer.Option("--take", help="The take's name.")],
     reading: RecordingReading,
-    replace: Annotated[bool, typer.Option("--replace", help="Replace a take of this name.")] = False,
+    captured: Captured,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace a take, or readings, of this name.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Add a take of one or several synchronised tracks; of a file with several animations, a take of each, TAKE:NAME.
 
+    Readings of sensors that were worn meanwhile are a track too, and sense learns from them where they are. Given
+    alone, they are added to a take that is there.
+
     Example: kinetograph library add out/clips.library --take walk motion=out/walk.bvh path=out/path.csv
 
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
-    """
-    from kinetograph.pipeline import differing_skeletons, open_library
 
-    library = open_library(folder)
+    Example: kinetograph library add tennis --take serve motion=serve.bvh readings=serve.csv --layout mine.toml
+    """
+    from kinetograph.pipeline import add_readings, differing_skeletons, open_library, with_readings
+
+    library, settings = open_library(folder), captured.settings
+    found, worn = _tracks(folder, tracks, reading, settings)
+    if worn and not found:
+        made, odd = add_readings(library, take, worn, settings.layout, replace=replace)
+        notes(odd)
+        result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
+        return
+    for made in _joined(take, found):
+        whole, odd = with_readings(made, worn, settings.layout)
+        notes(odd)
+        library.add(whole, replace=replace)
+        result({"take": whole.name, "tracks": list(whole.tracks), "seconds": whole.duration}, as_json)
+    notes(differing_skeletons(library))
+
+
+def _tracks(
+    folder: Path, tracks: Sequence[str], reading: RecordingReading, settings: CaptureSettings
+) -> tuple[dict[str, list[Take]], dict[str, Readings]]:
+    """What is in the files of tracks, by name: motions and signals, and readings."""
+    from kinetograph.formats.readings import is_readings
+    from kinetograph.pipeline import capture
+
     found: dict[str, list[Take]] = {}
+    worn: dict[str, Readings] = {}
     for item in tracks:
         name, separator, file = item.partition("=")
+        path = Path(file)
         if not separator:
             remedy = f"; add files and folders by: library create {folder} {item}" if Path(item).exists() else ""
             raise RequestError(f"expected TRACK=FILE, as in motion=walk.bvh; found {item!r}{remedy}")
-        if Path(file).is_dir():
+        if path.is_dir():
             raise RequestError(f"expected a file, found the folder {file}; add one by: library create {folder} {file}")
-        found[name], guessed = reading.recordings.takes(Path(file))
+        if path.suffix.lower() in (".csv", ".txt") and (settings.columns or is_readings(path)):
+            worn[name], guessed = capture(path, settings)
+        else:
+            found[name], guessed = reading.recordings.takes(path)
         notes(guessed, file)
-    for made in _joined(take, found):
-        library.add(made, replace=replace)
-        result({"take": made.name, "tracks": list(made.tracks), "seconds": made.duration}, as_json)
-    notes(differing_skeletons(library))
+    return found, worn
 
 
 def _joined(name: str, found: dict[str, list[Take]]) -> list[Take]:
@@ -235,7 +285,7 @@ def info(
     library = open_library(folder, chosen.selection)
     facts = facts_of(library)
     rows = [
-        {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.fps, "seconds": t.duration}
+        {"take": t.take, "track": t.name, "kind": t.kind, "frames": t.frames, "fps": t.each, "seconds": t.duration}
         for t in contents(library)
     ]
     subjects = Counter(known.subject for known in facts.values() if known.subject)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,16 @@ def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) ->
         sensors.append(names.setdefault(sensor, len(names)))
         numbers.append(values)
     return _assemble(tuple(names), np.array(sensors), np.array(numbers), header)
+
+
+def is_readings(path: str | Path) -> bool:
+    """Whether a file of text has readings, ours or of another program, rather than a path."""
+    try:
+        with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
+            head = [line.lower() for line, _ in zip(file, range(40), strict=False)]
+    except OSError as error:
+        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
+    return any(re.match(r"t\s*,\s*sensor\s*,", line) or re.search(r"acc|\bgfx|seconds_elapsed", line) for line in head)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from kinetograph.formats.options import Loaded
 from kinetograph.motion import Motion
-from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 from kinetograph.stance import find_stance, stance_at, stands
+from kinetograph.take import Track
 
 
 def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:
@@ -30,7 +30,7 @@ def with_stances(loaded: Loaded, rest: int | None = None) -> Loaded:
     RequestError
         If there is no such frame.
     """
-    tracks: dict[str, Motion | Signal] = {}
+    tracks: dict[str, Track] = {}
     notes: list[str] = []
     for name, track in loaded.take.tracks.items():
         if not isinstance(track, Motion):

@@ -21,8 +21,10 @@ from kinetograph.library.schema import MIGRATIONS
 FILE_NAME = "catalogue.sqlite"
 APPLICATION_ID = 0x4B4E544F
 """``"KNTO"``, which distinguishes a library's catalogue from any other SQLite file."""
-VERSION = 3
+VERSION = 4
 """Of the format."""
+READABLE = 3
+"""The oldest version that is read as it is where it cannot be brought up to date: read-only, or damaged."""
 READ_ONLY = "it is read-only here; change its permissions, or copy it to a folder that you may write to"
 """What errors say of a folder that cannot be written to."""
 PATIENCE = 60.0
@@ -131,7 +133,11 @@ def require_version(folder: Path) -> None:
     with reading(folder) as db:
         version = _version(folder, db)
     if version < VERSION:
-        _migrate(folder)
+        try:
+            _migrate(folder)
+        except LibraryError:
+            if version < READABLE:
+                raise
 
 
 def _version(folder: Path, db: sqlite3.Connection) -> int:

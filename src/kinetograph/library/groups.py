@@ -12,6 +12,7 @@ from kinetograph.errors import RequestError
 from kinetograph.library import digests, facts, storage, takes
 from kinetograph.library.changing import changing
 from kinetograph.library.facts import Facts
+from kinetograph.readings import Readings
 from kinetograph.take import Annotation, Take
 
 
@@ -27,7 +28,7 @@ class Addition:
     replace : bool
         Replace a take of the same name.
     keep : bool
-        The annotations of a replaced take stay where its tracks are the same, bit by bit.
+        The annotations of a replaced take stay where its tracks are the same, bit by bit, and captured readings do.
     """
 
     take: Take
@@ -85,6 +86,8 @@ def _add(folder: Path, db: sqlite3.Connection, frames: tuple[Path, FileIO], entr
     row = db.execute("SELECT id FROM takes WHERE name = ?", (name,)).fetchone()
     if row and not entry.replace:
         raise RequestError(f"{folder}: has a take {name!r} already; choose another name, or replace it")
+    if row and entry.keep:
+        entry = replace(entry, take=_with_readings(folder, db, row[0], entry.take))
     spans = takes.write_arrays(*frames, entry.take)
     old = _remove(db, row[0], entry) if row else None
     take = takes.insert(db, entry.take, spans, old.row if old else None)
@@ -97,6 +100,17 @@ def _add(folder: Path, db: sqlite3.Connection, frames: tuple[Path, FileIO], entr
     facts.put(db, take, known)
     storage.relist(db, digests.seal(db, take))
     return () if old is None or same else old.annotations
+
+
+def _with_readings(folder: Path, db: sqlite3.Connection, row: int, take: Take) -> Take:
+    """A take with the readings that were captured with the one that it replaces."""
+    count = db.execute("SELECT count(*) FROM tracks WHERE take = ? AND kind = 'readings'", (row,)).fetchone()[0]
+    if not count:
+        return take
+    takes.require_sealed(db, row)
+    old = takes.read(folder, take.name, {})
+    captured = {name: track for name, track in old.tracks.items() if isinstance(track, Readings)}
+    return replace(take, tracks={**take.tracks, **{n: t for n, t in captured.items() if n not in take.tracks}})
 
 
 def _remove(db: sqlite3.Connection, row: int, entry: Addition) -> _Old:

@@ -29,13 +29,15 @@ class Info:
     seconds : float
         Of all takes, each as long as its longest track.
     frames : int
-        Of all tracks.
+        Of all motions and signals.
     skeletons : int
         Number of different ones.
     bytes : int
         Of the whole library on disk.
     annotations : mapping of str to int
         How many there are of each kind.
+    captured : int
+        Takes with readings of sensors that were worn.
     """
 
     takes: int
@@ -45,6 +47,7 @@ class Info:
     skeletons: int
     bytes: int
     annotations: Mapping[str, int]
+    captured: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,11 +57,13 @@ class TrackInfo:
     Parameters
     ----------
     take, name : str
-    kind : {"motion", "points", "channels"}
+    kind : {"motion", "points", "channels", "readings"}
     fps : float
+        Of readings, rows per second of all sensors together.
     frames : int
+        Or rows of readings.
     columns : int
-        Number of joints, points or channels.
+        Number of joints, points, channels or sensors.
     """
 
     take: str
@@ -67,6 +72,11 @@ class TrackInfo:
     fps: float
     frames: int
     columns: int
+
+    @property
+    def each(self) -> float:
+        """Frames, or rows of each sensor in the mean, per second."""
+        return self.fps / self.columns if self.kind == "readings" else self.fps
 
     @property
     def duration(self) -> float:
@@ -84,13 +94,16 @@ def count(folder: Path, chosen: Sequence[str] | None = None) -> Info:
         longest = f"SELECT max((frames - 1) / fps) AS seconds FROM tracks WHERE take IN ({ids}) GROUP BY take"
         tracks_in = f"FROM tracks WHERE take IN ({ids})"
         takes, seconds = db.execute(f"SELECT count(*), total(seconds) FROM ({longest})", given).fetchone()
-        tracks, frames = db.execute(f"SELECT count(*), ifnull(sum(frames), 0) {tracks_in}", given).fetchone()
+        of_frames = "ifnull(sum(CASE kind WHEN 'readings' THEN 0 ELSE frames END), 0)"
+        tracks, frames = db.execute(f"SELECT count(*), {of_frames} {tracks_in}", given).fetchone()
+        worn = f"SELECT count(DISTINCT take) {tracks_in} AND kind = 'readings'"
+        (captured,) = db.execute(worn, given).fetchone()
         (skeletons,) = db.execute(f"SELECT count(DISTINCT skeleton) {tracks_in}", given).fetchone()
         noted = f"FROM annotations WHERE track IN (SELECT id {tracks_in})"
         kinds = dict(db.execute(f"SELECT kind, count(*) {noted} GROUP BY kind ORDER BY kind", given).fetchall())
         files = [folder / name for name in (catalogue.FILE_NAME, storage.read(db).file)]
         size = sum(file.stat().st_size for file in files if file.exists())
-    return Info(takes, tracks, seconds, frames, skeletons, size, kinds)
+    return Info(takes, tracks, seconds, frames, skeletons, size, kinds, captured)
 
 
 def list_tracks(folder: Path) -> tuple[TrackInfo, ...]:

@@ -16,6 +16,7 @@ from kinetograph.library.digests import Damaged
 from kinetograph.library.frame_files import Array, Span
 from kinetograph.library.schema import digest_of_skeleton
 from kinetograph.motion import Motion
+from kinetograph.readings import Mounting, Readings
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Ancestor, Landmark, Skeleton
 from kinetograph.take import Annotation, Track
@@ -30,6 +31,8 @@ class _Joints(msgspec.Struct):
     parents: tuple[int, ...]
 
 
+_VALUES = ("force", "angular", "orientation")
+"""The arrays of readings that are rounded to float32."""
 _decode = msgspec.json.Decoder(_Joints).decode
 
 
@@ -42,15 +45,16 @@ class TrackRow:
     id : int
         Its row.
     name : str
-    kind : {"motion", "points", "channels"}
+    kind : {"motion", "points", "channels", "readings"}
     fps : float
     frames : int
+        Or rows of readings.
     skeleton : str or None
         The digest of a motion's skeleton.
     columns : tuple of str
-        Of a signal.
+        Of a signal, or the sensors of readings.
     units : str
-        Of a signal.
+        Of a signal, or how the sensors of readings were worn.
     spans : dict of str to Span
         Where its arrays lie.
     """
@@ -73,14 +77,24 @@ def track_arrays(track: Track) -> list[tuple[str, Array]]:
         if not track.valid.all():
             arrays.append(("valid", track.valid.astype("u1")))
         return arrays
+    if isinstance(track, Readings):
+        return _readings_arrays(track)
     arrays = [("translation", track.translation.astype("<f8")), ("rotations", track.rotations.astype("<f4"))]
     if track.bones is not None:
         arrays.append(("bones", track.bones.astype("<f4")))
     return arrays
 
 
+def _readings_arrays(readings: Readings) -> list[tuple[str, Array]]:
+    values = [(name, getattr(readings, name)) for name in _VALUES]
+    given: list[tuple[str, Array]] = [(name, value.astype("<f4")) for name, value in values if value is not None]
+    return [("times", readings.times.astype("<f8")), ("sensors", readings.sensors.astype("<u2")), *given]
+
+
 def array_names(track: Track) -> tuple[str, ...]:
     """The names of a track's arrays."""
+    if isinstance(track, Readings):
+        return ("times", "sensors", *(name for name in _VALUES if getattr(track, name) is not None))
     if isinstance(track, Signal):
         return ("values",) if track.valid.all() else ("values", "valid")
     return ("translation", "rotations") if track.bones is None else ("translation", "rotations", "bones")
@@ -96,7 +110,7 @@ def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spa
         The take's row.
     name : str
         The track's.
-    track : Motion or Signal
+    track : Motion, Signal or Readings
     spans : iterable of Span
         Where its arrays lie.
 
@@ -105,6 +119,9 @@ def insert_track(db: sqlite3.Connection, take: int, name: str, track: Track, spa
     int
         The track's row.
     """
+    if isinstance(track, Readings):
+        names = json.dumps(track.names)
+        return _insert(db, take, name, ("readings", track.rate, len(track), None, names, _worn(track)), spans)
     if isinstance(track, Motion):
         return insert_motion(db, take, name, (track.skeleton, track.fps, len(track)), spans)
     kind = "points" if track.spatial else "channels"
@@ -135,6 +152,14 @@ def insert_motion(
     """
     skeleton, fps, frames = what
     return _insert(db, take, name, ("motion", fps, frames, insert_skeleton(db, skeleton), None, None), spans)
+
+
+def _worn(readings: Readings) -> str:
+    """How sensors were worn, as text."""
+    worn = readings.mounting
+    if worn is None:
+        return ""
+    return json.dumps([worn.layout, worn.rotations.tolist(), worn.biases.tolist()])
 
 
 def _insert(db: sqlite3.Connection, take: int, name: str, values: tuple[Any, ...], spans: Iterable[Span]) -> int:
@@ -187,9 +212,11 @@ def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track
 
     Returns
     -------
-    Motion or Signal
+    Motion, Signal or Readings
     """
     arrays = {name: read(span) for name, span in row.spans.items()}
+    if row.kind == "readings":
+        return _readings(row, arrays)
     if skeleton is None:
         shape = (row.frames, len(row.columns))
         values = arrays["values"].reshape(*shape, 3) if row.kind == "points" else arrays["values"]
@@ -198,6 +225,14 @@ def build_track(row: TrackRow, skeleton: Skeleton | None, read: Reader) -> Track
     rotations = arrays["rotations"].astype(np.float64).reshape(row.frames, len(skeleton), 4)
     bones = arrays["bones"].astype(np.float64).reshape(row.frames, -1, 3) if "bones" in arrays else None
     return Motion(skeleton, arrays["translation"], rot.normalize(rotations), row.fps, bones)
+
+
+def _readings(row: TrackRow, arrays: dict[str, Array]) -> Readings:
+    values = (None if name not in arrays else arrays[name].astype(np.float64) for name in _VALUES)
+    force, angular, orientation = values
+    assert force is not None  # every reading has one
+    worn = Mounting(*json.loads(row.units)) if row.units else None
+    return Readings(row.columns, arrays["times"], arrays["sensors"], force, angular, orientation, worn)
 
 
 def insert_skeleton(db: sqlite3.Connection, skeleton: Skeleton) -> int:

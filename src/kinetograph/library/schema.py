@@ -15,12 +15,14 @@ _DIGESTS = ("digest TEXT NOT NULL DEFAULT ''", "notes TEXT NOT NULL DEFAULT ''")
 _SKELETONS = (
     "CREATE TABLE skeletons (id INTEGER PRIMARY KEY AUTOINCREMENT, digest TEXT NOT NULL UNIQUE, body TEXT NOT NULL)"
 )
-_CONTENTS = (
-    """CREATE TABLE tracks (
+_TRACKS = """CREATE TABLE tracks (
         id INTEGER PRIMARY KEY AUTOINCREMENT, take INTEGER NOT NULL REFERENCES takes ON DELETE CASCADE,
-        name TEXT NOT NULL, kind TEXT NOT NULL CHECK (kind IN ('motion', 'points', 'channels')),
+        name TEXT NOT NULL, kind TEXT NOT NULL CHECK (kind IN ({})),
         fps REAL NOT NULL, frames INTEGER NOT NULL, skeleton INTEGER REFERENCES skeletons,
-        columns TEXT, units TEXT, UNIQUE (take, name))""",
+        columns TEXT, units TEXT, UNIQUE (take, name))"""
+_KINDS = "'motion', 'points', 'channels'"
+_CONTENTS = (
+    _TRACKS.format(f"{_KINDS}, 'readings'"),
     """CREATE TABLE arrays (
         track INTEGER NOT NULL REFERENCES tracks ON DELETE CASCADE, name TEXT NOT NULL,
         dtype TEXT NOT NULL, width INTEGER NOT NULL, start INTEGER NOT NULL, checksum INTEGER NOT NULL,
@@ -38,7 +40,8 @@ _FIRST_VERSION = (
     "CREATE TABLE storage (file TEXT NOT NULL, stop INTEGER NOT NULL)",
     _SKELETONS,
     _TAKES.format(""),
-    *_CONTENTS,
+    _TRACKS.format(_KINDS),
+    *_CONTENTS[1:],
 )
 """The tables of version 1, which had digests of skeletons only."""
 
@@ -56,6 +59,18 @@ def create_first_version(db: sqlite3.Connection, frames_file: str) -> None:
     db.execute("INSERT INTO storage VALUES (?, 0)", (frames_file,))
 
 
+def create_third_version(db: sqlite3.Connection) -> None:
+    """Make the tables of version 3, to compare with, and to try what brings them up to date."""
+    for statement in (
+        storage.TABLE,
+        _SKELETONS,
+        _TAKES.format(", " + ", ".join(_DIGESTS)),
+        *_FIRST_VERSION[3:],
+        _FACTS,
+    ):
+        db.execute(statement)
+
+
 def statements(db: sqlite3.Connection) -> list[str]:
     """What made the tables of a catalogue, in order."""
     return sorted(str(sql) for (sql,) in db.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL"))
@@ -63,9 +78,9 @@ def statements(db: sqlite3.Connection) -> list[str]:
 
 @functools.cache
 def known() -> list[list[str]]:
-    """What makes the tables of a catalogue: of one made anew, and of one brought up from version 1."""
+    """What makes the tables of a catalogue: made anew, brought up from version 1, and both before the last version."""
     found = []
-    for make in (create, _create_and_migrate):
+    for make in (create, _create_and_migrate, create_third_version, _create_and_migrate_to_third):
         with_tables = sqlite3.connect(":memory:", isolation_level=None)
         try:
             make(with_tables)
@@ -78,6 +93,12 @@ def known() -> list[list[str]]:
 def _create_and_migrate(db: sqlite3.Connection) -> None:
     create_first_version(db, "frames-1.bin")
     for version in sorted(MIGRATIONS):
+        MIGRATIONS[version](db)
+
+
+def _create_and_migrate_to_third(db: sqlite3.Connection) -> None:
+    create_first_version(db, "frames-1.bin")
+    for version in (1, 2):
         MIGRATIONS[version](db)
 
 
@@ -124,7 +145,23 @@ def _add_facts(db: sqlite3.Connection) -> None:
     db.execute(_FACTS.replace("TABLE", "TABLE IF NOT EXISTS", 1))
 
 
-MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {1: _add_digests, 2: _add_facts}
+def _admit_readings(db: sqlite3.Connection) -> None:
+    """Version 3 to 4: tracks may be readings. A table's constraint is changed by making the table anew."""
+    if faults := integrity(db):
+        raise digests.Damaged(faults[0])
+    tables = ("tracks", "arrays", "annotations")
+    for table in tables:
+        db.execute(f"CREATE TEMP TABLE kept_{table} AS SELECT * FROM main.{table}")
+    for table in reversed(tables):  # what refers to tracks goes first, so that nothing is deleted with them
+        db.execute(f"DROP TABLE main.{table}")
+    for statement in _CONTENTS:
+        db.execute(statement)
+    for table in tables:
+        db.execute(f"INSERT INTO main.{table} SELECT * FROM temp.kept_{table}")
+        db.execute(f"DROP TABLE temp.kept_{table}")
+
+
+MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {1: _add_digests, 2: _add_facts, 3: _admit_readings}
 """The step from each version to the next one; each runs inside a write transaction."""
 
 

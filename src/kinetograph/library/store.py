@@ -146,8 +146,9 @@ class Library:
         Returns
         -------
         Take
-            Translations, signals and annotations are as they were added, bit by bit. Rotations and bones have been
-            rounded to float32, and rotations normalized. Joints are within 1e-5 m of where they were.
+            Translations, signals, annotations and the times of readings are as they were added, bit by bit. Rotations,
+            bones and what sensors read have been rounded to float32, and rotations normalized. Joints are within
+            1e-5 m of where they were.
 
         Raises
         ------

@@ -18,6 +18,7 @@ _ROOMS = {
     "ExampleIndex": "finding",
     "Found": "finding",
     "GrowingSettings": "growing",
+    "CaptureSettings": "capturing",
     "IngestSettings": "ingesting",
     "Ingested": "ingesting",
     "Labelled": "labelling",
@@ -25,6 +26,8 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "add_readings": "capturing",
+    "capture": "capturing",
     "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
@@ -65,10 +68,12 @@ _ROOMS = {
     "unit_moves": "labelling",
     "winding_path": "performing",
     "with_fitted_markers": "reading",
+    "with_readings": "capturing",
 }
 
 __all__ = [
     "CUT_BY",
+    "CaptureSettings",
     "Copy",
     "CutSettings",
     "Done",
@@ -82,6 +87,8 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "add_readings",
+    "capture",
     "copies_among",
     "copies_of",
     "couple_of",
@@ -122,6 +129,7 @@ __all__ = [
     "unit_moves",
     "winding_path",
     "with_fitted_markers",
+    "with_readings",
 ]
 
 
@@ -136,6 +144,7 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
+    from kinetograph.pipeline.capturing import CaptureSettings, add_readings, capture, with_readings
     from kinetograph.pipeline.copies import Copy, copies_among, copies_of, find_copies
     from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings

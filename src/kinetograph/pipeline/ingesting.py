@@ -25,7 +25,8 @@ from kinetograph.library import (
 from kinetograph.motion import Motion
 from kinetograph.pipeline.folders import Planned, Recording, plan_takes
 from kinetograph.pipeline.reading import ReadRecordings
-from kinetograph.take import Take
+from kinetograph.readings import Readings
+from kinetograph.take import Take, Track
 from kinetograph.work import HERE, Workers, in_shards
 
 LONG = 100_000_000
@@ -132,7 +133,13 @@ class _Read:
     @property
     def bytes(self) -> int:
         tracks = [track for take in self.takes for track in take.tracks.values()]
-        return sum(t.rotations.nbytes if isinstance(t, Motion) else t.values.nbytes for t in tracks)
+        return sum(_bytes_of(track) for track in tracks)
+
+
+def _bytes_of(track: Track) -> int:
+    if isinstance(track, Motion):
+        return int(track.rotations.nbytes)
+    return int((track.force if isinstance(track, Readings) else track.values).nbytes)
 
 
 def ingest(

@@ -5,16 +5,24 @@ What sensors report (`Readings`), where they sit (`Layout`), how they are simula
 <kinetograph.methods.sensor.SensorControl>` makes motion out of their readings.
 """
 
-from kinetograph.sensing.calibration import Calibration, calibrate, calibrate_on_motion, faultless, mounted
+from kinetograph.readings import Mounting, Readings
+from kinetograph.sensing.calibration import (
+    Calibration,
+    calibrate,
+    calibrate_on_motion,
+    faultless,
+    motion_clock,
+    mounted,
+)
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.device import Device
 from kinetograph.sensing.free_calibration import LibraryReadings, Standing, calibrate_freely, calibrate_on_library
 from kinetograph.sensing.judging import judged
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor, attach, keep_sensors, preset
+from kinetograph.sensing.mounting import mounting_of, worn_as
 from kinetograph.sensing.readings import (
     GRAVITY,
     KINDS,
-    Readings,
     channels,
     check_names,
     check_units,
@@ -38,6 +46,7 @@ __all__ = [
     "Layout",
     "LibraryReadings",
     "LiveUniform",
+    "Mounting",
     "Readings",
     "Resampling",
     "Sensor",
@@ -58,7 +67,9 @@ __all__ = [
     "judged",
     "keep_sensors",
     "kinds_of",
+    "motion_clock",
     "mounted",
+    "mounting_of",
     "preset",
     "renumbered",
     "select_rows",
@@ -68,4 +79,5 @@ __all__ = [
     "simulate_kinds",
     "specific_force",
     "uniform",
+    "worn_as",
 ]

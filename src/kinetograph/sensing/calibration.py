@@ -15,9 +15,10 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.layout import Layout, keep_sensors
-from kinetograph.sensing.readings import Readings, check_names, check_units, select_sensors, shifted
+from kinetograph.sensing.readings import check_names, check_units, select_sensors, shifted
 from kinetograph.sensing.resampling import uniform
 from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
 from kinetograph.sensing.virtual import simulate
@@ -30,6 +31,8 @@ ALONG_A_LINE = 1.5e-3
 """Mean square, across the direction that a sensor mostly points, below which it points one way: 2.2 degrees."""
 AGREEMENT = 0.5
 """Correlation of magnitudes below which readings and a motion are not of one performance."""
+FURTHEST = 2.0
+"""Seconds by which clocks may differ."""
 LEAST_FRAMES = 30
 """Valid frames that a calibration needs."""
 
@@ -88,7 +91,7 @@ class Calibration:
         angular = None if readings.angular is None else rot.rotate(self.rotations[row], readings.angular)
         facing = readings.orientation
         orientation = None if facing is None else rot.multiply(facing, rot.conjugate(self.rotations[row]))
-        return replace(readings, force=force, angular=angular, orientation=orientation)
+        return replace(readings, force=force, angular=angular, orientation=orientation, mounting=None)
 
 
 def mounted(layout: Layout, calibration: Calibration) -> Layout:
@@ -143,9 +146,38 @@ def calibrate_on_motion(readings: Readings, layout: Layout, motion: Motion) -> t
     worn = keep_sensors(layout, readings.names)
     reference, _ = framed(simulate(motion, faultless(worn)), worn)
     clock = _clock(framed(readings, worn)[0], reference)
+    if clock.correlation < AGREEMENT:
+        raise RequestError(
+            f"the readings and the motion agree at no clock offset up to {FURTHEST:g} s (best correlation "
+            f"{clock.correlation:.2f}); give the motion that was performed, from the second at which the readings begin"
+        )
     measured, valid = framed(shifted(readings, -clock.seconds), worn)
     frames = min(len(measured), len(reference))
     return calibrate(worn.names, measured[:frames], reference[:frames], valid[:frames]), clock
+
+
+def motion_clock(readings: Readings, layout: Layout, motion: Motion, furthest: float = FURTHEST) -> ClockOffset:
+    """By how much the clock of readings is ahead of a motion's, by the magnitudes of a layout's virtual sensors.
+
+    Parameters
+    ----------
+    readings : Readings
+        Of all of the layout's sensors.
+    layout : Layout
+    motion : Motion
+    furthest : float
+        Greatest offset that is tried, in seconds.
+
+    Returns
+    -------
+    ClockOffset
+
+    Raises
+    ------
+    RequestError
+        Where either is too short, or does not vary.
+    """
+    return _clock(framed(readings, layout)[0], framed(simulate(motion, faultless(layout)), layout)[0], furthest)
 
 
 def faultless(layout: Layout) -> Layout:
@@ -176,16 +208,10 @@ def framed(readings: Readings, layout: Layout) -> tuple[FloatArray, BoolArray]:
     return signal.values.reshape(len(signal), -1, 3), signal.valid[:, ::3]
 
 
-def _clock(measured: FloatArray, reference: FloatArray) -> ClockOffset:
+def _clock(measured: FloatArray, reference: FloatArray, furthest: float = FURTHEST) -> ClockOffset:
     a, b = (np.linalg.norm(x, axis=2) for x in (measured, reference))
-    furthest = min(2.0, (min(len(a), len(b)) - 12) / RATE / 1.5)
-    clock = clock_offset(a, b, RATE, max(furthest, 0.5))
-    if clock.correlation < AGREEMENT:
-        raise RequestError(
-            f"the readings and the motion agree at no clock offset up to {furthest:.1f} s (best correlation "
-            f"{clock.correlation:.2f}); give the motion that was performed, from the second at which the readings begin"
-        )
-    return clock
+    longest = max((min(len(a), len(b)) - 12) / RATE / 1.5, 0.5)
+    return clock_offset(a, b, RATE, min(furthest, longest))
 
 
 def calibrate(

@@ -17,9 +17,10 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.sensing.calibration import RATE, Calibration, as_others, calibrate_pairs, faultless, framed
 from kinetograph.sensing.layout import Layout, attach, keep_sensors
-from kinetograph.sensing.readings import GRAVITY, Readings, check_units, select_rows
+from kinetograph.sensing.readings import GRAVITY, check_units, select_rows
 from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
 from kinetograph.sensing.virtual import simulate
 from kinetograph.skeleton import Skeleton

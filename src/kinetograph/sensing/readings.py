@@ -1,16 +1,17 @@
-"""Readings: what several sensors report, each at its own rate."""
+"""Readings by rows, by sensors and by kinds of channels; and whether they can be in the units that are expected."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
-from kinetograph.errors import DataError, RequestError
+from kinetograph.errors import RequestError
+from kinetograph.readings import Mounting, Readings
 
 GRAVITY = 9.81
 """Standing acceleration of the Earth, m/s^2; a sensor at rest reads this much upwards."""
@@ -23,100 +24,6 @@ FASTEST = 35.0
 _STRONGEST, _SPINNING = 4000.0, 300.0  # m/s^2 and rad/s: more than any worn sensor measures
 _HUGE = 1e9  # in any unit
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
-_ARRAYS = ("times", "sensors", "force", "angular", "orientation")
-
-
-@dataclass(frozen=True, eq=False)
-class Readings:
-    """Rows of several sensors in order of time, at any rate, rows missing or not.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The sensors.
-    times : ndarray, shape (R,)
-        Seconds.
-    sensors : ndarray of int, shape (R,)
-        Which of ``names`` each row is from.
-    force : ndarray, shape (R, 3)
-        Specific force in m/s^2 in the sensor's own frame: acceleration less gravity, so that a sensor at rest reads
-        9.81 upwards.
-    angular : ndarray, shape (R, 3), optional
-        Angular velocity in rad/s in the sensor's frame.
-    orientation : ndarray, shape (R, 4), optional
-        Quaternions from the sensor's frame to the world's (Y up).
-
-    Raises
-    ------
-    DataError
-        For shapes that disagree, values that are not finite, and a sensor whose times do not increase.
-    """
-
-    names: tuple[str, ...]
-    times: FloatArray
-    sensors: IntArray
-    force: FloatArray
-    angular: FloatArray | None = None
-    orientation: FloatArray | None = None
-    _checked: bool = field(default=False, repr=False)
-
-    def __post_init__(self) -> None:
-        if self._checked:
-            object.__setattr__(self, "_checked", False)  # what is made of this one by replace is checked again
-            return
-        object.__setattr__(self, "names", tuple(self.names))
-        object.__setattr__(self, "times", np.asarray(self.times, dtype=np.float64).reshape(-1))
-        object.__setattr__(self, "sensors", np.asarray(self.sensors, dtype=np.int64).reshape(-1))
-        for name, width in (("force", 3), ("angular", 3), ("orientation", 4)):
-            if getattr(self, name) is not None:
-                _set_rows(self, name, width)
-        if len(set(self.names)) != len(self.names) or not self.names:
-            raise DataError(f"expected one or more sensors, each with its own name, found {self.names}")
-        if len(self.sensors) != len(self.times):
-            raise DataError(f"{len(self.times)} times but {len(self.sensors)} sensor numbers")
-        if len(self.sensors) and not 0 <= self.sensors.min() <= self.sensors.max() < len(self.names):
-            raise DataError(f"sensor numbers must be 0 to {len(self.names) - 1}, found {self.sensors.max()}")
-        if not np.isfinite(self.times).all():
-            raise DataError("times must be finite seconds, found NaN or inf")
-        self._check_order()
-
-    def _check_order(self) -> None:
-        for index, name in enumerate(self.names):
-            times = self.times[self.sensors == index]
-            steps = np.diff(times)
-            if np.any(steps <= 0):
-                at = int(np.argmax(steps <= 0))
-                what = "two rows for the time" if steps[at] == 0 else "time runs backwards at"
-                raise DataError(f"sensor {name!r}: {what} {times[at + 1]:g} s (after {times[at]:g} s); drop such rows")
-        order = np.argsort(self.times, kind="stable")
-        if np.any(np.diff(order) < 0):
-            for name in _ARRAYS:
-                value = getattr(self, name)
-                if value is not None:
-                    object.__setattr__(self, name, value[order])
-
-    def __len__(self) -> int:
-        return len(self.times)
-
-    @property
-    def duration(self) -> float:
-        """Seconds from 0 to the last row."""
-        return float(self.times[-1]) if len(self) else 0.0
-
-
-def _set_rows(readings: Readings, name: str, width: int) -> None:
-    value = np.asarray(getattr(readings, name), dtype=np.float64)
-    object.__setattr__(readings, name, value)
-    if value.shape != (len(readings.times), width):
-        raise DataError(f"{name} must be ({len(readings.times)}, {width}), found {value.shape}")
-    bad = ~np.isfinite(value).all(axis=1)
-    if name == "orientation":
-        bad |= np.linalg.norm(value, axis=1) < 1e-6
-    if bad.any():
-        row = int(np.argmax(bad))
-        sensor = readings.names[readings.sensors[row]]
-        wanted = "be a quaternion, not zero" if np.isfinite(value[row]).all() else "be finite"
-        raise DataError(f"sensor {sensor!r} at {readings.times[row]:g} s: {name} must {wanted}; leave such rows out")
 
 
 def kinds_of(readings: Readings) -> tuple[str, ...]:
@@ -187,6 +94,7 @@ def select_rows(readings: Readings, rows: BoolArray | IntArray | slice) -> Readi
         readings.force[rows],
         None if readings.angular is None else readings.angular[rows],
         None if readings.orientation is None else readings.orientation[rows],
+        readings.mounting,
     )
 
 
@@ -213,7 +121,15 @@ def select_sensors(readings: Readings, names: Sequence[str]) -> Readings:
         number[readings.names.index(name)] = new
     sensors = number[readings.sensors]
     kept = select_rows(readings, sensors >= 0)
-    return replace(kept, names=tuple(names), sensors=sensors[sensors >= 0])
+    mounting = _chosen(readings.mounting, [readings.names.index(name) for name in names])
+    return replace(kept, names=tuple(names), sensors=sensors[sensors >= 0], mounting=mounting)
+
+
+def _chosen(mounting: Mounting | None, rows: list[int]) -> Mounting | None:
+    """The mounting of some sensors, by their numbers."""
+    if mounting is None:
+        return None
+    return replace(mounting, rotations=mounting.rotations[rows], biases=mounting.biases[rows])
 
 
 def renumbered(readings: Readings, names: tuple[str, ...]) -> Readings:
@@ -236,7 +152,7 @@ def renumbered(readings: Readings, names: tuple[str, ...]) -> Readings:
     """
     check_names(readings.names, names)
     number = np.array([names.index(name) for name in readings.names])
-    return replace(readings, names=names, sensors=number[readings.sensors], _checked=True)
+    return replace(readings, names=names, sensors=number[readings.sensors], mounting=None, _checked=True)
 
 
 def shifted(readings: Readings, seconds: float) -> Readings:

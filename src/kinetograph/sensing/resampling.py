@@ -14,8 +14,9 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import DataError, RequestError
+from kinetograph.readings import Readings
 from kinetograph.sensing._kernels import sample_all
-from kinetograph.sensing.readings import Readings, channels, measurable, select_rows
+from kinetograph.sensing.readings import channels, measurable, select_rows
 from kinetograph.signal import Signal
 
 AXES = {"force": ("ax", "ay", "az"), "angular": ("gx", "gy", "gz"), "tilt": ("ux", "uy", "uz")}

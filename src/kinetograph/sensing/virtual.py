@@ -10,10 +10,11 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.kinematics import forward
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.sampling import bracket
 from kinetograph.sensing.device import measure, sample_times
 from kinetograph.sensing.layout import Layout, attach
-from kinetograph.sensing.readings import GRAVITY, Readings
+from kinetograph.sensing.readings import GRAVITY
 
 _UP = np.array([0.0, GRAVITY, 0.0])
 

@@ -9,7 +9,8 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.sensing.readings import GRAVITY, Readings
+from kinetograph.readings import Readings
+from kinetograph.sensing.readings import GRAVITY
 
 UPS = ("y", "z")
 """Axes of a world that may point up."""

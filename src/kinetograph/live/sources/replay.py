@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetograph.errors import FormatError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.formats import read
-from kinetograph.formats.readings import read_readings
+from kinetograph.formats.readings import is_readings, read_readings
 from kinetograph.live.items import Frame, Item, Point
 from kinetograph.live.rows import Row
 from kinetograph.motion import Motion, cut
+from kinetograph.readings import Readings
 from kinetograph.sensing import find_world, in_our_world
 from kinetograph.signal import Signal
 
@@ -46,19 +46,11 @@ def items_of(path: Path) -> list[Item]:
         return list(rows_of(readings))
     take = read(path).take
     track = next(iter(take.tracks.values()))
+    if isinstance(track, Readings):
+        return list(rows_of(track))
     if isinstance(track, Motion):
         return [Frame(i / track.fps, cut(track, i, i + 1)) for i in range(len(track))]
     return _points(path, track)
-
-
-def is_readings(path: Path) -> bool:
-    """Whether a file of text has readings, ours or of another program, rather than a path."""
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            head = [line.lower() for line, _ in zip(file, range(40), strict=False)]
-    except OSError as error:
-        raise FormatError(path, f"cannot open it: {error.strerror or error}") from None
-    return any(re.match(r"t\s*,\s*sensor\s*,", line) or re.search(r"acc|\bgfx|seconds_elapsed", line) for line in head)
 
 
 def rows_of(readings: Readings) -> list[Row]:

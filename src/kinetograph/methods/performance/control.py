@@ -12,6 +12,7 @@ from kinetograph.errors import RequestError
 from kinetograph.methods.performance.ground_path import path_speeds
 from kinetograph.methods.performance.settings import PerformanceSettings
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.sampling import interpolate, sample_times
 from kinetograph.signal import Signal
 from kinetograph.take import Annotation, Take
@@ -101,7 +102,9 @@ def points_of(settings: PerformanceSettings, control: Signal | Motion) -> FloatA
 
 
 def only_track(take: Take) -> Signal | Motion:
-    """The one track of a take. Raises RequestError where there are several."""
-    if len(take.tracks) != 1:
-        raise RequestError(f"take {take.name!r} has tracks {', '.join(take.tracks)}; choose the one to follow")
-    return next(iter(take.tracks.values()))
+    """The one motion or signal of a take. Raises RequestError where there are several, or none."""
+    tracks = {name: track for name, track in take.tracks.items() if not isinstance(track, Readings)}
+    if len(tracks) != 1:
+        there = ", ".join(tracks) or "only readings of sensors"
+        raise RequestError(f"take {take.name!r} has tracks {there}; choose the one to follow")
+    return next(iter(tracks.values()))

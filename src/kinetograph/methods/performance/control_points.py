@@ -18,8 +18,9 @@ from kinetograph.errors import RequestError
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.performance.ground_path import hips_on_ground, path_on_ground, path_speeds
 from kinetograph.motion import Motion
+from kinetograph.readings import Readings
 from kinetograph.signal import Signal
-from kinetograph.take import Take, Track
+from kinetograph.take import Take
 
 LIMB_ENDS: Mapping[str, float] = MappingProxyType(
     {"left_toe": 1.0, "right_toe": 1.0, "left_hand": 1.0, "right_hand": 1.0, "chest": 1.0}
@@ -29,7 +30,7 @@ LIMB_ENDS: Mapping[str, float] = MappingProxyType(
 class ControlPoints(Protocol):
     """How control points are taken from a control."""
 
-    def recorded(self, take: Take, target: str) -> Track:
+    def recorded(self, take: Take, target: str) -> Motion | Signal:
         """The track of a take that was the control where ``target`` is the track to be made."""
 
     def points(self, control: Motion | Signal) -> FloatArray:
@@ -76,7 +77,7 @@ class GroundPath:
         if not (np.isfinite(self.hip_distance) and self.hip_distance > 0):
             raise RequestError(f"hip_distance must be a positive number, found {self.hip_distance}")
 
-    def recorded(self, take: Take, target: str) -> Track:
+    def recorded(self, take: Take, target: str) -> Motion | Signal:
         """The target itself: a walker's own hips."""
         return take.motion(target)
 
@@ -148,7 +149,7 @@ class PointsByRole:
             raise RequestError(f"velocity must be 0 s or more, found {self.velocity}")
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
 
-    def recorded(self, take: Take, target: str) -> Track:
+    def recorded(self, take: Take, target: str) -> Motion | Signal:
         """The partner's track. Raises RequestError, naming the tracks there are."""
         return _other_track(take, target, self.track)
 
@@ -210,7 +211,7 @@ class Channels:
             raise RequestError(f"channels need positive weights by name, found {dict(self.channels)}")
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
 
-    def recorded(self, take: Take, target: str) -> Track:
+    def recorded(self, take: Take, target: str) -> Motion | Signal:
         """The other track than the target. Raises RequestError, naming the tracks there are."""
         return _other_track(take, target, self.track)
 
@@ -244,13 +245,13 @@ class Channels:
         return ()
 
 
-def _other_track(take: Take, target: str, wanted: str | None) -> Track:
+def _other_track(take: Take, target: str, wanted: str | None) -> Motion | Signal:
     """The track that was the control of ``target``: the one wanted or the only other. Raises RequestError."""
-    others = [name for name in take.tracks if name != target]
+    others = {n: t for n, t in take.tracks.items() if n != target and not isinstance(t, Readings)}
     if wanted is None and len(others) == 1:
-        return take.tracks[others[0]]
+        return next(iter(others.values()))
     if wanted is None or wanted not in others:
         there = ", ".join(others) or "none"
         expected = "one other track" if wanted is None else f"a track {wanted!r}"
         raise RequestError(f"take {take.name!r}: expected {expected} to control {target!r}, found {there}")
-    return take.tracks[wanted]
+    return others[wanted]

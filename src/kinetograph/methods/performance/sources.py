@@ -21,7 +21,7 @@ from kinetograph.sampling import interpolate
 from kinetograph.segmentation import UncutError, detect_beats, detect_handholds, footplant_cuts
 from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
-from kinetograph.take import Annotation, Track
+from kinetograph.take import Annotation
 
 
 def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Skeleton) -> tuple[list[Source], str]:
@@ -66,13 +66,15 @@ def sources_of(settings: PerformanceSettings, recording: Recording, skeleton: Sk
     return [replace(source, motion=adopt(source.motion, skeleton, scaled=False)) for source in sources], cut_at
 
 
-def _partner(settings: PerformanceSettings, recording: Recording) -> Track | None:
+def _partner(settings: PerformanceSettings, recording: Recording) -> Motion | Signal | None:
     """The track that was the recording's control, where it is not the recording itself."""
     control = settings.control_points.recorded(recording.take, recording.track)
     return None if control is recording.motion else control
 
 
-def _cuts(recording: Recording, partner: Track | None) -> tuple[tuple[float, ...], tuple[Annotation, ...], str]:
+def _cuts(
+    recording: Recording, partner: Motion | Signal | None
+) -> tuple[tuple[float, ...], tuple[Annotation, ...], str]:
     """Cuts, contacts, and what it was cut at if the library does not say."""
     cuts, contacts = annotated_cuts(recording), recording.contacts()
     if cuts:
@@ -97,7 +99,7 @@ def annotated_cuts(recording: Recording) -> tuple[float, ...]:
     return tuple(cuts)
 
 
-def _handholds(recording: Recording, partner: Track | None) -> tuple[Annotation, ...]:
+def _handholds(recording: Recording, partner: Motion | Signal | None) -> tuple[Annotation, ...]:
     noted = recording.take.annotated(recording.track, "handhold")
     if noted or not isinstance(partner, Motion):
         return noted
@@ -108,7 +110,7 @@ def _handholds(recording: Recording, partner: Track | None) -> tuple[Annotation,
 def _source(
     settings: PerformanceSettings,
     recording: Recording,
-    partner: Track | None,
+    partner: Motion | Signal | None,
     annotations: tuple[Annotation, ...],
     cuts: tuple[float, ...],
     *,
@@ -140,7 +142,7 @@ def _overlap(motion: Motion, partner: Motion) -> float | None:
     return float(overlaps(torso_of(motion), torso_of(resampled)).max())
 
 
-def _control_points(settings: PerformanceSettings, recording: Recording, partner: Track | None) -> FloatArray:
+def _control_points(settings: PerformanceSettings, recording: Recording, partner: Motion | Signal | None) -> FloatArray:
     """The points of what was the control, ``(F, P, 3)``, at the frames of the motion."""
     motion = recording.motion
     try:

@@ -27,11 +27,13 @@ from kinetograph.sensing import (
     Readings,
     Resampling,
     faultless,
+    kinds_of,
     preset,
-    select_sensors,
     simulate_kinds,
     uniform,
+    worn_as,
 )
+from kinetograph.signal import Signal
 from kinetograph.skeleton import Skeleton
 
 LEAST = {"force": 0.5, "angular": 0.1, "tilt": 0.02}
@@ -99,6 +101,8 @@ class Examples:
     fps : float
     kinds : tuple of str
         Kinds of channels.
+    captured : ndarray, shape (T,)
+        Share of each take's readings that were captured by sensors that were worn; the rest is simulated.
     """
 
     space: PoseSpace
@@ -112,6 +116,7 @@ class Examples:
     names: tuple[str, ...]
     fps: float
     kinds: tuple[str, ...] = ("force",)
+    captured: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -196,10 +201,11 @@ def build_examples(
     count: int = 0,
     progress: Progress | None = None,
 ) -> Examples:
-    """Examples of motions whose readings are recorded or, where they are not, simulated.
+    """Examples of motions whose readings are captured or, where they are not, simulated.
 
-    Simulated sensors have their device's faults except for losses and clock offset, and pass through the same
-    resampling as real ones, so that its effects are the same on both.
+    Captured readings are on the motion's clock. Where a sensor is missing, falls silent, or was taken off before the
+    end, it is simulated. Simulated sensors have their device's faults except for losses and clock offset, and pass
+    through the same resampling as real ones, so that its effects are the same on both.
 
     Parameters
     ----------
@@ -209,7 +215,7 @@ def build_examples(
     rng : numpy.random.Generator
         For the noise of simulated sensors.
     recorded : mapping, optional
-        Readings by take and track.
+        Captured readings by take and track; those that lack a kind of channels are not used.
     count : int
         How many motions there are, for the progress.
     progress : Progress, optional
@@ -222,8 +228,11 @@ def build_examples(
     made = _Made()
     for key, motion in motions:
         at_rate = resample(motion, setup.rate)
-        rows = recorded.get(key) or simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng)
-        made.add(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
+        duration = (len(at_rate) - 1) / setup.rate
+        virtual = _sampled(simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng), setup, duration).values
+        values, share = with_captured(virtual, recorded[key], setup) if key in recorded else (virtual, 0.0)
+        made.add(key, at_rate, values)
+        made.captured.append(share)
         if progress:
             progress(len(made.takes), max(count, len(made.takes)))
     return _joined(made, setup)
@@ -240,6 +249,7 @@ def examples_of(examples: Examples, kept: BoolArray) -> Examples:
         readings=examples.readings[rows],
         starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
         takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
+        captured=examples.captured[kept] if len(examples.captured) else examples.captured,
     )
 
 
@@ -249,6 +259,7 @@ class _Made:
     def __init__(self) -> None:
         self.takes: list[Key] = []
         self.lengths: list[int] = []
+        self.captured: list[float] = []
         self.readings: list[SingleArray] = []
         self.rotations: list[SingleArray] = []
         self.features: list[SingleArray] = []
@@ -293,6 +304,7 @@ def _joined(made: _Made, setup: SensorSetup) -> Examples:
         setup.layout.names,
         setup.rate,
         setup.kinds,
+        np.array(made.captured),
     )
 
 
@@ -310,10 +322,38 @@ def _end_to_end(
     return out
 
 
-def _sampled(rows: Readings, setup: SensorSetup, duration: float) -> FloatArray:
-    """Channels ``(F, C)`` of the layout's sensors."""
-    own = select_sensors(rows, setup.layout.names)
-    return uniform(own, setup.rate, duration, setup.resampling, setup.kinds).values
+def with_captured(virtual: FloatArray, captured: Readings, setup: SensorSetup) -> tuple[FloatArray, float]:
+    """Channels of a take's sensors: captured where they are, simulated elsewhere.
+
+    Parameters
+    ----------
+    virtual : ndarray, shape (F, C)
+        All channels, simulated.
+    captured : Readings
+    setup : SensorSetup
+
+    Returns
+    -------
+    values : ndarray, shape (F, C)
+    share : float
+        Of them that were captured.
+    """
+    names = setup.layout.names
+    if not set(setup.kinds) <= set(kinds_of(captured)) or not set(names) & set(captured.names):
+        return virtual, 0.0
+    own = worn_as(captured, setup.layout)
+    signal = _sampled(own, setup, (len(virtual) - 1) / setup.rate)
+    values, valid = virtual.copy(), np.zeros(virtual.shape, dtype=np.bool_)
+    width = 3 * len(setup.kinds)
+    columns = (np.array([names.index(name) for name in own.names])[:, None] * width + np.arange(width)).ravel()
+    values[:, columns] = np.where(signal.valid, signal.values, virtual[:, columns])
+    valid[:, columns] = signal.valid
+    return values, float(valid.mean())
+
+
+def _sampled(rows: Readings, setup: SensorSetup, duration: float) -> Signal:
+    """Channels ``(F, C)`` of sensors."""
+    return uniform(rows, setup.rate, duration, setup.resampling, setup.kinds)
 
 
 def _least_spread(setup: SensorSetup) -> FloatArray:

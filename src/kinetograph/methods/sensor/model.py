@@ -15,6 +15,7 @@ from kinetograph.errors import RequestError
 from kinetograph.left_out import LeftOut
 from kinetograph.library import Library
 from kinetograph.methods.bodies import Bodies
+from kinetograph.methods.sensor.captured import captured_in, captured_lines
 from kinetograph.methods.sensor.estimators import Estimator
 from kinetograph.methods.sensor.examples import (
     Examples,
@@ -120,7 +121,7 @@ class SensorControl:
         track: str | None = None,
         progress: Progress | None = None,
     ) -> SensorModel:
-        """Learn from a library's takes, whose sensors are simulated.
+        """Learn from a library's takes: from readings that were captured with them, and from simulated ones elsewhere.
 
         Takes shorter than half a second are left out. Looping clips are played once: repeated frames would only count
         more in means and mixtures.
@@ -151,7 +152,10 @@ class SensorControl:
         del gathered  # each motion is let go once there are examples of it
         rng = np.random.default_rng(self.seed)
         simulating = stage(progress, READ, SIMULATED)
-        examples = build_examples(adopted(recordings), self.setup, rng, count=len(recordings), progress=simulating)
+        captured, count = captured_in(recordings), len(recordings)
+        examples = build_examples(adopted(recordings), self.setup, rng, captured, count=count, progress=simulating)
+        notes = (*notes, *captured_lines(examples, captured, self.setup))
+        del captured
         model = fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
         return replace(model, notes=notes, left_out=left)
 
@@ -168,8 +172,9 @@ class SensorControl:
         motions : mapping
             Motions of one skeleton by take and track.
         readings : mapping, optional
-            Of real sensors worn during some of them, on the motions' clocks and calibrated, which then take the place
-            of simulated ones, as in the thesis (4.2).
+            Of real sensors worn during some of them, on the motions' clocks and as the layout has them, or with a
+            mounting, which then take the place of simulated ones, as in the thesis (4.2). Where they lack a sensor, or
+            some time, that is simulated.
         progress : Progress, optional
             Called with what is done and the whole: motions are simulated, and then learnt from.
 
