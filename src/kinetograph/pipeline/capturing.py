@@ -215,14 +215,22 @@ def _clock_notes(readings: Readings, layout: Layout, motion: Motion) -> list[str
     try:
         attach(worn, motion.skeleton)
         clock = motion_clock(readings, worn, motion)
-        near = motion_clock(readings, worn, motion, ASIDE)
+        near = _correlation_as_is(readings, worn, motion)
     except RequestError:
         return []  # too short, or not of one clock: nothing can be said
     if clock.correlation < CLEAR:
         return [f"readings are little like the motion at any offset of clocks (correlation {clock.correlation:.2f})"]
-    if abs(clock.seconds) <= ASIDE or clock.correlation < near.correlation + BETTER:
+    if abs(clock.seconds) <= ASIDE or clock.correlation < near + BETTER:
         return []  # strides are like one another: a step later may fit a little better
     return [
         f"readings are {abs(clock.seconds):.2f} s {'late' if clock.seconds > 0 else 'early'} against the motion "
         f"(correlation {clock.correlation:.2f}); add {-clock.seconds:.2f} to --clock"
     ]
+
+
+def _correlation_as_is(readings: Readings, layout: Layout, motion: Motion) -> float:
+    """Of magnitudes, where clocks are taken to be one."""
+    try:
+        return motion_clock(readings, layout, motion, ASIDE).correlation
+    except RequestError:
+        return 0.0  # there is none that is positive
