@@ -60,6 +60,9 @@ def test_sensors_are_calibrated_and_the_layout_goes_straight_into_sense(folder: 
     answer = json.loads(done.stdout)
     assert abs(answer["clock_offset_ms"]) < 5
     assert len(answer["sensors"]) == 8
+    assert (answer["verdict"], answer["passed"]) == ("good", 8)
+    assert answer["residual"] < 1.0
+    assert answer["pose_error_degrees"] < 15.0
     assert all(row["accepted"] and row["residual"] < 0.3 * row["before"] for row in answer["sensors"])
     calibrated, truth = read_layout(folder / "mine.toml"), read_layout(folder / "worn.toml")
     apart = [rot.angle_between(a.rotation, b.rotation) for a, b in zip(calibrated.sensors, truth.sensors, strict=True)]
@@ -73,10 +76,30 @@ def test_sensors_that_are_worn_as_the_layout_says_need_no_calibration(folder: Pa
     readings = worn(folder)
     done = invoke("calibrate", readings, "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
                   "--up", "y", "--layout", folder / "worn.toml", "-o", folder / "again.toml")  # fmt: skip
-    assert "worse than none" in done.stderr + str(done.exception)
+    assert "no better than none" in done.stderr + str(done.exception)
     done = invoke("calibrate", readings, "-l", folder / "lib", "--still", "3", "-o", folder / "no.toml")
     assert "--still takes start:stop in seconds, as in 0:3; found '3'" in str(done.exception)
     assert not (folder / "no.toml").exists()
+
+
+def test_a_calibration_that_most_sensors_fail_is_not_written(folder: Path):
+    readings = simulate(walk(3.0), preset("wii"))
+    wild = np.random.default_rng(3).normal(size=(len(readings), 3)) * 6 + [0.0, 9.8, 0.0]
+    write_readings(replace(readings, force=wild), folder / "wild.csv")
+    done = invoke("calibrate", folder / "wild.csv", "-l", folder / "lib", "-o", folder / "wild.toml")
+    assert not (folder / "wild.toml").exists()
+    said = str(done.exception)
+    assert "calibration is poor: " in said
+    assert "of 8 sensors pass" in said
+    assert "no layout is made of it; stand upright and still for 3 s, arms hanging (--still 0:3)" in said
+    assert "without --motion and --still rotations about the vertical are guessed" in done.stderr
+
+
+def test_what_a_calibration_is_worth_is_said(folder: Path):
+    done = invoke("calibrate", worn(folder), "-l", folder / "lib", "--motion", folder / "walk.bvh", "--units", "metre",
+                  "--up", "y", "-o", folder / "said.toml")  # fmt: skip
+    assert "calibration is good: 8 of 8 sensors pass, residual" in done.stderr
+    assert "degrees at a joint, measured on the motion" in done.stderr
 
 
 def test_bad_requests_are_one_line(folder: Path):

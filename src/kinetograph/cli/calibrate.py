@@ -9,13 +9,14 @@ import typer
 
 from kinetograph.cli.configurations import LayoutName
 from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Track, add, options
-from kinetograph.cli.output import note, notes, refuse_existing, result, table
+from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
 from kinetograph.cli.reading import Reading, RowReading, read_file, read_rows
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.motion import Motion
-    from kinetograph.sensing import Calibration, Layout, Readings
+    from kinetograph.pipeline import Movement as Done
+    from kinetograph.pipeline import WornCalibration
+    from kinetograph.sensing import Calibration
 
 UNCERTAIN = 30.0
 """Degrees between the rotations that halves of a recording give, beyond which a warning is given."""
@@ -37,10 +38,12 @@ class Movement:
         str | None, typer.Option(help="Seconds of standing upright and still, arms hanging: start:stop, as in 0:3.")
     ] = None
 
-    @property
-    def span(self) -> tuple[float, float] | None:
-        """The seconds of standing still, if any."""
-        return _span(self.still) if self.still else None
+    def done(self, reading: Reading) -> Done:
+        """The same for the pipeline."""
+        from kinetograph.pipeline import Movement as Done
+
+        motion = None if self.motion is None else read_file(self.motion, reading).motion()
+        return Done(motion, _span(self.still) if self.still else None)
 
 
 @options()
@@ -65,65 +68,51 @@ def calibrate(
     """Calibrate worn sensors: find the rotation of each on its bone, from its readings during a movement.
 
     With --motion, a recording of that movement, rotations are found to a degree, and the offset of the clocks too.
-    With --still, stand still and then move as in the library's recordings; without either, only the movement is used.
+    With --still, stand still and then move as in the library's recordings; without either, only the movement is used,
+    which is often not enough. The verdict says what the calibration is worth, and by how many degrees poses are to be
+    expected to be off. Nothing is written unless at least half of the sensors pass; one that does not stays as it was.
+
     "before" and "residual" are the errors of readings without and with the calibration, in m/s^2; "apart degrees" is
     the difference between the calibrations of the recording's two halves. A sensor that reads more like another one's
-    limb than like its own is to be put on again. A sensor that calibration makes worse is left as it was.
+    limb than like its own is to be put on again.
 
     Example: kinetograph calibrate out/worn.csv -l out/walks.library --motion out/walk.bvh -o out/mine.toml
 
     Example: kinetograph calibrate worn.csv -l golf --still 0:3 -o mine.toml
     """
     from kinetograph.formats.readings import read_layout, write_layout
-    from kinetograph.sensing import mounted
+    from kinetograph.pipeline import calibrate_worn, open_library, remarks_on, verdict_lines
 
-    if movement.motion and movement.still:
-        raise RequestError("give --motion, a recording of the movement, or --still, seconds of standing; not both")
     if worn.output.suffix.lower() != ".toml":
         raise RequestError(f"{worn.output}: a layout is written as .toml")
     refuse_existing([worn.output], worn.force)
+    done = movement.done(reading)
     rows, layout = read_rows(readings, columns), read_layout(worn.layout)
-    calibration, clock = _calibration(rows, layout, worn, movement, reading)
-    if not calibration.accepted.any():
-        raise RequestError(_useless(readings, layout.name, movement))
-    lines = calibrated(calibration)
-    remarks = {str(line["sensor"]): _remark(line) for line in lines}
-    write_layout(mounted(layout, calibration), worn.output, notes=remarks, force=worn.force)
+    library = open_library(worn.library, worn.selection)
+    with progress_bar("calibrating") as progress:
+        found = calibrate_worn(rows, layout, library, done, track=worn.track, note=note, progress=progress)
+    write_layout(found.layout, worn.output, notes=remarks_on(found.calibration, layout), force=worn.force)
+    lines = calibrated(found.calibration)
     notes(_warnings(lines, layout.name))
-    summary = {"wrote": str(worn.output), **clock}
+    summary = {"wrote": str(worn.output), **_figures(found)}
     if worn.as_json:
         result({**summary, "sensors": lines}, as_json=True)
         return
     table(lines, as_json=False)
-    result(summary, as_json=False)
+    notes(verdict_lines(found, done))
+    result({name: value for name, value in summary.items() if name not in _SAID}, as_json=False)
 
 
-def _calibration(
-    rows: Readings, layout: Layout, worn: Worn, movement: Movement, reading: Reading
-) -> tuple[Calibration, dict[str, float]]:
-    """The calibration, and what was found of the clocks."""
-    from kinetograph.methods.sensor import example_motions
-    from kinetograph.pipeline import open_library
-    from kinetograph.sensing import calibrate_on_library, calibrate_on_motion
-
-    motions = list(example_motions(open_library(worn.library, worn.selection), track=worn.track).values())
-    if movement.motion is None:
-        return calibrate_on_library(rows, layout, motions, movement.span), {}
-    performed = _performed(movement.motion, motions[0], reading)
-    calibration, clock = calibrate_on_motion(rows, layout, performed)
-    return calibration, {"clock_offset_ms": 1000 * clock.seconds, "correlation": clock.correlation}
+_SAID = ("passed", "residual", "pose_error_degrees", "verdict")
+"""Figures that the lines of the verdict have."""
 
 
-def _performed(path: Path, like: Motion, reading: Reading) -> Motion:
-    """A recording of the movement on the library's skeleton, in whose frames layouts are."""
-    from kinetograph.post import retarget
-    from kinetograph.skeleton import same_shape
-
-    motion = read_file(path, reading).motion()
-    if same_shape(motion.skeleton, like.skeleton, tolerance=0.02):
-        return motion
-    note(f"{path}: on another skeleton than the library's; retargeted")
-    return retarget(motion, like.skeleton).motion
+def _figures(found: WornCalibration) -> dict[str, Any]:
+    clock = found.clock
+    clocks = {} if clock is None else {"clock_offset_ms": 1000 * clock.seconds, "correlation": clock.correlation}
+    verdict = found.verdict
+    passed = {"verdict": verdict.word, "passed": sum(verdict.passed), "residual": verdict.residual}
+    return {**clocks, **passed, "pose_error_degrees": found.degrees}
 
 
 def _span(text: str) -> tuple[float, float]:
@@ -157,26 +146,11 @@ def calibrated(calibration: Calibration) -> list[dict[str, Any]]:
             "apart_degrees": float(np.degrees(calibration.apart[i])),
             "reads_like": others[i] if verdicts[i] == AGAIN else "",
             "accepted": bool(calibration.accepted[i]),
+            **({"refused": calibration.refused[i]} if calibration.refused else {}),
             "verdict": verdicts[i],
         }
         for i, name in enumerate(calibration.names)
     ]
-
-
-def _useless(readings: Path, layout: str, movement: Movement) -> str:
-    """What to do where no sensor gains by calibration."""
-    if movement.motion:
-        remedy = f"they are worn as layout {layout!r} says, or the motion is another one"
-    else:
-        remedy = "record movement like the library's for longer, standing still first"
-    return f"{readings}: calibration is worse than none for every sensor; {remedy}"
-
-
-def _remark(line: dict[str, Any]) -> str:
-    """What the layout's file says of a sensor."""
-    if not line["accepted"]:
-        return "not calibrated: worse than none"
-    return f"residual {line['residual']:.2f} m/s^2, {line['before']:.2f} before calibration"
 
 
 def _warnings(lines: list[dict[str, Any]], layout: str) -> list[str]:
@@ -189,7 +163,5 @@ def _warnings(lines: list[dict[str, Any]], layout: str) -> list[str]:
                 "calibrate on a longer one, in which it turns in several ways"
             )
         if not line["accepted"]:
-            warnings.append(
-                f"sensor {line['sensor']}: calibration is worse than none; it stays as layout {layout!r} has it"
-            )
+            warnings.append(f"sensor {line['sensor']}: {line['refused']}; it stays as layout {layout!r} has it")
     return warnings

@@ -16,8 +16,14 @@ from kinetograph.sensing.calibration import (
 )
 from kinetograph.sensing.clock import ClockOffset, clock_offset
 from kinetograph.sensing.device import Device
-from kinetograph.sensing.free_calibration import LibraryReadings, Standing, calibrate_freely, calibrate_on_library
-from kinetograph.sensing.judging import judged
+from kinetograph.sensing.free_calibration import (
+    LibraryReadings,
+    Standing,
+    calibrate_freely,
+    calibrate_on_library,
+    still_span,
+)
+from kinetograph.sensing.judging import Manner, Verdict, judged, verdict_on
 from kinetograph.sensing.layout import PRESETS, Layout, Sensor, attach, keep_sensors, preset
 from kinetograph.sensing.mounting import mounting_of, worn_as
 from kinetograph.sensing.readings import (
@@ -46,11 +52,13 @@ __all__ = [
     "Layout",
     "LibraryReadings",
     "LiveUniform",
+    "Manner",
     "Mounting",
     "Readings",
     "Resampling",
     "Sensor",
     "Standing",
+    "Verdict",
     "World",
     "attach",
     "calibrate",
@@ -78,6 +86,8 @@ __all__ = [
     "simulate",
     "simulate_kinds",
     "specific_force",
+    "still_span",
     "uniform",
+    "verdict_on",
     "worn_as",
 ]

@@ -7,7 +7,7 @@ bone would have reported.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class Calibration:
     as_others : ndarray, shape (S, S)
         Root-mean-square m/s^2 between each sensor's readings, rotated as suits best, and the virtual readings of every
         sensor: a row for the former, a column for the latter.
+    rotated : ndarray, shape (S,)
+        Radians by which each sensor was found to be rotated against its layout, accepted or not.
+    refused : tuple of str
+        Why each sensor was not accepted; empty for one that was.
     """
 
     names: tuple[str, ...]
@@ -69,6 +73,8 @@ class Calibration:
     apart: FloatArray
     accepted: BoolArray
     as_others: FloatArray
+    rotated: FloatArray = field(default_factory=lambda: np.zeros(0))
+    refused: tuple[str, ...] = ()
 
     @property
     def elsewhere(self) -> tuple[FloatArray, tuple[str, ...]]:
@@ -237,7 +243,8 @@ def calibrate(
     Raises
     ------
     RequestError
-        For shapes that disagree, fewer than ``LEAST_FRAMES`` valid frames, or a sensor that always points one way.
+        For shapes that disagree, and where every sensor has fewer than ``LEAST_FRAMES`` valid frames, or always points
+        one way.
     """
     if measured.shape != reference.shape or measured.shape[1:] != (len(names), 3):
         raise RequestError(
@@ -304,18 +311,18 @@ def calibrate_pairs(
     Raises
     ------
     RequestError
-        For fewer than ``LEAST_FRAMES`` frames, or a sensor that always points one way.
+        Where every sensor has fewer than ``LEAST_FRAMES`` frames, or always points one way.
     """
-    for name, own in zip(names, pairs, strict=True):
-        _check(name, own)
+    unfit = [_unfit(own) for own in pairs]
+    if all(unfit):
+        raise RequestError(f"sensor {names[0]!r}: {unfit[0]}")
     agreeing = np.ones(len(names), dtype=np.bool_) if apart is None else apart <= APART
     if apart is None:
-        first = np.array([fit_pairs(own.part(slice(len(own.measured) // 2)))[0] for own in pairs])
-        second = np.array([fit_pairs(own.part(slice(len(own.measured) // 2, None)))[0] for own in pairs])
-        apart = np.asarray(rot.angle_between(first, second))
-    columns = zip(*(_fit_and_test(own) for own in pairs), strict=True)
-    rotations, offsets, residuals, before, better = (np.array(column) for column in columns)
+        apart = np.array([np.pi if why else _between_halves(own) for why, own in zip(unfit, pairs, strict=True)])
+    fits = [_LEFT if why else _fit_and_test(own) for why, own in zip(unfit, pairs, strict=True)]
+    rotations, offsets, residuals, before, better = (np.array(column) for column in zip(*fits, strict=True))
     accepted = better.astype(np.bool_) & agreeing
+    columns = zip(unfit, agreeing, accepted, np.degrees(apart), strict=True)
     return Calibration(
         names,
         np.where(accepted[:, None], rotations, rot.IDENTITY),
@@ -325,22 +332,42 @@ def calibrate_pairs(
         apart,
         accepted,
         others,
+        np.asarray(rot.angle_between(rotations, rot.identity(len(names)))),
+        tuple(_reason(*column) for column in columns),
     )
 
 
-def _check(name: str, pairs: Pairs) -> None:
+_LEFT = (rot.IDENTITY, np.zeros(3), 0.0, 0.0, False)
+"""What a sensor has that cannot be calibrated."""
+
+
+def _reason(unfit: str, agrees: bool, accepted: bool, apart: float) -> str:
+    """Why a sensor was not accepted; empty for one that was."""
+    if unfit or accepted:
+        return unfit
+    return "no better than none" if agrees else f"the halves of the recording give rotations {apart:.0f} degrees apart"
+
+
+def _between_halves(pairs: Pairs) -> float:
+    """Radians between the rotations that either half of the frames gives."""
+    half = len(pairs.measured) // 2
+    first, second = (fit_pairs(pairs.part(rows))[0] for rows in (slice(half), slice(half, None)))
+    return float(rot.angle_between(first, second))
+
+
+def _unfit(pairs: Pairs) -> str:
+    """Why a sensor cannot be calibrated at all; empty where it can."""
     reference = pairs.reference
     if len(reference) < LEAST_FRAMES:
-        raise RequestError(
-            f"sensor {name!r}: calibration needs {LEAST_FRAMES} valid frames or more, found {len(reference)}"
-        )
+        return f"calibration needs {LEAST_FRAMES} valid frames or more, found {len(reference)}"
     directions = reference / np.maximum(np.linalg.norm(reference, axis=1, keepdims=True), 1e-9)
     # vectors in one plane are enough for Wahba's problem, those along one line are not
     if float(np.linalg.eigvalsh(directions.T @ directions / len(directions))[1]) < ALONG_A_LINE:
-        raise RequestError(
-            f"sensor {name!r}: the readings point one way throughout, which leaves its rotation about that direction "
-            "open; calibrate on a motion in which the bone rotates"
+        return (
+            "the readings point one way throughout, which leaves its rotation about that direction open; calibrate on "
+            "a motion in which the bone rotates"
         )
+    return ""
 
 
 def _fit_and_test(pairs: Pairs) -> tuple[FloatArray, FloatArray, float, float, bool]:

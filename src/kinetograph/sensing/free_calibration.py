@@ -19,7 +19,7 @@ from kinetograph.learn import PathSearch, best_paths, init_paths, step_paths
 from kinetograph.motion import Motion
 from kinetograph.readings import Readings
 from kinetograph.sensing.calibration import RATE, Calibration, as_others, calibrate_pairs, faultless, framed
-from kinetograph.sensing.layout import Layout, attach, keep_sensors
+from kinetograph.sensing.layout import Layout, Sensor, attach, keep_sensors
 from kinetograph.sensing.readings import GRAVITY, check_units, select_rows
 from kinetograph.sensing.rotation_fit import Pairs, fit_pairs
 from kinetograph.sensing.virtual import simulate
@@ -33,6 +33,8 @@ LONGEST = 1800
 """Frames that are used at most."""
 STILL = 1.0
 """m/s^2 by which the readings of somebody who stands still vary at most."""
+LEAST_STILL = 1.0
+"""Seconds of standing still that are worth finding."""
 FEWEST = 5
 """Readings of each sensor that standing still needs."""
 _HANGING = ("shoulder", "elbow", "hand", "hip", "knee")  # joints whose bones hang when a body stands
@@ -155,6 +157,24 @@ def standing_still(
             )
         read[layout.names.index(name)] = rows.mean(axis=0)
     return Standing(read, GRAVITY * _upright(layout, skeleton, library))
+
+
+def still_span(readings: Readings) -> tuple[float, float] | None:
+    """The first seconds, `LEAST_STILL` or more, in which every sensor is still; None where there are none."""
+    layout = Layout("heard", tuple(Sensor(name, "") for name in readings.names))
+    force, valid = framed(readings, layout)
+    width = round(LEAST_STILL * RATE)
+    if len(force) < width:
+        return None
+    windows = np.lib.stride_tricks.sliding_window_view(force, width, axis=0)
+    moved = np.linalg.norm(windows.std(axis=3), axis=2).max(axis=1)
+    whole = np.lib.stride_tricks.sliding_window_view(valid.all(axis=1), width).all(axis=1)
+    still = np.append((moved < STILL) & whole, [False])
+    if not still.any():
+        return None
+    first = int(np.argmax(still))
+    stop = first + int(np.argmin(still[first:])) + width - 1
+    return first / RATE, stop / RATE
 
 
 def _upright(layout: Layout, skeleton: Skeleton, library: LibraryReadings) -> FloatArray:

@@ -15,7 +15,17 @@ from kinetograph.live import Clock, ListenDriver, Session, qr_modules, speed_of
 from kinetograph.live.items import Item
 from kinetograph.live.rows import Gathering, Row
 from kinetograph.motion import Motion
-from kinetograph.sensing import Calibration, Layout, Readings, calibrate_on_library, judged, mounted, select_sensors
+from kinetograph.sensing import (
+    Calibration,
+    Layout,
+    Manner,
+    Readings,
+    calibrate_on_library,
+    judged,
+    mounted,
+    select_sensors,
+    verdict_on,
+)
 from kinetograph.studio.messages import Calibrate, Calibrated, CalibratedRow, CalibrationStep, PhoneLink, Said
 from kinetograph.studio.project import Project
 from kinetograph.studio.room import FILES, Room, plain_name
@@ -56,7 +66,8 @@ async def calibrate(room: Room, project: Project, message: Calibrate, send: Send
     send(CalibrationStep("solving", 0.0, 0.0))
     calibration = await asyncio.to_thread(_solved, room, project, readings, layout, still)
     written = ""
-    if calibration.accepted.any():
+    manner: Manner = "moved" if still is None else "stood"
+    if calibration.accepted.any() and verdict_on(calibration, manner).holds:
         written = await asyncio.to_thread(_written, layout, calibration, room, message.layout)
     send(Calibrated(written, rows_of(calibration, layout), room.files()))
 
