@@ -19,7 +19,18 @@ from kinetograph.cli.configurations import (
     sensor_control,
     syntheses,
 )
-from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Track, add, options
+from kinetograph.cli.options import (
+    AsJson,
+    Chosen,
+    Jobs,
+    LibraryOption,
+    Mirror,
+    TargetTrack,
+    Track,
+    Working,
+    add,
+    options,
+)
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -270,23 +281,30 @@ class Estimations(Estimation):
     ] = None
 
 
-def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False) -> None:
+def sensor(
+    takes: Takes,
+    sensors: Sensors,
+    estimation: Estimations,
+    instead: Instead,
+    working: Working,
+    as_json: AsJson = False,
+) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
 
-    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*" --jobs 2
     """
     from kinetograph.pipeline import open_library
 
     library = open_library(takes.library, takes.selection)
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
-    held = takes.held(library)
+    held, workers = takes.held(library), working.workers
     if instead.recordings or instead.sweep:
         table(_conditions(library, method, held, instead), as_json)
     else:
-        rows = _errors(library, method, wanted, held, instead.joints)
+        rows = _errors((library, method), wanted, held, workers, instead.joints)
         table([_measured(row, as_json) for row in rows], as_json)
 
 
@@ -306,7 +324,11 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
 
 
 def _errors(
-    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
+    given: tuple[Library, SensorControl],
+    wanted: Mapping[str, Synthesis],
+    held: HeldOut,
+    workers: Workers,
+    joints: bool,
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict
@@ -314,8 +336,9 @@ def _errors(
     from kinetograph.evaluation import evaluate
 
     with progress_bar("evaluating") as progress:
-        rows, by_joint = evaluate(library, method, syntheses=wanted, held=held, progress=progress)
+        rows, by_joint = evaluate(*given, syntheses=wanted, held=held, workers=workers, progress=progress)
     if not joints:
         return [asdict(row) for row in rows]
+    library = given[0]
     names = library.take(library.names()[0]).motion(held.track).skeleton.names
     return [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)]
