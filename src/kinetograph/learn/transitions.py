@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _graph_kernels
@@ -224,6 +223,8 @@ def _compared_with(count: int) -> list[IntArray]:
 def _neighbours(features: SingleArray, low: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:
     """The frames nearest to each of ``leaving`` ``(P,)`` and their distances in full, ``(P, K)``, nearest first."""
     count = min(int(np.clip(_PAIRS // len(features), 24, 200)), len(features))
+    from scipy.spatial import cKDTree  # on first use: what is fitted already loads without it
+
     _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
     near = near.reshape(len(leaving), count).astype(np.int64)
     distances = _full_distances(features, leaving, near)
