@@ -24,6 +24,7 @@ BRIDGES, BETWEEN = 4, 10
 _COMPARED = 12_000
 _BRIDGED = 50_000
 _ROWS = 1024
+_AT_ONCE = 16_384
 Matches: TypeAlias = tuple[IntArray, IntArray, SingleArray]
 
 
@@ -245,7 +246,12 @@ def _project(features: SingleArray) -> SingleArray:
     mean = sample.mean(axis=0)
     _, axes = np.linalg.eigh((sample - mean).T @ (sample - mean))
     kept = axes[:, ::-1][:, :_DIMENSIONS].astype(np.float32)
-    return np.asarray((features - mean.astype(np.float32)) @ kept, dtype=np.float32)
+    middle = mean.astype(np.float32)
+    low = np.empty((len(features), kept.shape[1]), dtype=np.float32)
+    for start in range(0, len(features), _AT_ONCE):  # so that no second copy of all features is made
+        part = slice(start, start + _AT_ONCE)
+        low[part] = (features[part] - middle) @ kept
+    return low
 
 
 def _full_distances(features: SingleArray, leaving: IntArray, near: IntArray) -> SingleArray:

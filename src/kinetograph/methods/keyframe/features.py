@@ -80,23 +80,24 @@ def pose_features(examples: tuple[Example, ...]) -> PoseFeatures:
     roles = body_roles(examples[0].motion.skeleton)
     poses, speeds, contacts, grounds, facings = [], [], [], [], []
     for example in examples:
-        pose, velocity = relative_joints(example.motion, roles)
-        poses.append(pose / np.sqrt(len(roles)))
-        speeds.append(velocity * REACH / np.sqrt(len(roles)))
-        contacts.append(_contact_features(example))
+        joints, velocities = relative_joints(example.motion, roles)
+        poses.append((joints / np.sqrt(len(roles))).astype(np.float32))
+        speeds.append((velocities * REACH / np.sqrt(len(roles))).astype(np.float32))
+        contacts.append(_contact_features(example).astype(np.float32))
         grounds.append(example.motion.translation[:, 2] + 1j * example.motion.translation[:, 0])
         facings.append(np.exp(1j * headings(example.motion)))
-    columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, speeds, contacts)]
-    coarse = (coarse_rows(columns[0]), coarse_rows(columns[1]))
-    return PoseFeatures(roles, *columns, coarse, np.concatenate(grounds), np.concatenate(facings))
+    pose, velocity, planted = (np.concatenate(parts) for parts in (poses, speeds, contacts))
+    del poses, speeds, contacts
+    coarse = (coarse_rows(pose), coarse_rows(velocity))
+    return PoseFeatures(roles, pose, velocity, planted, coarse, np.concatenate(grounds), np.concatenate(facings))
 
 
 def coarse_rows(rows: SingleArray) -> Coarse:
     """Rows ``(N, R, 3)`` along the directions in which they differ most."""
     flat = rows.reshape(len(rows), -1)
     axes = fit_pca(flat[:: max(1, len(flat) // _SAMPLE)].astype(np.float64), min(_DIMENSIONS, flat.shape[1])).basis
-    axes = axes.astype(np.float32)
-    return Coarse(axes, flat @ axes)
+    kept: SingleArray = axes.astype(np.float32)
+    return Coarse(kept, np.asarray(flat @ kept, dtype=np.float32))
 
 
 def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
@@ -185,7 +186,7 @@ def _distances(wanted: list[_Wanted], columns: IntArray, frames: IntArray) -> Fl
     """Distances of some frames in the columns that are compared."""
     every = len(frames) == len(wanted[0].rows)
     squares = [squared_distances_to(one.key, one.rows if every else one.rows[frames], columns) for one in wanted]
-    return np.sqrt(np.sum(squares, axis=0))
+    return np.asarray(np.sqrt(np.sum(squares, axis=0)))
 
 
 def _least_distances(wanted: list[_Wanted]) -> FloatArray:
@@ -193,7 +194,7 @@ def _least_distances(wanted: list[_Wanted]) -> FloatArray:
     low = [(one.coarse, np.arange(one.coarse.axes.shape[1])) for one in wanted]
     keys = [one.key @ one.coarse.axes for one in wanted]
     squares = [squared_distances_to(k, of.rows, columns) for k, (of, columns) in zip(keys, low, strict=True)]
-    return np.sqrt(np.sum(squares, axis=0))
+    return np.asarray(np.sqrt(np.sum(squares, axis=0)))
 
 
 def _compared(features: PoseFeatures, key: Key) -> tuple[str, ...]:
