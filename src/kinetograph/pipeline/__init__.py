@@ -27,6 +27,7 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "Units": "labelling",
     "WornCalibration": "calibrating",
     "add_readings": "capturing",
     "calibrate_worn": "calibrating",
@@ -93,6 +94,7 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "Units",
     "WornCalibration",
     "add_readings",
     "calibrate_worn",
@@ -168,7 +170,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
-    from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
+    from kinetograph.pipeline.labelling import Labelled, Units, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
         differing_skeletons,
         has_partners,
