@@ -10,9 +10,11 @@ from command_line import invoke, run
 
 import kinetograph as kg
 from kinetograph import rotations as rot
+from kinetograph.cli.configurations import Estimation, Sensors, Tuning, sensor_control
 from kinetograph.errors import KinetographError
 from kinetograph.formats.readings import read_layout, write_layout, write_readings
 from kinetograph.library import Library
+from kinetograph.methods.sensor import ByMean
 from kinetograph.sensing import preset, simulate
 from kinetograph.take import Take
 from walkers import walk
@@ -100,6 +102,21 @@ def test_what_a_calibration_is_worth_is_said(folder: Path):
                   "--up", "y", "-o", folder / "said.toml")  # fmt: skip
     assert "calibration is good: 8 of 8 sensors pass, residual" in done.stderr
     assert "degrees at a joint, measured on the motion" in done.stderr
+
+
+def test_settings_of_syntheses_are_options(folder: Path):
+    worn(folder)
+    made = Tuning(ahead=0.0, choice="mean", control_weight=0.5)
+    method = sensor_control(Sensors(), Estimation(), "optimisation", ("force",), 60.0, made)
+    assert (method.synthesis.ahead, method.synthesis.control_weight) == (0.0, 0.5)
+    assert method.synthesis.local.choice == ByMean()
+    slow = sensor_control(Sensors(), Estimation(), "continuity", ("force",), 60.0, Tuning(memory=0.6, cautious=False))
+    assert (slow.synthesis.memory, slow.synthesis.cautious, slow.synthesis.jump) == (0.6, False, 2.0)
+    done = invoke("sense", folder / "worn.csv", "-l", folder / "lib", "-o", folder / "no.bvh", "--ahead", "0")
+    assert "continuity has no setting 'ahead'; it has cautious, jump, lag" in str(done.exception)
+    done = invoke("sense", folder / "worn.csv", "-l", folder / "lib", "-o", folder / "no.bvh",
+                  "--synthesis", "interpolation", "--choice", "nearest")  # fmt: skip
+    assert "choice must be one of density, mean, found 'nearest'" in str(done.exception)
 
 
 def test_bad_requests_are_one_line(folder: Path):

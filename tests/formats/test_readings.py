@@ -11,7 +11,7 @@ from kinetograph.errors import FormatError, RequestError
 from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
 from kinetograph.formats.sensor_recordings import merge_sensors, motion_of_points, read_xsens
 from kinetograph.kinematics import joint_positions
-from kinetograph.sensing import Device, preset, simulate
+from kinetograph.sensing import Device, channels, preset, simulate
 from walkers import walk
 
 HEADER = "t,sensor,ax,ay,az\n"
@@ -37,7 +37,8 @@ def test_readings_come_back_as_they_were(tmp_path: Path, angular: bool):
 
 
 def test_orientations_comments_and_blank_lines_are_read(tmp_path: Path):
-    text = "# from a phone\nt,sensor,ax,ay,az,qw,qx,qy,qz\n0,hand,0,9.8,0,1,0,0,0\n\n0.01,hand,0,9.8,0,1,0,0,0\n"
+    said = "# from a phone\n# orientation: y up, sensor to world\n"
+    text = said + "t,sensor,ax,ay,az,qw,qx,qy,qz\n0,hand,0,9.8,0,1,0,0,0\n\n0.01,hand,0,9.8,0,1,0,0,0\n"
     readings, _ = read_readings(written(tmp_path, text))
     assert readings.orientation is not None
     assert len(readings) == 2
@@ -184,3 +185,27 @@ def test_points_become_a_motion_whose_joints_are_where_they_were():
     for joint in (5, 6, 7, 9, 10, 11, 13, 14, 15):  # below joints of one bone every rotation is possible
         bone = got[:, joint] - got[:, parents[joint]]
         np.testing.assert_allclose(bone, lengths[joint] * direction[:, joint], atol=1e-6)
+
+
+@pytest.mark.parametrize("words", ["z up, from world to sensor", "Z-up world to sensor", "z up, world to sensor"])
+def test_a_file_says_which_world_its_orientations_are_in(tmp_path: Path, words: str) -> None:
+    path = tmp_path / "worn.csv"
+    rows = "".join(f"{t / 100},s,0,9.81,0,0.7071068,-0.7071068,0,0\n" for t in range(5))
+    path.write_text(f"# orientation: {words}\nt,sensor,ax,ay,az,qw,qx,qy,qz\n{rows}")
+    readings, said = read_readings(path)
+    assert said == ()
+    # this quarter about x takes the world's z, which is up, to the sensor's y
+    np.testing.assert_allclose(channels(readings, ("force", "tilt"))[:, 3:], [[0.0, 1.0, 0.0]] * 5, atol=1e-6)
+    write_readings(readings, tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text().startswith("# orientation: y up, from sensor to world\nt,sensor,")
+    again, said = read_readings(tmp_path / "again.csv")
+    assert said == ()
+    np.testing.assert_allclose(again.orientation, readings.orientation, atol=1e-5)
+    assert read_readings(path, oriented=False)[0].orientation is None
+
+
+def test_a_world_that_cannot_be_read_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "worn.csv"
+    path.write_text("# from a suit\n# orientation: ENU\nt,sensor,ax,ay,az,qw,qx,qy,qz\n0,s,0,9.8,0,1,0,0,0\n")
+    with pytest.raises(FormatError, match=r"worn.csv:2: expected '# orientation: y up, .*found '# orientation: ENU'"):
+        read_readings(path)

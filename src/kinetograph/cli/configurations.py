@@ -305,8 +305,47 @@ class Estimation:
     smoothing: Annotated[str | None, typer.Option(help="Smoothing: window, causal or none.")] = None
 
 
+@options("Settings of the synthesis")
+class Tuning:
+    """Settings that one synthesis or the other has."""
+
+    memory: Annotated[
+        float | None, typer.Option(help="Continuity: seconds after which a reading's weight has fallen to 1/e.")
+    ] = None
+    jump: Annotated[
+        float | None, typer.Option(help="Continuity: what going on at another place costs (squared deviations).")
+    ] = None
+    warp: Annotated[float | None, typer.Option(help="Continuity: what a step that is not one frame costs.")] = None
+    lag: Annotated[float | None, typer.Option(help="Continuity: seconds by which answers look back.")] = None
+    paths: Annotated[int | None, typer.Option(help="Continuity: number of paths that are averaged.")] = None
+    cautious: Annotated[
+        bool | None, typer.Option(help="Continuity: shrink towards the mean pose where paths differ.")
+    ] = None
+    ahead: Annotated[
+        float | None, typer.Option(help="Optimisation: seconds looked ahead; 0: frame by frame, as in the thesis.")
+    ] = None
+    smoothness: Annotated[float | None, typer.Option(help="Optimisation: weight of smoothness (thesis, 6.3).")] = None
+    control_weight: Annotated[
+        float | None, typer.Option(help="Optimisation: weight of the readings (thesis, 6.4).")
+    ] = None
+    choice: Annotated[
+        str | None, typer.Option(help="Local models: cluster for readings, by density, or by the nearest mean.")
+    ] = None
+    clusters: Annotated[int | None, typer.Option(help="Local models: clusters to begin with.")] = None
+
+    @property
+    def given(self) -> dict[str, float | int | str]:
+        """The settings that were given, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
 def sensor_control(
-    sensors: Sensors, estimation: Estimation, synthesis: str, kinds: Sequence[str], rate: float = 60.0
+    sensors: Sensors,
+    estimation: Estimation,
+    synthesis: str,
+    kinds: Sequence[str],
+    rate: float = 60.0,
+    tuning: Tuning | None = None,
 ) -> SensorControl:
     """The configuration that estimates poses from readings.
 
@@ -322,14 +361,21 @@ def sensor_control(
         The kinds of columns to use where none are named.
     rate : float
         Frames per second.
+    tuning : Tuning, optional
+        Settings of the synthesis.
+
+    Raises
+    ------
+    RequestError
+        For settings that the synthesis does not have.
     """
     from kinetograph.formats.readings import read_layout
-    from kinetograph.methods.sensor import SensorControl, smoothing_named
+    from kinetograph.methods.sensor import SensorControl, smoothing_named, tuned
 
     return SensorControl(
         layout=read_layout(sensors.layout),
         kinds=tuple(sensors.use or kinds),
-        synthesis=syntheses(estimation, (synthesis,))[synthesis],
+        synthesis=tuned(syntheses(estimation, (synthesis,))[synthesis], {} if tuning is None else tuning.given),
         smoothing=smoothing_named(estimation.smoothing),
         rate=rate,
     )

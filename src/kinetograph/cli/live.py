@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.configurations import LayoutName, Partner, Search, Sensors, performance_control, sensor_control
+from kinetograph.cli.configurations import (
+    LayoutName,
+    Partner,
+    Search,
+    Sensors,
+    Tuning,
+    performance_control,
+    sensor_control,
+)
 from kinetograph.cli.options import (
     AsJson,
     Chosen,
@@ -111,6 +119,7 @@ def sense(
     stream: Stream,
     sensors: Sensors,
     estimation: PoseEstimation,
+    tuning: Tuning,
     sensor: Renamed = None,
 ) -> None:
     """Sense a motion live: sensors that are worn now drive a body in another program, or a file that grows.
@@ -125,7 +134,7 @@ def sense(
     from kinetograph.pipeline import fit_sensor, open_library
 
     sinks = stream.sinks(recordings.library)
-    method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate)
+    method = sensor_control(sensors, estimation, estimation.synthesis, ("force",), estimation.rate, tuning)
     library = open_library(recordings.library, recordings.selection)
     with progress_bar("learning") as progress:
         model = fit_sensor(method, library, track=recordings.track, note=note, progress=progress)

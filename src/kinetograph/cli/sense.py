@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, sensor_control
+from kinetograph.cli.configurations import Estimation, LayoutName, Sensors, Tuning, sensor_control
 from kinetograph.cli.options import AsJson, Chosen, Force, LibraryOption, Skeletons, Track, Written, add, options
 from kinetograph.cli.outcome import sensed_in_words
 from kinetograph.cli.output import (
@@ -56,6 +56,7 @@ def sense(
     written: Written,
     sensors: Sensors,
     estimation: PoseEstimation,
+    tuning: Tuning,
     reading: RowReading,
 ) -> None:
     """Sense a motion: the readings of body-worn accelerometers become a motion like those in a library.
@@ -63,6 +64,8 @@ def sense(
     Example: kinetograph sense out/readings.csv -l out/walks.library -o out/sensed.bvh
 
     Example: kinetograph sense swing.csv -l golf --layout mine.toml -o swing.bvh
+
+    Example: kinetograph sense swing.csv -l golf -o swing.bvh --synthesis optimisation --ahead 0 --choice mean
     """
     from kinetograph.pipeline import fit_sensor, noted, open_library
     from kinetograph.sensing import kinds_of
@@ -70,7 +73,7 @@ def sense(
     refuse_unknown_formats(written.output)
     refuse_existing(written.files, written.force)
     rows = read_rows(readings, reading, sensors.use)
-    method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate)
+    method = sensor_control(sensors, estimation, estimation.synthesis, kinds_of(rows), estimation.rate, tuning)
     method = replace(method, bodies=recordings.bodies)
     library = open_library(recordings.library, recordings.selection)
     with progress_bar("learning") as progress:

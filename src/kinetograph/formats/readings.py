@@ -2,7 +2,8 @@
 
 A readings file has the header ``t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]``: seconds, the sensor's name, specific
 force in m/s^2 with gravity, angular velocity in rad/s, orientation. One row is one sample of one sensor, at any rate;
-rows may be missing, and lines that begin with ``#`` are comments.
+rows may be missing, and lines that begin with ``#`` are comments. One of them, ``# orientation: z up, from world to
+sensor``, says what quaternions mean; without it, gravity at rest does.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +25,19 @@ from kinetograph.errors import DataError, FormatError, RequestError
 from kinetograph.formats.atomic import atomic_path
 from kinetograph.formats.sensor_tables import read_sensor_table
 from kinetograph.formats.texts import read_text, read_toml
-from kinetograph.sensing import GRAVITY, Device, Layout, Readings, Sensor, preset
+from kinetograph.sensing import GRAVITY, Device, Layout, Readings, Sensor, World, as_said, preset
 
 FORCE, ANGULAR, ORIENTATION = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("qw", "qx", "qy", "qz")
 _EXPECTED = "expected the header t,sensor,ax,ay,az[,gx,gy,gz][,qw,qx,qy,qz]"
 _SENSOR = ("towards", "along", "offset", "rotation", "bias", "width")
+_WORLD = re.compile(r":\s*([yz])[ -]up,?\s*(?:from )?(sensor to world|world to sensor)\s*$", re.IGNORECASE)
 _LARGEST = 1e12
 _LATE = 60.0  # seconds beyond which the first time is a clock's, not one since the start
 
 
-def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) -> tuple[Readings, tuple[str, ...]]:
+def read_readings(
+    path: str | Path, columns: Mapping[str, str] | None = None, up: str | None = None, *, oriented: bool = True
+) -> tuple[Readings, tuple[str, ...]]:
     """Read readings from CSV, or from the table of one sensor as its maker's program writes it.
 
     Parameters
@@ -40,12 +45,17 @@ def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) ->
     path : str or Path
     columns : mapping of str to str, optional
         Names of columns in another program's table, see ``kinetograph.formats.sensor_tables``.
+    up : {"y", "z"}, optional
+        The upward axis of orientations' world; what the file says, or else gravity shows, unless given.
+    oriented : bool
+        Whether orientations are used; else they are left out.
 
     Returns
     -------
     readings : Readings
+        Orientations are from the sensor to a world with Y up.
     notes : tuple of str
-        What had to be assumed: times that begin late are counted from the first.
+        What had to be assumed: times that begin late are counted from the first, and worlds are found by gravity.
 
     Raises
     ------
@@ -54,6 +64,36 @@ def read_readings(path: str | Path, columns: Mapping[str, str] | None = None) ->
         whose time runs backwards.
     """
     path = Path(path)
+    readings, notes = _read(path, columns)
+    if readings.orientation is None:
+        return readings, notes
+    if not oriented:
+        return replace(readings, orientation=None), notes
+    try:
+        readings, said = as_said(readings, None if columns else _said_world(path), up)
+    except RequestError as error:
+        raise RequestError(f"{path}: {error}") from error
+    return readings, (*notes, *said)
+
+
+def _said_world(path: Path) -> World | None:
+    """What a comment of the file says of orientations, ``# orientation: z up, from world to sensor``."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        head = [line for line, _ in zip(file, range(40), strict=False)]
+    for number, line in enumerate(head, start=1):
+        if re.match(r"#\s*orientations?\s*:", line, re.IGNORECASE):
+            found = re.search(
+                r":\s*([yz])[ -]up,?\s*(?:from )?(sensor to world|world to sensor)\s*$", line, re.IGNORECASE
+            )
+            if found is None:
+                expected = "expected '# orientation: y up, from sensor to world', with y or z, or from world to sensor"
+                raise FormatError(path, f"{expected}; found {line.strip()[:60]!r}", line=number)
+            return World(found[1].lower(), found[2].lower() == "world to sensor")
+    return None
+
+
+def _read(path: Path, columns: Mapping[str, str] | None) -> tuple[Readings, tuple[str, ...]]:
+    """Readings with orientations as the file has them."""
     rows = [] if columns else _rows(path)
     if columns or (rows and not _is_ours(rows[0][1])):
         return read_sensor_table(path, columns=columns)
@@ -166,6 +206,8 @@ def write_readings(readings: Readings, path: str | Path, *, force: bool = True) 
     present = [(group, values) for group, values in blocks if values is not None]
     columns = np.concatenate([values for _, values in present], axis=1)
     with atomic_path(path, force=force) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        if readings.orientation is not None:
+            file.write(f"# orientation: {World()}\n")
         file.write(",".join(["t", "sensor", *(name for group, _ in present for name in group)]) + "\n")
         rows = csv.writer(file, lineterminator="\n")
         for time, sensor, values in zip(readings.times, readings.sensors, columns, strict=True):

@@ -14,7 +14,7 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import FormatError
 from kinetograph.motion import Motion
-from kinetograph.sensing import GRAVITY, Readings
+from kinetograph.sensing import GRAVITY, Readings, as_said
 from kinetograph.skeleton import Landmark, Skeleton
 
 XSENS_COLUMNS = ("Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
@@ -70,6 +70,8 @@ def read_qmt(path: str | Path, names: dict[str, str]) -> Readings:
     Returns
     -------
     Readings
+        The file's quaternions are of segments, from their frames to a world with Z up; those here are of the sensors,
+        to a world with Y up, found by what the gyroscopes read.
 
     Raises
     ------
@@ -89,8 +91,12 @@ def read_qmt(path: str | Path, names: dict[str, str]) -> Readings:
         force, angular = (
             _array(path, f"{key}.{field}", table[key][field].item(), (len(times), 3)) for field in ("acc", "gyr")
         )
-        parts[name] = Readings((name,), times, np.zeros(len(times), dtype=np.int64), force, angular)
-    return merge_sensors(parts)
+        facing = None
+        if "quat" in (fields or ()):
+            facing = _array(path, f"{key}.quat", table[key]["quat"].item(), (len(times), 4))
+        parts[name] = Readings((name,), times, np.zeros(len(times), dtype=np.int64), force, angular, facing)
+    whole = merge_sensors(parts)
+    return whole if whole.orientation is None else as_said(whole)[0]
 
 
 def read_utd(path: str | Path, name: str) -> Readings:

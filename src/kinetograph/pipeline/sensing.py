@@ -10,7 +10,7 @@ from kinetograph.formats.readings import read_readings
 from kinetograph.library import Library, kept
 from kinetograph.methods.sensor import SensorControl, SensorModel
 from kinetograph.progress import Progress
-from kinetograph.sensing import Readings, World, find_world, in_our_world
+from kinetograph.sensing import Readings
 
 
 def read_rows(
@@ -26,7 +26,7 @@ def read_rows(
     up : str, optional
         The upward axis of orientations' world, ``"y"`` or ``"z"``; found by gravity unless given.
     use : sequence of str
-        The kinds of columns that are used, all unless given; orientations that are not are left as they are.
+        The kinds of columns that are used, all unless given; orientations that are not are left out.
 
     Returns
     -------
@@ -39,13 +39,7 @@ def read_rows(
     FormatError
         For a file that has no readings.
     """
-    rows, notes = read_readings(path, columns)
-    if rows.orientation is None or (use and "tilt" not in use):
-        return rows, notes
-    world = find_world(rows, up)
-    if world != World():
-        notes = (*notes, f"orientations taken as {world}, as gravity shows")
-    return in_our_world(rows, world), notes
+    return read_readings(path, columns, up, oriented=not use or "tilt" in use)
 
 
 def fit_sensor(

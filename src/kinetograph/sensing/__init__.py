@@ -39,8 +39,9 @@ from kinetograph.sensing.readings import (
     shifted,
 )
 from kinetograph.sensing.resampling import LiveUniform, Resampling, uniform
+from kinetograph.sensing.segment_frames import orientations_of_sensors
 from kinetograph.sensing.virtual import simulate, simulate_kinds, specific_force
-from kinetograph.sensing.world import World, find_world, in_our_world
+from kinetograph.sensing.world import World, as_said, find_world, in_our_world
 
 __all__ = [
     "GRAVITY",
@@ -60,6 +61,7 @@ __all__ = [
     "Standing",
     "Verdict",
     "World",
+    "as_said",
     "attach",
     "calibrate",
     "calibrate_freely",
@@ -78,6 +80,7 @@ __all__ = [
     "motion_clock",
     "mounted",
     "mounting_of",
+    "orientations_of_sensors",
     "preset",
     "renumbered",
     "select_rows",

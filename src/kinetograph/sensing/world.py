@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.readings import Readings
 from kinetograph.sensing.readings import GRAVITY
+from kinetograph.sensing.segment_frames import orientations_of_sensors
 
 UPS = ("y", "z")
 """Axes of a world that may point up."""
 _CALM = 0.1  # of gravity, by which the magnitude of a calm row differs from it at most
 _ROWS = 10  # calm rows that are enough to decide
 _FITS = 0.9  # mean cosine between up and what calm rows read, in the right world
+_CLOSE = 0.1  # of that cosine, by which another world may agree better than the one that is said
 _FROM_Z = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0])  # z up to y up
 
 
@@ -80,6 +83,82 @@ def find_world(readings: Readings, up: str | None = None) -> World:
             f"orientations do not agree with gravity in any world (1 is perfect; {tried}); use --use force without them"
         )
     return worlds[best]
+
+
+def as_said(readings: Readings, said: World | None = None, up: str | None = None) -> tuple[Readings, tuple[str, ...]]:
+    """Readings with orientations from the sensor to a world with Y up, whatever their file says, if gravity says so.
+
+    Parameters
+    ----------
+    readings : Readings
+        With orientations as a file has them.
+    said : World, optional
+        What the file says of them; without it, gravity decides.
+    up : {"y", "z"}, optional
+        The axis that points up, where a person says it.
+
+    Returns
+    -------
+    readings : Readings
+    notes : tuple of str
+        What was found by gravity, and where the file is wrong.
+
+    Raises
+    ------
+    RequestError
+        Where gravity at rest agrees with no world, and where nothing is said and too few rows are calm.
+    """
+    given = World(up or said.up, said.inverse) if said is not None else None
+    if given is not None and (count_calm(readings) < _ROWS or _is_likely(readings, given)):
+        return in_our_world(readings, given), ()
+    try:
+        world = find_world(readings, up)
+    except RequestError:
+        if readings.angular is None or count_calm(readings) < _ROWS:
+            raise
+        return _of_segments(readings, up)
+    if given is not None:
+        return in_our_world(readings, world), (f"orientations are said to be {given}; gravity shows {world}: taken so",)
+    return in_our_world(readings, world), () if world == World() else (
+        f"orientations taken as {world}, as gravity shows",
+    )
+
+
+def _is_likely(readings: Readings, given: World) -> bool:
+    """Whether no other world agrees better with gravity: in fast movement none agrees well."""
+    scores = [agreement_with(readings, World(up, inverse)) for up in UPS for inverse in (False, True)]
+    own = agreement_with(readings, given)
+    return own >= _FITS or (own > 0 and own >= max(scores) - _CLOSE)
+
+
+def _of_segments(readings: Readings, up: str | None) -> tuple[Readings, tuple[str, ...]]:
+    """Readings whose orientations are of segments rather than of sensors."""
+    for inverse in (False, True):
+        with suppress(RequestError):
+            own = orientations_of_sensors(readings, inverse)
+            world = find_world(own, up)
+            line = "orientations are of segments, not of the sensors; brought to the sensors' frames by gyroscopes"
+            return in_our_world(own, world), (f"{line}, {world}, as gravity shows",)
+    find_world(readings, up)  # says how little each world agrees
+    raise AssertionError("a world was found after all")
+
+
+def count_calm(readings: Readings) -> int:
+    """The number of rows that read little more than gravity."""
+    return int(_calm(readings).sum())
+
+
+def _calm(readings: Readings) -> BoolArray:
+    size = np.linalg.norm(readings.force, axis=1)
+    return np.asarray(np.abs(size - GRAVITY) < _CALM * GRAVITY)
+
+
+def agreement_with(readings: Readings, world: World) -> float:
+    """Mean cosine between up and what calm rows read, were their orientations of a world; 1 is perfect."""
+    calm = _calm(readings)
+    upward = readings.force[calm] / np.linalg.norm(readings.force[calm], axis=1, keepdims=True)
+    assert readings.orientation is not None
+    return _agreement(world, rot.normalize(readings.orientation[calm]), upward)
 
 
 def in_our_world(readings: Readings, world: World) -> Readings:

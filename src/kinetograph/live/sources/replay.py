@@ -14,7 +14,6 @@ from kinetograph.live.items import Frame, Item, Point
 from kinetograph.live.rows import Row
 from kinetograph.motion import Motion, cut
 from kinetograph.readings import Readings
-from kinetograph.sensing import find_world, in_our_world
 from kinetograph.signal import Signal
 
 if TYPE_CHECKING:
@@ -41,8 +40,6 @@ def items_of(path: Path) -> list[Item]:
     """
     if path.suffix.lower() in (".csv", ".txt") and is_readings(path):
         readings, _ = read_readings(path)
-        if readings.orientation is not None:
-            readings = in_our_world(readings, find_world(readings))
         return list(rows_of(readings))
     take = read(path).take
     track = next(iter(take.tracks.values()))

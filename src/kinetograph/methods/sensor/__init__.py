@@ -18,8 +18,10 @@ from kinetograph.methods.sensor.root import RootIntegrator
 from kinetograph.methods.sensor.settings import ByDensity, ByMean, LleReduction, LocalModelSettings, PcaReduction
 from kinetograph.methods.sensor.smoothing import CausalSmoothing, NoSmoothing, WindowSmoothing
 from kinetograph.methods.sensor.syntheses import Continuity, Interpolation, Optimisation
+from kinetograph.methods.sensor.tuning import CHOICES, tuned
 
 __all__ = [
+    "CHOICES",
     "REDUCTIONS",
     "SMOOTHINGS",
     "SYNTHESES",
@@ -50,5 +52,6 @@ __all__ = [
     "fit_examples",
     "smoothing_named",
     "synthesis_named",
+    "tuned",
     "without_heading",
 ]

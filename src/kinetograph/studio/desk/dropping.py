@@ -87,7 +87,7 @@ def _readings(path: Path) -> None:
     from kinetograph.pipeline import read_rows
 
     read_rows(path)
-    read_readings(path)
+    read_readings(path, oriented=False)
 
 
 def _layout(path: Path) -> None:
