@@ -20,6 +20,7 @@ _CALM = 0.1  # of gravity, by which the magnitude of a calm row differs from it 
 _ROWS = 10  # calm rows that are enough to decide
 _FITS = 0.9  # mean cosine between up and what calm rows read, in the right world
 _CLOSE = 0.1  # of that cosine, by which another world may agree better than the one that is said
+_LEAST = 0.5  # of it, below which not even that world is believed
 _FROM_Z = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0])  # z up to y up
 
 
@@ -128,7 +129,7 @@ def _is_likely(readings: Readings, given: World) -> bool:
     """Whether no other world agrees better with gravity: in fast movement none agrees well."""
     scores = [agreement_with(readings, World(up, inverse)) for up in UPS for inverse in (False, True)]
     own = agreement_with(readings, given)
-    return own >= _FITS or (own > 0 and own >= max(scores) - _CLOSE)
+    return own >= _FITS or (own >= _LEAST and own >= max(scores) - _CLOSE)
 
 
 def _of_segments(readings: Readings, up: str | None) -> tuple[Readings, tuple[str, ...]]:
