@@ -35,6 +35,7 @@ NOT_AFTER_THE_DEMO = {
     "library label dances --by partner": DANCES,
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,
     "sense swing.csv -l golf --layout mine.toml -o swing.bvh": SPORTS,
+    "sense swing.csv -l golf -o swing.bvh --synthesis optimisation --ahead 0 --choice mean": SPORTS,
     "live sense -l golf --layout mine.toml --from slimevr:// --to vmc://": DEVICE,
     "live sense -l golf --from phone://0.0.0.0 --to studio": DEVICE,
     "live perform -l dances --target follower --from mocopi:// --to vmc://": DEVICE,

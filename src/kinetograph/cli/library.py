@@ -191,7 +191,7 @@ def add_take(
 
     Example: kinetograph library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z
 
-    Example: kinetograph library add tennis --take serve motion=serve.bvh readings=serve.csv --layout mine.toml
+    Example: kinetograph library add out/clips.library --take worn motion=out/walk.bvh readings=out/readings.csv
     """
     from kinetograph.pipeline import add_readings, differing_skeletons, open_library, with_readings
 
