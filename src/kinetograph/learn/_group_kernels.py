@@ -258,9 +258,8 @@ def scan_group(
 
     left: how many these blocks are, and the least total with a predecessor outside them.
     """
-    count, outside = left
     (floor, kept), (packed, index, charge), (bound, limit, back) = near[:2], blocks, room
-    (change, origins, packed_origins), width = charge, heads.shape[1]
+    (count, outside), (change, origins, packed_origins), width = left, charge, heads.shape[1]
     toll, head, totals = np.float32(change), np.empty(width, np.float32), np.empty(WIDE, np.float32)
     scores, points, owners, pairs = packed[0].ravel(), packed[1].ravel(), packed_origins.ravel(), 0
     for j in states:
@@ -272,8 +271,7 @@ def scan_group(
             if bound[j] >= limit[j]:
                 bound[j], back[j] = least, marked(back[j])
             continue
-        for k in range(width):
-            head[k] = heads[j, k]
+        head[:] = heads[j]
         for visit in range(-1, count):
             block = first if visit < 0 else visit
             if floor[block] >= best:
