@@ -147,9 +147,33 @@ def test_a_beam_is_never_said_to_be_best() -> None:
     path = solve(search, problem.arrivals, problem.partial)
     assert not path.proved
     assert path.score >= solved(problem).score
-    assert prove(search, lambda: problem.arrivals, problem.partial).score == path.score
     few = replace(search, beam=None)
     assert solve(few, problem.arrivals, problem.partial).proved
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_beam_finds_the_same_among_like_ones_as_one_by_one(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = wandering(seed, 300, 25)
+    for beam in (0.0, 0.05, 0.3):
+        search = SegmentalSearch(problem.durations, problem.continuity, beam=beam)
+        plain = solve(search, problem.arrivals, problem.partial)
+        with monkeypatch.context() as patch:
+            patch.setattr(segmental, "GROUPED", 1)
+            path = solve(search, problem.arrivals, problem.partial)
+        assert path.score == pytest.approx(plain.score, rel=1e-6)
+        assert path.exact
+        assert path.pairs <= plain.pairs + LANES * len(problem.durations) * 25
+
+
+@pytest.mark.usefixtures("grouped")
+def test_a_beam_over_many_states_keeps_few_and_scores_what_its_sequence_does() -> None:
+    problem = wandering(2, 3000, 20)
+    search = SegmentalSearch(problem.durations, problem.continuity, beam=0.3)
+    path = prove(search, lambda: problem.arrivals, problem.partial)
+    assert path.exact
+    assert not path.proved
+    assert path.score >= solved(problem).score * (1 - 1e-9)
+    assert path.score == pytest.approx(naive.score(problem, sequence(path)), rel=1e-6)
 
 
 @given(st.lists(st.floats(-5, 5, width=32), min_size=1, max_size=60), st.data())
