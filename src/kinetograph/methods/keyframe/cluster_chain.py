@@ -36,7 +36,7 @@ class ClusterChain:
     overlap : float
         T, seconds of a blend (section 3.5).
     around : float
-        Seconds either side of a border within which the closest point is looked for (section 3.5).
+        Seconds on either side of a border within which the closest point is looked for (section 3.5).
 
     Raises
     ------
@@ -49,7 +49,7 @@ class ClusterChain:
     restarts: int = 10
     stay: float = 0.95
     overlap: float = 0.3
-    around: float = 0.25
+    around: float = 1.0
 
     def __post_init__(self) -> None:
         if not 0 < self.stay < 1:
