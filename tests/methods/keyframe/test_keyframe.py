@@ -155,7 +155,8 @@ def test_the_cluster_chain_knows_its_own_frames_however_they_face(walks: kg.Libr
         motion, frame = chain.model.examples[example].motion, int(rng.integers(180))
         moved = place(motion, rng.uniform(-np.pi, np.pi), (1.0, 0.0, 2.0))
         key = Key(cut(moved, frame, frame + 1)) if alone else key_at(moved, frame / 30)
-        found, at = nearest_frame(chain.model, key)
+        found, at, offset = nearest_frame(chain.model, key)
+        assert abs(offset) < 1e-6
         nearest = chain.model.examples[found].motion.rotations[at]  # a made-up walk repeats its poses
         assert rot.angle_between(nearest[1:], motion.rotations[frame, 1:]).max() < 1e-6
         upright = [rot.without_heading(q) for q in (nearest[0], motion.rotations[frame, 0])]
@@ -176,6 +177,21 @@ def test_the_cluster_chain_holds_its_keys(clips: kg.Library):
         assert key_miss(result, keys[0], 0) < 1e-6
         assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-6
     assert solved > 40
+
+
+def test_the_cluster_chain_meets_keys_between_two_frames(walks: kg.Library):
+    model = kg.KeyframeControl(solver=ClusterChain(clusters=6)).fit(walks, exclude=("turning",))
+    rng, misses = np.random.default_rng(3), []
+    for _ in range(20):
+        takes = rng.choice(["slow", "quick"], 3)
+        keys = [key_at(walks.take(str(name)).motion(), rng.uniform(0.0, 5.9)) for name in takes]
+        result = model.synthesize(keys)
+        nearest = [round(second * 30) for second in result.met]
+        misses += [key_miss(result, key, frame) for key, frame in zip(keys, nearest, strict=True)]
+        # a recording is never played backwards, nor at twice its speed
+        steps = np.linalg.norm(np.diff(result.motion.translation[:, [0, 2]], axis=0), axis=1) * 30
+        assert steps.min() > 0.3
+        assert steps.max() < 1.6
 
 
 def test_the_cluster_chain_goes_through_several_keys(walks: kg.Library):

@@ -22,10 +22,14 @@ from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.key_states import StateSequence
 from kinetograph.methods.keyframe.motion_segments import Excerpt, excerpts_through
 from kinetograph.methods.keyframe.two_levels import TwoLevelModel
-from kinetograph.motion import Motion, heading_at, place
+from kinetograph.motion import Motion, cut, heading_at, place, sample
 from kinetograph.post.contacts import carry
 from kinetograph.post.crossfading import crossfade, smooth_weights
+from kinetograph.sampling import REACH
 from kinetograph.synthesis import Piece, Synthesis
+
+FADE = 0.5
+"""Seconds before and after a key between two frames in which a recording is ahead or late."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,12 +138,13 @@ def chain(model: TwoLevelModel, excerpts: list[Excerpt], first: Key, *, overlap:
     links = []
     for number, (excerpt, source) in enumerate(zip(closest, sources, strict=True)):
         head, tail = shared[number][0], shared[number + 1][1]
-        rotation = heading_at(target, frame) - heading_at(source, excerpt.start)
-        moved = rot.rotate(rot.about("y", rotation), source.translation[excerpt.start])
+        # one frame more: where the next excerpt begins
+        played = _played(source, excerpt, head, tail + 1, round(FADE * fps))
+        rotation = heading_at(target, frame) - heading_at(played, head)
+        moved = rot.rotate(rot.about("y", rotation), played.translation[head])
         shift = on_ground(target.translation[frame] - moved)
-        played = place(_held(source, excerpt.start - head, excerpt.stop + tail), rotation, shift)
-        links.append(Link(excerpt, played, rotation, shift, sum(shared[number])))
-        target, frame = place(_held(source, excerpt.stop, excerpt.stop + 1), rotation, shift), 0
+        target, frame = place(played, rotation, shift), head + len(excerpt)
+        links.append(Link(excerpt, cut(target, 0, len(target) - 1), rotation, shift, sum(shared[number])))
     return links
 
 
@@ -179,8 +184,8 @@ def overlaps(excerpts: Sequence[Excerpt], lengths: Sequence[int], half: int) -> 
     """For every border, how many frames before and after it are blended.
 
     A blend takes ``half`` frames on either side; what one side lacks, because the recording or the way to a key is too
-    short, the other adds. The frames of keys are never blended. Where recordings give less than ``half`` in all, their
-    first or last pose is held.
+    short, the other adds. The frames of keys are never blended. Where recordings give less than ``half`` in all, they
+    are played on past their ends.
 
     Parameters
     ----------
@@ -212,10 +217,42 @@ def _shared(room: tuple[int, int], half: int) -> tuple[int, int]:
     return min(2 * half - tail, room[0]), min(2 * half - head, room[1])
 
 
-def _held(source: Motion, start: int, stop: int) -> Motion:
-    """Frames ``start`` to ``stop - 1``; before the first and after the last, these are held."""
-    frames = np.clip(np.arange(start, stop), 0, len(source) - 1)
-    return Motion(source.skeleton, source.translation[frames], source.rotations[frames], source.fps)
+def _played(source: Motion, excerpt: Excerpt, head: int, tail: int, fade: int) -> Motion:
+    """An excerpt of a recording with frames before and after it.
+
+    A key that lies between two frames is met: the recording is ahead or late by the key's offset there, and on time
+    again ``fade`` frames before and after it.
+    """
+    start, stop = excerpt.start - head, excerpt.stop + tail
+    if not any(excerpt.offsets):
+        return _frames(source, start, stop)
+    knots = {key + step: 0.0 for key in excerpt.keys for step in (-fade, fade) if _alone(key + step, excerpt, fade)}
+    knots |= dict(zip(reversed(excerpt.keys), reversed(excerpt.offsets), strict=True))
+    places, frames = sorted(knots), np.arange(start, stop)
+    late = np.interp(frames, places, [knots[place] for place in places])
+    wide = _frames(source, start - REACH, stop + REACH)
+    return sample(wide, (frames + late - start + REACH) / source.fps, source.fps)
+
+
+def _frames(source: Motion, start: int, stop: int) -> Motion:
+    """Frames ``start`` to ``stop - 1`` of a recording; past an end it goes on as it came, mirrored in its last pose."""
+    frames = np.arange(start, stop)
+    ends = np.clip(frames, 0, len(source) - 1)
+    mirrored = np.clip(2 * ends - frames, 0, len(source) - 1)
+    translation, rotations = source.translation[ends], source.rotations[ends]
+    onward = rot.multiply(rot.multiply(rotations, rot.conjugate(source.rotations[mirrored])), rotations)
+    past = (frames != ends)[:, None]
+    return Motion(
+        source.skeleton,
+        np.where(past, 2 * translation - source.translation[mirrored], translation),
+        np.where(past[..., None], onward, rotations),
+        source.fps,
+    )
+
+
+def _alone(frame: int, excerpt: Excerpt, fade: int) -> bool:
+    """Whether no key is nearer to a frame than ``fade``."""
+    return min(abs(frame - key) for key in excerpt.keys) >= fade
 
 
 def _pieces(links: list[Link], examples: list[Example]) -> tuple[Piece, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,21 @@ from kinetograph.methods.keyframe.examples import adopt_named
 from kinetograph.methods.keyframe.two_levels import TwoLevelModel
 from kinetograph.motion import heading_at
 
-Frame = tuple[int, int]
-"""A recorded frame: its example, and its number there."""
+
+class Frame(NamedTuple):
+    """A recorded frame, or a place next to one.
+
+    Parameters
+    ----------
+    example, number : int
+        The example, and the frame there.
+    offset : float
+        Frames by which the place is later than the frame, -1 to 1.
+    """
+
+    example: int
+    number: int
+    offset: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +39,9 @@ class StateSequence:
 
     Parameters
     ----------
-    nearest : tuple of (int, int)
-        For either key, the example and the frame that are closest to it; the first state is that of the first one's
-        cluster, the last that of the last one's.
+    nearest : tuple of Frame
+        The recorded frames that are closest to the keys; the first state is the first one's cluster, the last state the
+        last one's.
     clusters : ndarray of int, shape (T,)
         The states of the Markov chain.
     examples : ndarray of int, shape (T,)
@@ -46,7 +60,7 @@ def nearest_frame(model: TwoLevelModel, key: Key) -> Frame:
     """The recorded frame whose pose is closest to a key's in the space of components.
 
     An example is aligned by its mean heading, and a single pose has none: a key faces as the frame that it is compared
-    with, so that a recorded frame is its own nearest.
+    with, so that a recorded frame is its own nearest. A key between two frames has an offset.
 
     Parameters
     ----------
@@ -68,12 +82,31 @@ def nearest_frame(model: TwoLevelModel, key: Key) -> Frame:
     vector[:3] = 0.0
     rest, basis = model.reduction.encode(vector), model.reduction.basis[:3]
     level = rot.multiply(rot.about("y", -heading_at(clip, key.frame)), clip.rotations[key.frame, 0])
-    squares = [
-        ((rest + _facing_as(level, facings, roots) @ basis - coordinates) ** 2).sum(axis=1)
+    gaps = [
+        rest + _facing_as(level, facings, roots) @ basis - coordinates
         for facings, roots, coordinates in zip(model.facings, model.roots, model.coordinates, strict=True)
     ]
+    squares = [(gap**2).sum(axis=1) for gap in gaps]
     example = int(np.argmin([s.min() for s in squares]))
-    return example, int(squares[example].argmin())
+    number = int(squares[example].argmin())
+    return Frame(example, number, _offset(gaps[example], number))
+
+
+def _offset(gaps: FloatArray, frame: int) -> float:
+    """Frames from a frame to where a key is nearest, on the straight lines to the frames before and after it.
+
+    gaps ``(F, M)``: from each frame to the key.
+    """
+    best, offset = float(gaps[frame] @ gaps[frame]), 0.0
+    for step in (-1, 1):
+        if not 0 <= frame + step < len(gaps) or best < 1e-18:
+            continue
+        way = gaps[frame] - gaps[frame + step]
+        share = float(np.clip(gaps[frame] @ way / max(float(way @ way), 1e-18), 0.0, 1.0))
+        left = gaps[frame] - share * way
+        if left @ left < best:
+            best, offset = float(left @ left), step * share
+    return offset
 
 
 def _facing_as(level: FloatArray, facings: FloatArray, roots: FloatArray) -> FloatArray:
@@ -110,7 +143,7 @@ def state_sequence(model: TwoLevelModel, first: Key, last: Key) -> StateSequence
 
 def states_between(model: TwoLevelModel, first: Frame, last: Frame, labels: tuple[str, str]) -> StateSequence:
     """As `state_sequence`, between two recorded frames; ``labels`` is what errors call them."""
-    (before, start), (after, stop) = first, last
+    (before, start, _), (after, stop, _) = first, last
     ends = int(model.labels[before][start]), int(model.labels[after][stop])
     try:
         clusters, likelihood = likeliest_path(model.transitions, *ends)
@@ -127,7 +160,7 @@ def states_between(model: TwoLevelModel, first: Frame, last: Frame, labels: tupl
 
 def _plays_through(model: TwoLevelModel, first: Frame, last: Frame) -> bool:
     """Whether one frame leads to the other without leaving the cluster or the example."""
-    (example, start), (after, stop) = first, last
+    (example, start, _), (after, stop, _) = first, last
     return example == after and start <= stop and len(set(model.labels[example][start : stop + 1].tolist())) == 1
 
 

@@ -35,8 +35,8 @@ class Segment:
     stop: int
 
     def holds(self, frame: Frame) -> bool:
-        """Whether a frame, given as its example and its number there, is in the segment."""
-        return self.example == frame[0] and self.start <= frame[1] < self.stop
+        """Whether a frame is in the segment."""
+        return self.example == frame.example and self.start <= frame.number < self.stop
 
     def follows(self, before: Segment) -> bool:
         """Whether this is the next segment of the same example."""
@@ -52,12 +52,15 @@ class Excerpt:
     example, start, stop : int
     keys : tuple of int
         Frames of the example that are nearest to keys, in order.
+    offsets : tuple of float
+        Frames by which each of these keys is later than its frame.
     """
 
     example: int
     start: int
     stop: int
     keys: tuple[int, ...] = ()
+    offsets: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return self.stop - self.start
@@ -111,10 +114,11 @@ def excerpts_of(model: TwoLevelModel, sequence: StateSequence) -> list[Excerpt]:
             excerpts[-1] = replace(excerpts[-1], stop=after.stop)
         else:
             excerpts.append(Excerpt(after.example, after.start, after.stop))
-    (_, first), (_, last) = sequence.nearest
-    excerpts[0] = replace(excerpts[0], start=first, keys=(first,))
-    excerpts[-1] = replace(excerpts[-1], stop=last + 1, keys=(*excerpts[-1].keys, last))
-    return excerpts
+    first, last = sequence.nearest
+    excerpts[0] = replace(excerpts[0], start=first.number, keys=(first.number,), offsets=(first.offset,))
+    final = excerpts[-1]
+    keys, offsets = (*final.keys, last.number), (*final.offsets, last.offset)
+    return [*excerpts[:-1], replace(final, stop=last.number + 1, keys=keys, offsets=offsets)]
 
 
 def excerpts_through(model: TwoLevelModel, sequences: Sequence[StateSequence]) -> list[Excerpt]:
@@ -130,5 +134,6 @@ def excerpts_through(model: TwoLevelModel, sequences: Sequence[StateSequence]) -
     for sequence in sequences[1:]:
         after, *others = excerpts_of(model, sequence)
         before = excerpts.pop()
-        excerpts += [replace(before, stop=after.stop, keys=before.keys + after.keys[1:]), *others]
+        keys, offsets = before.keys + after.keys[1:], before.offsets + after.offsets[1:]
+        excerpts += [replace(before, stop=after.stop, keys=keys, offsets=offsets), *others]
     return excerpts
