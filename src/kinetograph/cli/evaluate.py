@@ -20,7 +20,18 @@ from kinetograph.cli.configurations import (
     sensor_control,
     syntheses,
 )
-from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Track, add, options
+from kinetograph.cli.options import (
+    AsJson,
+    Chosen,
+    Jobs,
+    LibraryOption,
+    Mirror,
+    TargetTrack,
+    Track,
+    Working,
+    add,
+    options,
+)
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -213,7 +224,7 @@ class OwnKeys:
     seed: Annotated[int, typer.Option(help="Seed of the frames that are drawn.")] = 0
 
 
-def keyframe(gaps: Gaps, own: OwnKeys, as_json: AsJson = False) -> None:
+def keyframe(gaps: Gaps, working: Working, own: OwnKeys, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
 
     Or, with --own-frames: each of so many frames of the library is the first and the last key of a pair with another.
@@ -222,7 +233,7 @@ def keyframe(gaps: Gaps, own: OwnKeys, as_json: AsJson = False) -> None:
 
     Example: kinetograph evaluate keyframe -l out/clips.library --held-out humanoid3d_run --gap 5
 
-    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5"
+    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
 
     Example: kinetograph evaluate keyframe -l out/clips.library --own-frames 20
     """
@@ -232,7 +243,8 @@ def keyframe(gaps: Gaps, own: OwnKeys, as_json: AsJson = False) -> None:
     if (own.own_frames is None) == (not gaps.held_out):
         raise RequestError("give takes to fill gaps in (--held-out NAME), or a number of frames (--own-frames 200)")
     library = open_library(gaps.library, gaps.selection)
-    table(_filled(library, gaps) if own.own_frames is None else _own_frames(library, gaps, own, as_json), as_json)
+    rows = _own_frames(library, gaps, own, as_json) if own.own_frames else _filled(library, gaps, working)
+    table(rows, as_json)
 
 
 def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
@@ -251,13 +263,13 @@ def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> li
     return [_measured(asdict(row), as_json) for row in rows]
 
 
-def _filled(takes: Library, gaps: Gaps) -> list[dict[str, Any]]:
+def _filled(takes: Library, gaps: Gaps, working: Working) -> list[dict[str, Any]]:
     """Scores of the gaps in held-out takes."""
     import fnmatch
     from dataclasses import asdict
 
     from kinetograph.errors import RequestError
-    from kinetograph.evaluation import inbetween_held_out
+    from kinetograph.evaluation import Run, inbetween_held_out
     from kinetograph.library import Selection
 
     held_out = gaps.held_out or []
@@ -267,7 +279,9 @@ def _filled(takes: Library, gaps: Gaps) -> list[dict[str, Any]]:
     copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
     takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
     method = gap_filling_control(gaps.rate, gaps.mirrored)
-    scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
+    with progress_bar("evaluating") as progress:
+        run = Run(workers=working.workers, progress=progress)
+        scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
     return [{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()]
 
 
@@ -315,23 +329,30 @@ class Estimations(Estimation):
     ] = None
 
 
-def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False) -> None:
+def sensor(
+    takes: Takes,
+    sensors: Sensors,
+    estimation: Estimations,
+    instead: Instead,
+    working: Working,
+    as_json: AsJson = False,
+) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
 
-    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*" --jobs 2
     """
     from kinetograph.pipeline import open_library
 
     library = open_library(takes.library, takes.selection)
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
-    held = takes.held(library)
+    held, workers = takes.held(library), working.workers
     if instead.recordings or instead.sweep:
         table(_conditions(library, method, held, instead), as_json)
     else:
-        rows = _errors(library, method, wanted, held, instead.joints)
+        rows = _errors((library, method), wanted, held, workers, instead.joints)
         table([_measured(row, as_json) for row in rows], as_json)
 
 
@@ -351,7 +372,11 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
 
 
 def _errors(
-    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
+    given: tuple[Library, SensorControl],
+    wanted: Mapping[str, Synthesis],
+    held: HeldOut,
+    workers: Workers,
+    joints: bool,
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict
@@ -359,8 +384,9 @@ def _errors(
     from kinetograph.evaluation import evaluate
 
     with progress_bar("evaluating") as progress:
-        rows, by_joint = evaluate(library, method, syntheses=wanted, held=held, progress=progress)
+        rows, by_joint = evaluate(*given, syntheses=wanted, held=held, workers=workers, progress=progress)
     if not joints:
         return [asdict(row) for row in rows]
+    library = given[0]
     names = library.take(library.names()[0]).motion(held.track).skeleton.names
     return [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)]
