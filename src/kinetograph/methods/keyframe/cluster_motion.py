@@ -183,9 +183,9 @@ def _within(low: int, high: int, middle: int, reach: int) -> IntArray:
 def overlaps(excerpts: Sequence[Excerpt], lengths: Sequence[int], half: int) -> list[tuple[int, int]]:
     """For every border, how many frames before and after it are blended.
 
-    A blend takes ``half`` frames on either side; what one side lacks, because the recording or the way to a key is too
-    short, the other adds. The frames of keys are never blended. Where recordings give less than ``half`` in all, they
-    are played on past their ends.
+    A blend takes ``half`` frames on either side; what one side lacks, because the recording ends or a key is near, the
+    other adds. The frames of keys are never blended. Where recordings give less than ``half`` in all, they are played
+    on past their ends.
 
     Parameters
     ----------

@@ -87,11 +87,11 @@ def draw_states(model: TwoLevelModel, path: Path, *, passed: Sequence[int] = ())
     for a, b in np.argwhere(model.transitions > 0):
         if a == b:
             continue
-        on_the_way = (int(a), int(b)) in steps
-        style = {"color": "#d55e00" if on_the_way else "#888888", "lw": 2.5 if on_the_way else 1.0}
+        passes = (int(a), int(b)) in steps
+        style = {"color": "#d55e00" if passes else "#888888", "lw": 2.5 if passes else 1.0}
         bent = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.15", "shrinkA": 9, "shrinkB": 9, **style}
         ends = model.quantiser.centres[[b, a], :2]
-        axes.annotate("", xy=ends[0], xytext=ends[1], arrowprops=bent, zorder=3 if on_the_way else 2)
+        axes.annotate("", xy=ends[0], xytext=ends[1], arrowprops=bent, zorder=3 if passes else 2)
     for number, (x, y) in enumerate(model.quantiser.centres[:, :2]):
         colour = "#d55e00" if number in passed else "#555555"
         box = {"boxstyle": "circle", "fc": "white", "ec": colour}

@@ -186,9 +186,10 @@ def _level_1(sheet: Page, solved: FirstSolved, keys: tuple[Key, Key], runs: int)
     errors = quantisation_errors(model, runs)
     passed = state_sequence(model, *keys).clusters.tolist()
     caption = "alignment; the second example faces another way by a right angle"
+    states = "the states of level 1; in colour, those that the synthesis passes"
     parts = (
         sheet.figure(2, caption, partial(figures.draw_alignment, before, after, names)),
-        sheet.figure(3, "the states of level 1; in colour, the way of the synthesis", partial(_states, solved, passed)),
+        sheet.figure(3, states, partial(_states, solved, passed)),
         sheet.figure(5, "the examples in PCA space", partial(figures.draw_space, model.coordinates, names)),
         sheet.figure(
             6, f"quantisation error by K, {sum(map(len, errors.values()))} runs", partial(figures.draw_errors, errors)
