@@ -20,7 +20,9 @@ from kinetograph.cli.configurations import (
     syntheses,
 )
 from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Track, add, options
-from kinetograph.cli.output import note, progress_bar, table
+from kinetograph.cli.output import note, progress_bar, result, table
+from kinetograph.cli.reading import Reading, read_file
+from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.cli.configurations import Synthesis
@@ -237,13 +239,17 @@ class Instead:
     ] = None
     recordings: Annotated[Path | None, typer.Option(help="Errors on a folder of recordings of real sensors.")] = None
     joints: Annotated[bool, typer.Option("--joints", help="The error of each joint in degrees.")] = False
+    against: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(metavar="RESULT TRUTH", help="Errors of a motion against a recording of the same, without -l."),
+    ] = None
 
 
 @options()
 class Takes(Chosen):
     """What is held out, and how results are averaged."""
 
-    library: LibraryOption
+    library: Annotated[Path | None, typer.Option("-l", "--library", help="The library's folder.")] = None
     only: Annotated[list[str] | None, typer.Option(help="Take to hold out; default each. Repeatable.")] = None
     group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None
     track: Track = None
@@ -269,15 +275,29 @@ class Estimations(Estimation):
     ] = None
 
 
-def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False) -> None:
+def sensor(
+    takes: Takes,
+    sensors: Sensors,
+    estimation: Estimations,
+    instead: Instead,
+    reading: Reading,
+    as_json: AsJson = False,
+) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
 
     Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+
+    Example: kinetograph evaluate sensor --against estimated.bvh recorded.bvh
     """
     from kinetograph.pipeline import open_library
 
+    if instead.against:
+        result(_against(*instead.against, reading, as_json), as_json)
+        return
+    if takes.library is None:
+        raise RequestError("name a library with -l, or two files with --against RESULT TRUTH")
     library = open_library(takes.library, takes.selection)
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
@@ -287,6 +307,25 @@ def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Ins
     else:
         rows = _errors(library, method, wanted, held, instead.joints)
         table([_measured(row, as_json) for row in rows], as_json)
+
+
+def _against(path: Path, recorded: Path, reading: Reading, as_json: bool) -> dict[str, Any]:
+    """The figures of one file against another; for people with their units."""
+    from kinetograph.evaluation import score_against
+
+    found = score_against(*(read_file(file, reading).motion() for file in (path, recorded)))
+    what = "roles: degrees are between bones, the result is scaled" if found.by_roles else "joints"
+    row = {name: value for name, value in vars(found.row).items() if name not in _NOT_OF_FILES}
+    return {
+        "seconds": found.seconds,
+        "rate": found.rate,
+        "by_roles": found.by_roles,
+        "compared": list(found.compared) if as_json else f"{len(found.compared)} {what}",
+        **_measured(row, as_json),
+    }
+
+
+_NOT_OF_FILES = ("method", "group", "takes", "p50_ms", "p99_ms")
 
 
 def _conditions(library: Library, method: SensorControl, held: HeldOut, instead: Instead) -> list[dict[str, Any]]:

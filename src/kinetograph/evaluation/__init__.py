@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Against": "sensor_against",
     "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
@@ -89,6 +90,7 @@ _ROOMS = {
     "recorded_jumps": "keyframe",
     "repeat_distances": "repeats",
     "ridge_regression": "baselines",
+    "score_against": "sensor_against",
     "score_steering": "steering",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
@@ -106,6 +108,7 @@ _ROOMS = {
 
 __all__ = [
     "SWEEPS",
+    "Against",
     "Candidate",
     "DanceRow",
     "Guide",
@@ -182,6 +185,7 @@ __all__ = [
     "recorded_jumps",
     "repeat_distances",
     "ridge_regression",
+    "score_against",
     "score_steering",
     "seam_falls",
     "seam_jump",
@@ -274,6 +278,7 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
+    from kinetograph.evaluation.sensor_against import Against, score_against
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep
     from kinetograph.evaluation.steering import Steered, SteeringScores, StickScript, score_steering, steer_by, sticks

@@ -260,7 +260,7 @@ def evaluate(
         for name, model in fitted_to(methods, fold.examples):
             made, times = timed(model, readings)
             row, by_joint = score(name, fold.group, made.motion.rotations, fold.truth, times)
-            rows.append(with_feet(row, made, fold.truth))
+            rows.append(with_feet(row, made.motion, made.annotations, fold.truth))
             joints[name].append(by_joint)
         if progress:
             progress(done, len(todo))
