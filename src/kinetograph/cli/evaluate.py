@@ -23,11 +23,10 @@ from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror,
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
-    from kinetograph.cli.configurations import Synthesis
     from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.methods.sensor import SensorControl
+    from kinetograph.methods.sensor import PoseSynthesis, SensorControl
     from kinetograph.work import Workers
 
 
@@ -265,7 +264,7 @@ class Estimations(Estimation):
 
     synthesis: Annotated[
         list[str] | None,
-        typer.Option(help="Synthesis: continuity, interpolation or optimisation; default all. Repeatable."),
+        typer.Option(help="One of guided, ridge, continuity, interpolation, optimisation; default all. Repeatable."),
     ] = None
 
 
@@ -305,7 +304,7 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
 
 
 def _errors(
-    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
+    library: Library, method: SensorControl, wanted: Mapping[str, PoseSynthesis], held: HeldOut, joints: bool
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict
