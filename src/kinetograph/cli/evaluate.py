@@ -25,11 +25,10 @@ from kinetograph.cli.reading import Reading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.cli.configurations import Synthesis
     from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.methods.sensor import SensorControl
+    from kinetograph.methods.sensor import PoseSynthesis, SensorControl
     from kinetograph.work import Workers
 
 
@@ -271,7 +270,7 @@ class Estimations(Estimation):
 
     synthesis: Annotated[
         list[str] | None,
-        typer.Option(help="Synthesis: continuity, interpolation or optimisation; default all. Repeatable."),
+        typer.Option(help="One of guided, ridge, continuity, interpolation, optimisation; default all. Repeatable."),
     ] = None
 
 
@@ -344,7 +343,7 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
 
 
 def _errors(
-    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
+    library: Library, method: SensorControl, wanted: Mapping[str, PoseSynthesis], held: HeldOut, joints: bool
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict

@@ -21,13 +21,13 @@ from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score, wit
 from kinetograph.library import Library
 from kinetograph.methods.sensor import (
     SYNTHESES,
-    Continuity,
     Examples,
     Interpolation,
     LocalModels,
     LocalModelSettings,
     Motions,
     Optimisation,
+    PoseSynthesis,
     SensorControl,
     SensorModel,
     SensorSynthesis,
@@ -181,7 +181,8 @@ def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Itera
     """
     learnt: dict[LocalModelSettings, LocalModels] = {}
     for name, method in methods.items():
-        settings = None if isinstance(method.synthesis, Continuity) else method.synthesis.local
+        synthesis = method.synthesis
+        settings = synthesis.local if isinstance(synthesis, Interpolation | Optimisation) else None
         known = learnt.get(settings) if settings else None
         model = fit_examples(method, examples, np.random.default_rng(method.seed), known)
         if settings and model.fitted.local:
@@ -225,7 +226,7 @@ def evaluate(
     library: Library,
     method: SensorControl,
     *,
-    syntheses: Mapping[str, Continuity | Interpolation | Optimisation] = SYNTHESES,
+    syntheses: Mapping[str, PoseSynthesis] = SYNTHESES,
     held: HeldOut | None = None,
     progress: Progress | None = None,
 ) -> tuple[list[SensorRow], dict[str, FloatArray]]:
