@@ -8,7 +8,8 @@ import pytest
 from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.real_sensors import evaluate_recordings, neura
-from kinetograph.evaluation.sensor import HeldOut, blocks, evaluate, fitted_to, folds, grouped
+from kinetograph.evaluation.sensor import evaluate, fitted_to, together
+from kinetograph.evaluation.sensor_folds import HeldOut, blocks, folds, grouped
 from kinetograph.evaluation.sensor_baselines import ridge
 from kinetograph.evaluation.sensor_scores import averaged, normalised_rms, pose_errors, score
 from kinetograph.evaluation.sensor_sweep import spread_out, sweep

@@ -16,7 +16,8 @@ _ROOMS = {
     "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
-    "HeldOut": "sensor",
+    "HeldOut": "sensor_folds",
+    "Interval": "intervals",
     "LabelErrors": "labels",
     "Locking": "phase",
     "MatchingWeights": "motion_matching",
@@ -30,7 +31,9 @@ _ROOMS = {
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
     "SeenErrors": "partner_names",
+    "SensorMean": "sensor_means",
     "SensorRow": "sensor_scores",
+    "SensorScores": "sensor",
     "Steered": "steering",
     "SteeringScores": "steering",
     "StickScript": "steering",
@@ -38,7 +41,6 @@ _ROOMS = {
     "WalkRow": "protocol",
     "accelerations": "metrics",
     "ankles_apart": "phase",
-    "averaged": "sensor_scores",
     "below_pieces": "plausibility",
     "below_recordings": "plausibility",
     "cadence_ratio": "phase",
@@ -51,17 +53,18 @@ _ROOMS = {
     "distinct_share": "metrics",
     "evaluate": "sensor",
     "evaluate_recordings": "real_sensors",
-    "fastest_low_toe": "metrics",
     "fall_ratio": "plausibility",
     "fastest_fall": "plausibility",
+    "fastest_low_toe": "metrics",
     "foot_agreement": "phase",
     "gait_phase": "phase",
-    "grouped": "sensor",
+    "grouped": "sensor_folds",
     "guide_of_partner": "baselines",
     "guide_of_path": "baselines",
     "held_out_motion": "protocol",
     "hold_errors": "metrics",
     "inbetween_held_out": "keyframe",
+    "interval": "intervals",
     "jerk": "metrics",
     "joint_error": "metrics",
     "judge_pair": "keyframe",
@@ -83,6 +86,7 @@ _ROOMS = {
     "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
+    "people_among": "sensor_folds",
     "phase_difference": "phase",
     "plant_phase": "phase",
     "pose_errors": "sensor_scores",
@@ -92,17 +96,19 @@ _ROOMS = {
     "ridge_regression": "baselines",
     "score_against": "sensor_against",
     "score_steering": "steering",
+    "seam_falls": "plausibility",
     "seam_jump": "keyframe",
+    "sensor_means": "sensor_means",
     "skate_ratio": "keyframe",
     "slips": "phase",
     "sole_level": "metrics",
-    "seam_falls": "plausibility",
     "speed_jumps": "keyframe",
     "steer_by": "steering",
     "sticks": "steering",
     "sweep": "sensor_sweep",
     "take_errors": "labels",
     "timed": "sensor",
+    "together": "sensor",
     "walk_row": "protocol",
 }
 
@@ -113,6 +119,7 @@ __all__ = [
     "DanceRow",
     "Guide",
     "HeldOut",
+    "Interval",
     "LabelErrors",
     "Locking",
     "MatchingWeights",
@@ -125,7 +132,9 @@ __all__ = [
     "Run",
     "Score",
     "SeenErrors",
+    "SensorMean",
     "SensorRow",
+    "SensorScores",
     "Steered",
     "SteeringScores",
     "StickScript",
@@ -133,7 +142,6 @@ __all__ = [
     "WalkRow",
     "accelerations",
     "ankles_apart",
-    "averaged",
     "below_pieces",
     "below_recordings",
     "cadence_ratio",
@@ -157,6 +165,7 @@ __all__ = [
     "held_out_motion",
     "hold_errors",
     "inbetween_held_out",
+    "interval",
     "jerk",
     "joint_error",
     "judge_pair",
@@ -178,6 +187,7 @@ __all__ = [
     "nested_walks",
     "normalised_rms",
     "npss",
+    "people_among",
     "phase_difference",
     "plant_phase",
     "pose_errors",
@@ -189,6 +199,7 @@ __all__ = [
     "score_steering",
     "seam_falls",
     "seam_jump",
+    "sensor_means",
     "skate_ratio",
     "slips",
     "sole_level",
@@ -198,6 +209,7 @@ __all__ = [
     "sweep",
     "take_errors",
     "timed",
+    "together",
     "walk_row",
 ]
 
@@ -233,6 +245,7 @@ if TYPE_CHECKING:
         skate_ratio,
         speed_jumps,
     )
+    from kinetograph.evaluation.intervals import Interval, interval
     from kinetograph.evaluation.labels import LabelErrors, label_errors, main_move, take_errors
     from kinetograph.evaluation.leaving_out import Run
     from kinetograph.evaluation.metrics import (
@@ -277,8 +290,10 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
-    from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
+    from kinetograph.evaluation.sensor import SensorScores, evaluate, timed, together
+    from kinetograph.evaluation.sensor_folds import HeldOut, grouped, people_among
+    from kinetograph.evaluation.sensor_means import SensorMean, sensor_means
     from kinetograph.evaluation.sensor_against import Against, score_against
-    from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
+    from kinetograph.evaluation.sensor_scores import SensorRow, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep
     from kinetograph.evaluation.steering import Steered, SteeringScores, StickScript, score_steering, steer_by, sticks

@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor import blocks
+from kinetograph.evaluation.sensor_folds import blocks
 from kinetograph.evaluation.sensor_scores import pose_errors
 from kinetograph.formats import (
     merge_sensors,

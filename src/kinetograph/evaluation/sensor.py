@@ -1,23 +1,17 @@
-"""Held-out evaluation of sensor control: whole takes are left out, never random frames.
-
-Frames of one take that are neighbours in time are nearly the same; a random split would test on what it was trained on.
-"""
+"""Held-out evaluation of sensor control, from virtual readings; see `kinetograph.evaluation.sensor_folds`."""
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor_baselines import BASELINES, baseline
-from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score, with_feet
+from kinetograph.evaluation.sensor_baselines import baselines
+from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
+from kinetograph.evaluation.sensor_scores import SensorRow, score, with_feet
 from kinetograph.library import Library
 from kinetograph.methods.sensor import (
     SYNTHESES,
@@ -25,142 +19,16 @@ from kinetograph.methods.sensor import (
     Interpolation,
     LocalModels,
     LocalModelSettings,
-    Motions,
     Optimisation,
     PoseSynthesis,
     SensorControl,
     SensorModel,
     SensorSynthesis,
-    build_examples,
-    example_motions,
     fit_examples,
 )
-from kinetograph.motion import Motion, cut, resample
 from kinetograph.progress import Progress
-from kinetograph.sensing import Readings, select_rows, simulate_kinds, uniform
-
-
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """A held-out take, and examples of all others.
-
-    Parameters
-    ----------
-    take : str
-    group : str
-    truth : Motion
-        The held-out motion at the method's rate.
-    examples : Examples
-    """
-
-    take: str
-    group: str
-    truth: Motion
-    examples: Examples
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """Which takes are held out, one at a time.
-
-    Parameters
-    ----------
-    only : sequence of str
-        Names of takes; all by default.
-    track : str, optional
-        Name of the motions' track; needed where takes have several motions.
-    groups : mapping
-        A name for each take, by which rows are averaged over frames; ``"all"`` by default.
-    copies : mapping
-        By held-out take the takes that it is not estimated from.
-    """
-
-    only: Sequence[str] = ()
-    track: str | None = None
-    groups: Mapping[str, str] = field(default_factory=dict)
-    copies: Mapping[str, Sequence[str]] = field(default_factory=dict)
-
-
-def folds(library: Library, method: SensorControl, held: HeldOut) -> list[Callable[[], Fold]]:
-    """One fold per take; a library of one take is cut into five blocks with gaps of a second.
-
-    Parameters
-    ----------
-    library : Library
-    method : SensorControl
-    held : HeldOut
-
-    Returns
-    -------
-    list of callable
-        Each builds its fold when called.
-    """
-    motions = example_motions(library, track=held.track)
-    if len(motions) == 1:
-        motions = blocks(*next(iter(motions.items())))
-    return folds_of(motions, method, held)
-
-
-def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = None) -> list[Callable[[], Fold]]:
-    """One fold per motion, of one skeleton all, each built when called.
-
-    Parameters
-    ----------
-    motions : mapping of (str, str) to Motion
-        By take and track.
-    method : SensorControl
-    held : HeldOut, optional
-
-    Raises
-    ------
-    RequestError
-        For a take to hold out that is not there.
-    """
-    held = held or HeldOut()
-    names = [take for take, _ in motions]
-    if unknown := sorted(set(held.only) - set(names)):
-        raise RequestError(f"no take {unknown[0]!r} to hold out; there are {', '.join(dict.fromkeys(names))}")
-    return [
-        partial(_fold, _without(motions, held.copies.get(key[0], ())), key, method, held.groups.get(key[0], "all"))
-        for key in motions
-        if not held.only or key[0] in held.only
-    ]
-
-
-def _without(motions: Motions, takes: Sequence[str]) -> Motions:
-    return {key: motion for key, motion in motions.items() if key[0] not in takes}
-
-
-def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: str) -> Fold:
-    rest = {other: motion for other, motion in motions.items() if other != key}
-    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed))
-    return Fold(key[0], group, resample(motions[key], method.rate), examples)
-
-
-def blocks(key: tuple[str, str], motion: Motion, count: int = 5, gap: float = 1.0) -> dict[tuple[str, str], Motion]:
-    """A motion in several parts.
-
-    Parameters
-    ----------
-    key : (str, str)
-        Take and track.
-    motion : Motion
-    count : int
-        Number of parts.
-    gap : float
-        Seconds left out between them.
-
-    Returns
-    -------
-    dict
-        Parts by take and track; the takes are called ``name[0]``, ``name[1]``, ...
-    """
-    edges = np.linspace(0, len(motion), count + 1).astype(np.int64)
-    away = round(0.5 * gap * motion.fps)
-    return {
-        (f"{key[0]}[{i}]", key[1]): cut(motion, int(a) + away * (i > 0), int(b) - away * (i < count - 1))
-        for i, (a, b) in enumerate(itertools.pairwise(edges))
-    }
+from kinetograph.sensing import Readings, select_rows, uniform
+from kinetograph.work import HERE, Workers, in_shards
 
 
 def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Iterator[tuple[str, SensorModel]]:
@@ -222,14 +90,38 @@ def timed(
     return live.finish(), times
 
 
+@dataclass(frozen=True, eq=False)
+class SensorScores:
+    """The scores of held-out takes.
+
+    Parameters
+    ----------
+    rows : tuple of SensorRow
+        One a take and method, baselines and syntheses alike.
+    joints : mapping
+        The error of each joint in degrees, shape (T, J), by synthesis.
+    """
+
+    rows: tuple[SensorRow, ...]
+    joints: Mapping[str, FloatArray]
+
+
+def together(parts: Sequence[SensorScores]) -> SensorScores:
+    """The scores of several parts of an evaluation."""
+    names = dict.fromkeys(name for part in parts for name in part.joints)
+    joints = {name: np.concatenate([part.joints[name] for part in parts if name in part.joints]) for name in names}
+    return SensorScores(tuple(row for part in parts for row in part.rows), joints)
+
+
 def evaluate(
     library: Library,
     method: SensorControl,
     *,
     syntheses: Mapping[str, PoseSynthesis] = SYNTHESES,
     held: HeldOut | None = None,
+    workers: Workers = HERE,
     progress: Progress | None = None,
-) -> tuple[list[SensorRow], dict[str, FloatArray]]:
+) -> Iterator[SensorScores]:
     """Hold takes out, and estimate each from virtual readings by the others.
 
     Parameters
@@ -240,72 +132,62 @@ def evaluate(
     syntheses : mapping
         By name.
     held : HeldOut, optional
+    workers : Workers
+        Who works, take by take or person by person; figures do not depend on it, but for the times of frames.
     progress : Progress, optional
-        Called with the takes done and their number.
+        Called with the folds done and their number.
 
-    Returns
-    -------
-    rows : list of SensorRow
-        By method and group, baselines and syntheses alike.
-    joints : dict
-        The error of each joint in degrees, shape (J,), by synthesis.
-    """
-    methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
-    rows: list[SensorRow] = []
-    joints: dict[str, list[FloatArray]] = {name: [] for name in methods}
-    todo = folds(library, method, held or HeldOut())
-    for done, build in enumerate(todo, start=1):
-        fold = build()
-        readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1000 + done))
-        rows += _baseline_rows(fold, method, readings)
-        for name, model in fitted_to(methods, fold.examples):
-            made, times = timed(model, readings)
-            row, by_joint = score(name, fold.group, made.motion.rotations, fold.truth, times)
-            rows.append(with_feet(row, made.motion, made.annotations, fold.truth))
-            joints[name].append(by_joint)
-        if progress:
-            progress(done, len(todo))
-    return averaged(rows), {name: np.mean(errors, axis=0) for name, errors in joints.items()}
-
-
-def _baseline_rows(fold: Fold, method: SensorControl, readings: Readings) -> list[SensorRow]:
-    signal = uniform(readings, method.rate, fold.truth.duration, method.resampling, method.kinds)
-    rows = []
-    for name in BASELINES:
-        poses = baseline(name, fold.examples, signal.values / fold.examples.scale)
-        rows.append(score(name, fold.group, fold.examples.space.decode(poses), fold.truth)[0])
-    return rows
-
-
-def grouped(names: Sequence[str], patterns: Sequence[str]) -> dict[str, str]:
-    """The group of each take.
-
-    Parameters
-    ----------
-    names : sequence of str
-        The takes.
-    patterns : sequence of str
-        Each ``group=glob``.
-
-    Returns
-    -------
-    dict
-        Groups by take; takes that no pattern matches are of the group ``other``.
-
-    Raises
+    Yields
     ------
-    RequestError
-        For what is no such pattern.
-
-    Examples
-    --------
-    >>> grouped(["64_01", "86_14"], ["golf=64_*"])
-    {'64_01': 'golf', '86_14': 'other'}
+    SensorScores
+        Those of one fold after another, for `together`.
     """
-    groups: dict[str, str] = {}
-    for item in patterns:
-        group, separator, pattern = item.partition("=")
-        if not separator or not pattern:
-            raise RequestError(f"a group is name=pattern, as in golf=64_*; found {item!r}")
-        groups |= {name: group for name in names if name not in groups and fnmatchcase(name, pattern)}
-    return {name: groups.get(name, "other" if patterns else "all") for name in names}
+    held = held or HeldOut()
+    count = len(folds(library, method, held))
+    asked = [_Asked(library, method, dict(syntheses), held, number) for number in range(count)]
+    yield from in_shards(_scores, asked, workers, count=count, progress=progress)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """A fold of an evaluation, which any process can build."""
+
+    library: Library
+    method: SensorControl
+    syntheses: Mapping[str, PoseSynthesis]
+    held: HeldOut
+    number: int
+
+
+def _scores(asked: _Asked) -> SensorScores:
+    fold = folds(asked.library, asked.method, asked.held)[asked.number]()
+    return scores_of(fold, asked.method, asked.syntheses, asked.held)
+
+
+def scores_of(
+    fold: Fold, method: SensorControl, syntheses: Mapping[str, PoseSynthesis], held: HeldOut
+) -> SensorScores:
+    """The scores of the takes of one fold, see `evaluate`."""
+    readings = {take: fold.readings(take, method) for take in fold.truths}
+    rows: list[SensorRow] = []
+    joints: dict[str, list[FloatArray]] = {name: [] for name in syntheses}
+    for take in fold.truths:
+        rows += _baseline_rows(fold, take, method, readings[take])
+    methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
+    for name, model in fitted_to(methods, fold.examples):
+        for take, truth in fold.truths.items():
+            made, times = timed(model, readings[take])
+            row, by_joint = score(name, "all", made.motion.rotations, truth, times)
+            rows.append(replace(with_feet(row, made.motion, made.annotations, truth), take=take))
+            joints[name].append(by_joint)
+    rows = [replace(row, group=held.groups.get(row.take, "all"), person=held.person(row.take)) for row in rows]
+    return SensorScores(tuple(rows), {name: np.array(errors) for name, errors in joints.items()})
+
+
+def _baseline_rows(fold: Fold, take: str, method: SensorControl, readings: Readings) -> list[SensorRow]:
+    truth, examples = fold.truths[take], fold.examples
+    signal = uniform(readings, method.rate, truth.duration, method.resampling, method.kinds)
+    return [
+        replace(score(name, "all", examples.space.decode(poses), truth)[0], take=take)
+        for name, poses in baselines(examples, signal.values / examples.scale)
+    ]

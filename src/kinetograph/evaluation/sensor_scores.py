@@ -46,6 +46,8 @@ class SensorRow:
     sole_cm : float
         How far the lowest toe is over the recorded one, in the median over frames with planted feet: characters would
         float or sink by that.
+    take, person : str
+        The held-out take, and who moves in it; empty in means.
     """
 
     method: str
@@ -62,6 +64,8 @@ class SensorRow:
     recorded_cm_s: float = float("nan")
     low_toe_cm_s: float = float("nan")
     sole_cm: float = float("nan")
+    take: str = ""
+    person: str = ""
 
 
 def pose_errors(result: FloatArray, truth: FloatArray) -> FloatArray:
@@ -181,13 +185,7 @@ def _acceleration(positions: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).mean())
 
 
-def averaged(rows: Sequence[SensorRow]) -> list[SensorRow]:
-    """One row for all of the same method and group, averaged over takes."""
-    alike: dict[tuple[str, str], list[SensorRow]] = {}
-    for row in rows:
-        alike.setdefault((row.group, row.method), []).append(row)
-    out = []
-    for (group, method), same in alike.items():
-        means = {name: float(np.mean([getattr(r, name) for r in same])) for name in _AVERAGED}
-        out.append(SensorRow(method, group, sum(r.takes for r in same), sum(r.frames for r in same), **means))
-    return out
+def averaged(rows: Sequence[SensorRow], group: str) -> SensorRow:
+    """The mean over takes of one method's rows, as a row of a group."""
+    means = {name: float(np.mean([getattr(row, name) for row in rows])) for name in _AVERAGED}
+    return SensorRow(rows[0].method, group, len(rows), sum(row.frames for row in rows), **means)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor import HeldOut, folds
+from kinetograph.evaluation.sensor_folds import HeldOut, folds
 from kinetograph.evaluation.sensor_scores import score
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SensorControl, fit_examples
 from kinetograph.progress import Progress
-from kinetograph.sensing import GRAVITY, Layout, keep_sensors, simulate_kinds
+from kinetograph.sensing import GRAVITY, Layout, keep_sensors
 
 SWEEPS: Mapping[str, tuple[float, ...]] = {
     "loss": (0.0, 0.1, 0.2, 0.3),
@@ -82,12 +82,13 @@ def sweep(
         layout = _variant(method.layout, what, value)
         used = replace(method, layout=layout) if what in ("span", "sensors") else method
         todo = folds(library, used, held or HeldOut())
-        errors = []
+        errors: list[float] = []
         for done, build in enumerate(todo, start=1):
             fold = build()
             model = fit_examples(used, fold.examples, np.random.default_rng(method.seed))
-            readings = simulate_kinds(fold.truth, layout, method.kinds, np.random.default_rng(1000 + done))
-            errors.append(score(what, "all", model.synthesize(readings).motion.rotations, fold.truth)[0].angle)
+            read = replace(used, layout=layout)
+            made = {take: model.synthesize(fold.readings(take, read)).motion for take in fold.truths}
+            errors += [score(what, "all", made[take].rotations, truth)[0].angle for take, truth in fold.truths.items()]
             if progress:
                 progress(index * len(todo) + done, len(SWEEPS[what]) * len(todo))
         means[value] = float(np.mean(errors))

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.sensor import Fold, fitted_to, timed
+from kinetograph.evaluation.sensor import fitted_to, timed
+from kinetograph.evaluation.sensor_folds import Fold
 from kinetograph.evaluation.sensor_scores import score
 from kinetograph.methods.sensor import (
     ByDensity,

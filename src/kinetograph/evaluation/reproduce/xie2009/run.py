@@ -13,7 +13,7 @@ from kinetograph.evaluation.reproduce.xie2009.figures import draw
 from kinetograph.evaluation.reproduce.xie2009.methods import TakeRow, run_methods
 from kinetograph.evaluation.reproduce.xie2009.page import ClipRow, page
 from kinetograph.evaluation.reproduce.xie2009.strokes import Strokes, find_strokes, wide_layout
-from kinetograph.evaluation.sensor import Fold, HeldOut, folds, folds_of
+from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds, folds_of
 from kinetograph.library import Library
 from kinetograph.methods.sensor import LocalModelSettings, Motions, SensorControl
 from kinetograph.sensing import GRAVITY, specific_force
