@@ -97,13 +97,14 @@ def performance(compared: Compared, partner: Partner, search: Search, work: Jobs
 
     Example: kinetograph evaluate performance -l big --jobs 4
 
+    Example: kinetograph evaluate performance -l big --cluster tcp://HOST:8786
+
     Example: kinetograph evaluate performance -l dances --target follower
     """
     from kinetograph.pipeline import has_partners, open_library
 
     library, target = open_library(compared.library, compared.selection), compared.target
     partners = has_partners(library, target)
-    search.require_here()
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
         rows = _performance_rows(method, library, compared, partners, search.workers(work.jobs))
