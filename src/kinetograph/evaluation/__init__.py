@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
     "Against": "sensor_against",
+    "CalibrationRow": "sensor_calibrations",
     "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
@@ -52,12 +53,14 @@ _ROOMS = {
     "deepest_overlap": "metrics",
     "distinct_share": "metrics",
     "evaluate": "sensor",
+    "evaluate_calibrations": "sensor_calibrations",
     "evaluate_recordings": "real_sensors",
     "fall_ratio": "plausibility",
     "fastest_fall": "plausibility",
     "fastest_low_toe": "metrics",
     "foot_agreement": "phase",
     "gait_phase": "phase",
+    "group_means": "sensor_means",
     "grouped": "sensor_folds",
     "guide_of_partner": "baselines",
     "guide_of_path": "baselines",
@@ -98,7 +101,6 @@ _ROOMS = {
     "score_steering": "steering",
     "seam_falls": "plausibility",
     "seam_jump": "keyframe",
-    "sensor_means": "sensor_means",
     "skate_ratio": "keyframe",
     "slips": "phase",
     "sole_level": "metrics",
@@ -115,6 +117,7 @@ _ROOMS = {
 __all__ = [
     "SWEEPS",
     "Against",
+    "CalibrationRow",
     "Candidate",
     "DanceRow",
     "Guide",
@@ -153,12 +156,14 @@ __all__ = [
     "deepest_overlap",
     "distinct_share",
     "evaluate",
+    "evaluate_calibrations",
     "evaluate_recordings",
     "fall_ratio",
     "fastest_fall",
     "fastest_low_toe",
     "foot_agreement",
     "gait_phase",
+    "group_means",
     "grouped",
     "guide_of_partner",
     "guide_of_path",
@@ -199,7 +204,6 @@ __all__ = [
     "score_steering",
     "seam_falls",
     "seam_jump",
-    "sensor_means",
     "skate_ratio",
     "slips",
     "sole_level",
@@ -235,6 +239,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.dance import DanceRow, leave_one_dance_out
     from kinetograph.evaluation.inbetweening import Score, npss
+    from kinetograph.evaluation.intervals import Interval, interval
     from kinetograph.evaluation.keyframe import (
         PairFigures,
         inbetween_held_out,
@@ -245,7 +250,6 @@ if TYPE_CHECKING:
         skate_ratio,
         speed_jumps,
     )
-    from kinetograph.evaluation.intervals import Interval, interval
     from kinetograph.evaluation.labels import LabelErrors, label_errors, main_move, take_errors
     from kinetograph.evaluation.leaving_out import Run
     from kinetograph.evaluation.metrics import (
@@ -291,9 +295,10 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import SensorScores, evaluate, timed, together
-    from kinetograph.evaluation.sensor_folds import HeldOut, grouped, people_among
-    from kinetograph.evaluation.sensor_means import SensorMean, sensor_means
     from kinetograph.evaluation.sensor_against import Against, score_against
+    from kinetograph.evaluation.sensor_calibrations import CalibrationRow, evaluate_calibrations
+    from kinetograph.evaluation.sensor_folds import HeldOut, grouped, people_among
+    from kinetograph.evaluation.sensor_means import SensorMean, group_means
     from kinetograph.evaluation.sensor_scores import SensorRow, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep
     from kinetograph.evaluation.steering import Steered, SteeringScores, StickScript, score_steering, steer_by, sticks

@@ -11,6 +11,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.evaluation.sensor_baselines import baselines
 from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
+from kinetograph.evaluation.sensor_nested import candidates, choose
 from kinetograph.evaluation.sensor_scores import SensorRow, score, with_feet
 from kinetograph.library import Library
 from kinetograph.methods.sensor import (
@@ -100,17 +101,21 @@ class SensorScores:
         One a take and method, baselines and syntheses alike.
     joints : mapping
         The error of each joint in degrees, shape (T, J), by synthesis.
+    chosen : tuple of str
+        What was chosen for each that was left out, where settings were chosen anew.
     """
 
     rows: tuple[SensorRow, ...]
     joints: Mapping[str, FloatArray]
+    chosen: tuple[str, ...] = ()
 
 
 def together(parts: Sequence[SensorScores]) -> SensorScores:
     """The scores of several parts of an evaluation."""
     names = dict.fromkeys(name for part in parts for name in part.joints)
     joints = {name: np.concatenate([part.joints[name] for part in parts if name in part.joints]) for name in names}
-    return SensorScores(tuple(row for part in parts for row in part.rows), joints)
+    rows = tuple(row for part in parts for row in part.rows)
+    return SensorScores(rows, joints, tuple(line for part in parts for line in part.chosen))
 
 
 def evaluate(
@@ -119,6 +124,7 @@ def evaluate(
     *,
     syntheses: Mapping[str, PoseSynthesis] = SYNTHESES,
     held: HeldOut | None = None,
+    nested: bool = False,
     workers: Workers = HERE,
     progress: Progress | None = None,
 ) -> Iterator[SensorScores]:
@@ -132,6 +138,9 @@ def evaluate(
     syntheses : mapping
         By name.
     held : HeldOut, optional
+    nested : bool
+        Whether settings are also chosen anew for each that is left out, on the others, see
+        `kinetograph.evaluation.sensor_nested`; such rows are called ``"..., nested"``.
     workers : Workers
         Who works, take by take or person by person; figures do not depend on it, but for the times of frames.
     progress : Progress, optional
@@ -144,7 +153,7 @@ def evaluate(
     """
     held = held or HeldOut()
     count = len(folds(library, method, held))
-    asked = [_Asked(library, method, dict(syntheses), held, number) for number in range(count)]
+    asked = [_Asked(library, method, dict(syntheses), held, nested, number) for number in range(count)]
     yield from in_shards(_scores, asked, workers, count=count, progress=progress)
 
 
@@ -156,23 +165,27 @@ class _Asked:
     method: SensorControl
     syntheses: Mapping[str, PoseSynthesis]
     held: HeldOut
+    nested: bool
     number: int
 
 
 def _scores(asked: _Asked) -> SensorScores:
     fold = folds(asked.library, asked.method, asked.held)[asked.number]()
-    return scores_of(fold, asked.method, asked.syntheses, asked.held)
+    wanted, chosen = dict(asked.syntheses), []
+    for name, synthesis in asked.syntheses.items():
+        among = candidates(synthesis) if asked.nested else {}
+        if among:
+            best = choose(asked.method, fold.examples, among)
+            wanted[f"{name}, nested"] = among[best]
+            chosen.append(f"{fold.unit}: {name}: {best}, chosen on the others")
+    return replace(scores_of(fold, asked.method, wanted, asked.held), chosen=tuple(chosen))
 
 
-def scores_of(
-    fold: Fold, method: SensorControl, syntheses: Mapping[str, PoseSynthesis], held: HeldOut
-) -> SensorScores:
+def scores_of(fold: Fold, method: SensorControl, syntheses: Mapping[str, PoseSynthesis], held: HeldOut) -> SensorScores:
     """The scores of the takes of one fold, see `evaluate`."""
     readings = {take: fold.readings(take, method) for take in fold.truths}
-    rows: list[SensorRow] = []
+    rows = [row for take in fold.truths for row in _baseline_rows(fold, take, method, readings[take])]
     joints: dict[str, list[FloatArray]] = {name: [] for name in syntheses}
-    for take in fold.truths:
-        rows += _baseline_rows(fold, take, method, readings[take])
     methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
     for name, model in fitted_to(methods, fold.examples):
         for take, truth in fold.truths.items():

@@ -21,9 +21,9 @@ SMOOTHED = ", smoothed"
 """How the name of a smoothed baseline ends."""
 
 
-def baselines(examples: Examples, readings: FloatArray, smoothing: WindowSmoothing | None = None) -> Iterator[
-    tuple[str, FloatArray]
-]:
+def baselines(
+    examples: Examples, readings: FloatArray, smoothing: WindowSmoothing | None = None
+) -> Iterator[tuple[str, FloatArray]]:
     """The poses of every baseline, as it is and smoothed.
 
     Parameters

@@ -145,7 +145,8 @@ def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = Non
     everyone = {held.person(name) for name in names}
     if held.leave == PERSON and len(everyone) < 2:
         raise RequestError(
-            f"only {everyone.pop()!r} moves in all takes; name several people, as in --person 'ann=a_*', or --leave take"
+            f"only {everyone.pop()!r} moves in all takes; name several people, as in --person 'ann=a_*', "
+            "or leave out takes"
         )
     return [partial(_fold, motions, unit, takes, method, held) for unit, takes in units.items()]
 

@@ -52,7 +52,7 @@ def is_baseline(method: str) -> bool:
     return method.removesuffix(SMOOTHED) in BASELINES
 
 
-def sensor_means(rows: Sequence[SensorRow], by_person: bool = False) -> list[SensorMean]:
+def group_means(rows: Sequence[SensorRow], by_person: bool = False) -> list[SensorMean]:
     """The means over takes, by group and method; over all groups as well, where there are several.
 
     Parameters
@@ -87,8 +87,19 @@ def _of_group(rows: list[SensorRow], group: str, by_person: bool) -> list[Sensor
         mean = averaged([row for row in rows if row.method == name], group)
         out.append(
             SensorMean(
-                group, name, len(takes), len(set(people.values())), angle.mean, angle.low, angle.high,
-                best, gain.mean, gain.low, gain.high, beaten, mean,
-            )  # fmt: skip
+                group,
+                name,
+                len(takes),
+                len(set(people.values())),
+                angle.mean,
+                angle.low,
+                angle.high,
+                best,
+                gain.mean,
+                gain.low,
+                gain.high,
+                beaten,
+                mean,
+            )
         )
     return out

@@ -18,9 +18,16 @@ from kinetograph.formats import atomic_path
 PAGE, NUMBERS = "index.html", "results.json"
 """The files of a report."""
 COLUMNS = (
-    "method", "degrees", "gain over the best baseline", "best on", "RMS (7.1)", "position, cm", "jitter over the source's",
+    "method",
+    "degrees",
+    "gain over the best baseline",
+    "best on",
+    "RMS (7.1)",
+    "position, cm",
+    "jitter over the source's",
     "foot slide, cm/s",
-)  # fmt: skip
+)
+"""What people are shown of a mean."""
 
 
 @dataclass(frozen=True)
@@ -119,4 +126,5 @@ def rows_for_machines(means: Sequence[SensorMean]) -> list[dict[str, Any]]:
 
 def _others(mean: SensorMean) -> dict[str, Any]:
     known = asdict(mean)
-    return {name: value for name, value in known["mean"].items() if name not in known and name not in ("take", "person")}
+    named = {*known, "take", "person"}
+    return {name: value for name, value in known["mean"].items() if name not in named}
