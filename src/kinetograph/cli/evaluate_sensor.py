@@ -155,7 +155,9 @@ def sensor(
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
     asked = Asked(library, method, wanted, takes.held(library), report)
-    if instead.recordings or instead.sweep or instead.calibrated_on:
+    if instead.recordings:
+        _recordings(asked, instead.recordings)
+    elif instead.sweep or instead.calibrated_on:
         asked.show(_conditions(asked, instead))
     else:
         _errors(asked, instead.joints, estimation.nested, work)
@@ -230,19 +232,27 @@ def _against(path: Path, recorded: Path, reading: Reading, as_json: bool) -> dic
     }
 
 
+def _recordings(asked: Asked, folder: Path) -> None:
+    """The rows of recordings of real sensors, written after each."""
+    from kinetograph.evaluation import evaluate_recordings
+    from kinetograph.evaluation.sensor_report import Table
+
+    rows: list[dict[str, Any]] = []
+    with progress_bar("evaluating") as progress:
+        for found in evaluate_recordings(folder, asked.library, syntheses=asked.wanted, progress=progress):
+            rows += [asdict(row) for row in found]
+            asked.write([Table("Real sensors", rows)])
+    asked.show(Table("Real sensors", rows))
+
+
 def _conditions(asked: Asked, instead: Instead) -> Table:
-    """One row per recording of real sensors, per step of a sweep, or per calibration."""
-    from kinetograph.evaluation import evaluate_calibrations, evaluate_recordings, sweep
+    """One row per step of a sweep, or per calibration."""
+    from kinetograph.evaluation import evaluate_calibrations, sweep
     from kinetograph.evaluation.sensor_report import Table
 
     rows: Sequence[Any]
     with progress_bar("evaluating") as progress:
-        if instead.recordings:
-            rows = evaluate_recordings(
-                instead.recordings, asked.library, asked.method, syntheses=asked.wanted, progress=progress
-            )
-            title = "Real sensors"
-        elif instead.sweep:
+        if instead.sweep:
             rows = sweep(asked.library, asked.method, instead.sweep, held=asked.held, progress=progress)
             title = f"Sweep: {instead.sweep}"
         else:

@@ -27,7 +27,7 @@ _ROOMS = {
     "Observer": "partner_names",
     "PairFigures": "keyframe",
     "Phase": "phase",
-    "RealRow": "real_sensors",
+    "RealRow": "real_rows",
     "Run": "leaving_out",
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
@@ -291,7 +291,8 @@ if TYPE_CHECKING:
         seam_falls,
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
-    from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
+    from kinetograph.evaluation.real_rows import RealRow
+    from kinetograph.evaluation.real_sensors import evaluate_recordings
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import SensorScores, evaluate, timed, together

@@ -15,7 +15,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.methods.sensor import Examples, WindowSmoothing
 
-BASELINES = ("mean pose", "nearest frame", "8 nearest frames", "ridge")
+BASELINES = ("mean pose", "nearest frame", "8 nearest frames", "linear ridge")
 """The baselines' names."""
 SMOOTHED = ", smoothed"
 """How the name of a smoothed baseline ends."""
@@ -82,7 +82,7 @@ def baseline(name: str, examples: Examples, readings: FloatArray) -> FloatArray:
         count = 1 if name == "nearest frame" else min(8, len(examples))
         near = np.asarray(cKDTree(examples.readings).query(readings, count)[1]).reshape(len(readings), -1)
         return np.asarray(examples.poses[near].mean(axis=1, dtype=np.float64))
-    if name == "ridge":
+    if name == "linear ridge":
         return ridge(examples.readings.astype(np.float64), examples.poses.astype(np.float64), readings)
     raise RequestError(f"no baseline {name!r}; expected one of {', '.join(BASELINES)}")
 
