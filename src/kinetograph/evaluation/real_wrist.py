@@ -75,8 +75,8 @@ def utd(
     low, high = 1000 * np.quantile(halves, [0.25, 0.75])
     seconds = sum(motion.duration for motion, _ in trials.values())
     note = (
-        f"one wrist sensor; leave one person out; frames span the recording, {_rates(trials)} Hz; the gyroscope against "
-        f"the forearm, each half of a trial: half of the offsets from {low:.0f} to {high:.0f} ms, none applied"
+        f"one wrist sensor; one person left out; frames span the recording, {_rates(trials)} Hz; half of the offsets "
+        f"of halves, by the gyroscope, are from {low:.0f} to {high:.0f} ms, none applied"
     )
     return real_rows(About(f"utd-mhad a{action}", kinds, seconds, float(np.median(halves)), note), found)
 

@@ -42,6 +42,16 @@ class Fold:
     seeds: Mapping[str, int]
     examples: Examples
 
+    @property
+    def take(self) -> str:
+        """The first of the held-out takes; the only one, where takes are left out."""
+        return next(iter(self.truths))
+
+    @property
+    def truth(self) -> Motion:
+        """Its motion."""
+        return self.truths[self.take]
+
     def readings(self, take: str, method: SensorControl) -> Readings:
         """The virtual readings of a held-out take."""
         rng = np.random.default_rng(self.seeds[take])

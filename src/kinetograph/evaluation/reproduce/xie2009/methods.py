@@ -44,6 +44,8 @@ class TakeRow:
     jitter : float
         Over the source's.
     seconds : float
+    library : str
+        What it was estimated from: ``"library"``, or the strokes of one recording.
     """
 
     take: str
@@ -53,6 +55,7 @@ class TakeRow:
     angle: float
     jitter: float
     seconds: float
+    library: str = "library"
 
 
 def configurations(layout: Layout, settings: LocalModelSettings) -> dict[str, SensorControl]:
@@ -84,7 +87,9 @@ def configurations(layout: Layout, settings: LocalModelSettings) -> dict[str, Se
     }
 
 
-def run_methods(fold: Fold, settings: LocalModelSettings, layout: Layout) -> dict[str, tuple[TakeRow, FloatArray]]:
+def run_methods(
+    fold: Fold, settings: LocalModelSettings, layout: Layout, library: str = "library"
+) -> dict[str, tuple[TakeRow, FloatArray]]:
     """Run each of `METHODS` on a held-out take.
 
     Parameters
@@ -92,6 +97,8 @@ def run_methods(fold: Fold, settings: LocalModelSettings, layout: Layout) -> dic
     fold : Fold
     settings : LocalModelSettings
     layout : Layout
+    library : str
+        What the rows call the library.
 
     Returns
     -------
@@ -105,5 +112,8 @@ def run_methods(fold: Fold, settings: LocalModelSettings, layout: Layout) -> dic
         rotations = made.motion.rotations
         row = score(name, "all", rotations, fold.truth)[0]
         seconds = float(np.sum(times))
-        results[name] = TakeRow(fold.take, name, row.frames, row.rms, row.angle, row.jitter, seconds), rotations
+        results[name] = (
+            TakeRow(fold.take, name, row.frames, row.rms, row.angle, row.jitter, seconds, library),
+            rotations,
+        )
     return results
