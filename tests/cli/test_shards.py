@@ -12,6 +12,7 @@ from command_line import answer
 
 import kinetograph as kg
 from kinetograph.errors import KinetographError, RequestError
+from kinetograph.methods.bodies import choose_takes
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -71,6 +72,18 @@ def test_live_performing_works_here(folder: Path) -> None:
     stream = ("--from", "replay:x.csv", "--to", folder / "live.bvh")
     with pytest.raises(RequestError, match="works on this machine only"):
         answer("live", "perform", "-l", folder / "one", *stream, "--cluster", "tcp://127.0.0.1:1")
+
+
+def test_takes_to_leave_out_have_short_names(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "walks")
+    for name in ("a/walk", "b/walk", "b/turn"):
+        library.add(Take(name, {"body": walk(1.0)}))
+    assert choose_takes(library, exclude=["turn"]).names == ("a/walk", "b/walk")
+    assert choose_takes(library, exclude=["b/walk"]).names == ("a/walk", "b/turn")
+    with pytest.raises(RequestError, match="take 'walk' to leave out may be a/walk, b/walk"):
+        choose_takes(library, exclude=["walk"])
+    with pytest.raises(RequestError, match="no take 'run' to leave out"):
+        choose_takes(library, exclude=["run"])
 
 
 def test_several_libraries_perform_as_one(folder: Path) -> None:

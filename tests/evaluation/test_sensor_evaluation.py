@@ -37,7 +37,6 @@ from kinetograph.methods.sensor import (
 from kinetograph.motion import resample
 from kinetograph.sensing import Device, Layout, Sensor, preset, simulate
 from kinetograph.take import Take
-from kinetograph.work import HERE, Workers
 from walkers import walk
 
 
@@ -136,17 +135,6 @@ def test_people_are_named_by_patterns_or_the_library(library: Library):
     assert people_among(library, ("ann=[ab]", "bob=*")) == {"a": "ann", "b": "ann", "c": "bob"}
     with pytest.raises(RequestError, match=r"ann=x\*: no take is called x\*; there are a, b, c"):
         people_among(library, ("ann=x*",))
-
-
-def test_figures_do_not_depend_on_who_works(library: Library):
-    held, syntheses = HeldOut(only=("a", "b")), {"continuity": Continuity()}
-    alone, two = (
-        together(list(evaluate(library, SensorControl(), syntheses=syntheses, held=held, workers=workers)))
-        for workers in (HERE, Workers(jobs=2))
-    )
-    assert [(r.take, r.method, r.angle, r.jitter) for r in alone.rows] == [
-        (r.take, r.method, r.angle, r.jitter) for r in two.rows
-    ]
 
 
 def test_settings_are_chosen_on_what_is_not_left_out(library: Library):

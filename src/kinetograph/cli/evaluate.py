@@ -15,7 +15,7 @@ from kinetograph.cli.configurations import (
 )
 from kinetograph.cli.copies import KeepCopies, copies_left_out
 from kinetograph.cli.evaluate_sensor import sensor
-from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, add, options
+from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Working, add, options
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -172,20 +172,20 @@ class Gaps(Chosen):
     keep_copies: KeepCopies = False
 
 
-def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
+def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
 
     On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
 
     Example: kinetograph evaluate keyframe -l out/clips.library --held-out humanoid3d_run --gap 5
 
-    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5"
+    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
     """
     import fnmatch
     from dataclasses import asdict
 
     from kinetograph.errors import RequestError
-    from kinetograph.evaluation import inbetween_held_out
+    from kinetograph.evaluation import Run, inbetween_held_out
     from kinetograph.library import Selection
     from kinetograph.pipeline import open_library
 
@@ -196,5 +196,7 @@ def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
     copies = {copy for of in copies_left_out(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
     takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
     method = gap_filling_control(gaps.rate, gaps.mirrored)
-    scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
+    with progress_bar("evaluating") as progress:
+        run = Run(workers=working.workers, progress=progress)
+        scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)

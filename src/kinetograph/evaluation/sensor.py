@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +17,8 @@ from kinetograph.evaluation.sensor_baselines import baselines
 from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
 from kinetograph.evaluation.sensor_nested import candidates, choose
 from kinetograph.evaluation.sensor_scores import SensorRow, score, with_feet
-from kinetograph.library import Library
+from kinetograph.library import Library, folders_of
+from kinetograph.library.fingerprints import digest, of_takes, state
 from kinetograph.methods.sensor import (
     SYNTHESES,
     Examples,
@@ -29,7 +34,7 @@ from kinetograph.methods.sensor import (
 )
 from kinetograph.progress import Progress
 from kinetograph.sensing import Readings, select_rows, uniform
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 
 def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Iterator[tuple[str, SensorModel]]:
@@ -125,7 +130,7 @@ def evaluate(
     syntheses: Mapping[str, PoseSynthesis] = SYNTHESES,
     held: HeldOut | None = None,
     nested: bool = False,
-    workers: Workers = HERE,
+    workers: Workers | Executor = HERE,
     progress: Progress | None = None,
 ) -> Iterator[SensorScores]:
     """Hold takes out, and estimate each from virtual readings by the others.
@@ -141,7 +146,7 @@ def evaluate(
     nested : bool
         Whether settings are also chosen anew for each that is left out, on the others, see
         `kinetograph.evaluation.sensor_nested`; such rows are called ``"..., nested"``.
-    workers : Workers
+    workers : Workers or Executor
         Who works, take by take or person by person; figures do not depend on it, but for the times of frames.
     progress : Progress, optional
         Called with the folds done and their number.
@@ -152,33 +157,48 @@ def evaluate(
         Those of one fold after another, for `together`.
     """
     held = held or HeldOut()
-    count = len(folds(library, method, held))
-    asked = [_Asked(library, method, dict(syntheses), held, nested, number) for number in range(count)]
-    yield from in_shards(_scores, asked, workers, count=count, progress=progress)
+    content = digest(*map(str, folders_of(library)), of_takes(library), state(method), state(held))
+    whole = _Whole(library, method, held, content)
+    count = len(_folds_of(whole))
+    estimate = partial(_scores, whole, dict(syntheses), nested)
+    yield from in_shards(estimate, range(count), workers, count=count, progress=progress)
 
 
-@dataclass(frozen=True, eq=False)
-class _Asked:
-    """A fold of an evaluation, which any process can build."""
+@dataclass(frozen=True)
+class _Whole:
+    """What is evaluated, as it was when this was its digest."""
 
-    library: Library
-    method: SensorControl
-    syntheses: Mapping[str, PoseSynthesis]
-    held: HeldOut
-    nested: bool
-    number: int
+    library: Library = field(compare=False)
+    method: SensorControl = field(compare=False)
+    held: HeldOut = field(compare=False)
+    digest: str
 
 
-def _scores(asked: _Asked) -> SensorScores:
-    fold = folds(asked.library, asked.method, asked.held)[asked.number]()
-    wanted, chosen = dict(asked.syntheses), []
-    for name, synthesis in asked.syntheses.items():
-        among = candidates(synthesis) if asked.nested else {}
+_ONCE = threading.Lock()
+
+
+def _folds_of(whole: _Whole) -> list[Callable[[], Fold]]:
+    with _ONCE:  # for the threads of a cluster's worker
+        return _kept_folds(whole)
+
+
+@functools.lru_cache(maxsize=1)
+def _kept_folds(whole: _Whole) -> list[Callable[[], Fold]]:
+    return folds(whole.library, whole.method, whole.held)
+
+
+def _scores(whole: _Whole, syntheses: Mapping[str, PoseSynthesis], nested: bool, number: int) -> SensorScores:
+    """The scores of one fold."""
+    require_seen(*folders_of(whole.library))
+    fold, method = _folds_of(whole)[number](), whole.method
+    wanted, chosen = dict(syntheses), []
+    for name, synthesis in syntheses.items():
+        among = candidates(synthesis) if nested else {}
         if among:
-            best = choose(asked.method, fold.examples, among)
+            best = choose(method, fold.examples, among)
             wanted[f"{name}, nested"] = among[best]
             chosen.append(f"{fold.unit}: {name}: {best}, chosen on the others")
-    return replace(scores_of(fold, asked.method, wanted, asked.held), chosen=tuple(chosen))
+    return replace(scores_of(fold, method, wanted, whole.held), chosen=tuple(chosen))
 
 
 def scores_of(fold: Fold, method: SensorControl, syntheses: Mapping[str, PoseSynthesis], held: HeldOut) -> SensorScores:

@@ -10,14 +10,15 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.left_out import shortened
 from kinetograph.library import Library, facts_of
-from kinetograph.methods.sensor import Examples, Motions, SensorControl, build_examples, example_motions
+from kinetograph.methods.sensor import Examples, Motions, SensorControl, example_motions
+from kinetograph.methods.sensor.examples import ExamplePart, example_parts, examples_of_parts
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.sensing import Readings, simulate_kinds
 
@@ -158,18 +159,33 @@ def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = Non
             f"only {everyone.pop()!r} moves in all takes; name several people, as in --person 'ann=a_*', "
             "or leave out takes"
         )
-    return [partial(_fold, motions, unit, takes, method, held) for unit, takes in units.items()]
+    parts = _Parts(motions, method)
+    return [partial(_fold, parts, unit, takes, held) for unit, takes in units.items()]
 
 
-def _fold(motions: Motions, unit: str, takes: Sequence[str], method: SensorControl, held: HeldOut) -> Fold:
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """What motions give to examples, simulated once for all folds."""
+
+    motions: Motions
+    method: SensorControl
+
+    @cached_property
+    def of_motions(self) -> tuple[ExamplePart, ...]:
+        rng = np.random.default_rng(self.method.seed)
+        return tuple(example_parts(self.motions.items(), self.method.setup, rng))
+
+
+def _fold(parts: _Parts, unit: str, takes: Sequence[str], held: HeldOut) -> Fold:
+    motions, rate = parts.motions, parts.method.rate
     away = {*takes, *(copy for take in takes for copy in held.copies.get(take, ()))}
     away |= {name for name, _ in motions if held.unit(name) == unit}
-    rest = {key: motion for key, motion in motions.items() if key[0] not in away}
+    rest = [part for part in parts.of_motions if part.key[0] not in away]
     if not rest:
         raise RequestError(f"nothing is left to estimate {unit} from: {', '.join(sorted(away))} are left out")
-    people = {key: held.person(key[0]) for key in rest}
-    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed), people=people)
-    truths = {name: resample(motion, method.rate) for (name, _), motion in motions.items() if name in takes}
+    people = {part.key: held.person(part.key[0]) for part in rest}
+    examples = examples_of_parts(rest, parts.method.setup, people)
+    truths = {name: resample(motion, rate) for (name, _), motion in motions.items() if name in takes}
     seeds = {name: 1001 + number for number, (name, _) in enumerate(motions)}
     return Fold(unit, truths, seeds, examples)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,6 +37,7 @@ class Shards(Library):
     """
 
     libraries: tuple[Library, ...] = ()
+    _naming: _Naming = field(init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, paths: Sequence[str | Path]) -> Shards:
@@ -72,26 +73,13 @@ class Shards(Library):
                 raise LibraryError(f"shard {number} of {len(folders)}: {error}") from error
         return cls(folders[0].parent, libraries=tuple(opened))
 
-    @cached_property
-    def _named(self) -> tuple[dict[str, str], ...]:
-        """Of each shard all its takes: by their names there, their names here."""
-        known = [store.facts_of(library) for library in self.libraries]
-        often = Counter(itertools.chain.from_iterable(known))
-        return tuple(
-            {name: name if often[name] == 1 else f"{called}/{name}" for name in facts}
-            for called, facts in zip(_called([each.path for each in self.libraries]), known, strict=True)
-        )
-
-    @cached_property
-    def _places(self) -> dict[str, tuple[Library, str]]:
-        """The shard of every take, and its name there."""
-        pairs = zip(self.libraries, self._named, strict=True)
-        return {here: (library, own) for library, names in pairs for own, here in names.items()}
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_naming", _Naming(self.libraries))
 
     @cached_property
     def parts(self) -> tuple[dict[str, str], ...]:
         """Of each shard its takes that are chosen: by their names there, their names here."""
-        named = self._named
+        named = self._naming.named
         if not self.selection:
             return named
         known = [store.facts_of(library) for library in self.libraries]
@@ -109,13 +97,13 @@ class Shards(Library):
 
     def place(self, name: str) -> tuple[Library, str]:
         """The shard of a take and its name there. Raises RequestError for an unknown name."""
-        if name in self._places:
-            return self._places[name]
-        short = [place for here, place in self._places.items() if here.endswith(f"/{name}")]
+        if name in self._naming.places:
+            return self._naming.places[name]
+        short = [place for here, place in self._naming.places.items() if here.endswith(f"/{name}")]
         if len(short) == 1:
             return short[0]
         if short:
-            may_be = ", ".join(here for here in self._places if here.endswith(f"/{name}"))
+            may_be = ", ".join(here for here in self._naming.places if here.endswith(f"/{name}"))
             raise RequestError(f"take {name!r} may be {may_be}; give more of its name")
         where = ", ".join(str(library.path) for library in self.libraries[:4])
         raise RequestError(f"no take {name!r} in the shards {where}; library info tells their takes")
@@ -147,6 +135,29 @@ class Shards(Library):
 
     def __reduce__(self) -> Any:
         return _again, (self.path.absolute(), self.selection, self.libraries)
+
+
+@dataclass(frozen=True)
+class _Naming:
+    """What the takes of shards are called in the whole."""
+
+    libraries: tuple[Library, ...]
+
+    @cached_property
+    def named(self) -> tuple[dict[str, str], ...]:
+        """Of each shard all its takes: by their names there, their names here."""
+        known = [store.facts_of(library) for library in self.libraries]
+        often = Counter(itertools.chain.from_iterable(known))
+        return tuple(
+            {name: name if often[name] == 1 else f"{called}/{name}" for name in facts}
+            for called, facts in zip(_called([each.path for each in self.libraries]), known, strict=True)
+        )
+
+    @cached_property
+    def places(self) -> dict[str, tuple[Library, str]]:
+        """The shard of every take, and its name there."""
+        pairs = zip(self.libraries, self.named, strict=True)
+        return {here: (library, own) for library, names in pairs for own, here in names.items()}
 
 
 def _called(folders: Sequence[Path]) -> list[str]:
