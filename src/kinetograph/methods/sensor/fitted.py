@@ -10,7 +10,7 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.learn import Gaussian, NeighbourLists, blocks, fit_gaussian, spread_of
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
-from kinetograph.methods.sensor.ridge import Guide, RidgeFit
+from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit
 
 USUAL = 0.995
 """Share of the examples' readings that count as usual."""
@@ -56,6 +56,8 @@ class SensorFit:
         What kernel ridge and guided continuity work with.
     guide : Guide, optional
         How guided continuity compares poses.
+    blend : Blend, optional
+        What it makes of paths and regression.
     """
 
     examples: Examples
@@ -67,6 +69,7 @@ class SensorFit:
     strengths: FloatArray | None = None
     ridge: RidgeFit | None = None
     guide: Guide | None = None
+    blend: Blend | None = None
 
 
 def averages_of(examples: Examples) -> Averages:

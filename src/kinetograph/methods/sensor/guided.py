@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
-from kinetograph.learn import KernelRegression
+from kinetograph.learn import KernelRegression, shrinkage
 from kinetograph.methods.sensor.estimators import Estimate, Follower
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.expected import ExpectedErrors
 from kinetograph.methods.sensor.fitted import Averages
 from kinetograph.methods.sensor.pose_space import PoseSpace, one_sided
-from kinetograph.methods.sensor.ridge import Guide, RidgeFit, regression_of_some, standardised
+from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit, regression_of_some, standardised
 from kinetograph.methods.sensor.window import WindowBuffer
 
 
@@ -25,6 +25,7 @@ class Regressed:
     ----------
     estimate : Estimate
     readings : ndarray, shape (C,)
+        Smoothed.
     valid : ndarray of bool, shape (C,)
     """
 
@@ -43,41 +44,45 @@ class Regression:
     examples : Examples
     averages : Averages
     fit : RidgeFit
+    smooth : float
+        Standard deviation in seconds of the Gaussian that readings are smoothed by.
     """
 
-    def __init__(self, examples: Examples, averages: Averages, fit: RidgeFit) -> None:
+    def __init__(self, examples: Examples, averages: Averages, fit: RidgeFit, smooth: float = 0.0) -> None:
         self.lag = fit.features.after
         self._examples, self._averages, self._fit = examples, averages, fit
         self._buffer = WindowBuffer(fit.features, examples.readings.shape[1], examples.fps)
+        self._smoothed = fit.features.smoothed(smooth, examples.fps)
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Regressed:
         """The regression ``lag`` frames before one frame of readings ``(C,)`` and their validity ``(C,)``."""
         self._buffer.add(readings, valid)
         sensors = self._buffer.sensors
+        own, there = self._buffer.of(self._smoothed), self._buffer.channels(sensors)
         if not sensors.any():
             mean = self._averages
-            still = Estimate(mean.pose, mean.root, mean.variance, 0, 0.0)
-            return Regressed(still, *self._buffer.middle)
-        features = standardised(self._fit, self._buffer.features)
+            return Regressed(Estimate(mean.pose, mean.root, mean.variance, 0, 0.0), own, there)
+        fit = self._fit
+        features = standardised(fit, self._buffer.of(fit.features))
         if sensors.all():
-            return self._regressed(features, self._fit.whole, self._fit.rows, self._fit.expected)
-        some = regression_of_some(self._fit, self._examples, sensors)
-        return self._regressed(features[some.columns], some.regression, some.rows, some.expected)
+            made = self._regressed(features, fit.whole, fit.rows, fit.expected)
+        else:
+            some = regression_of_some(fit, self._examples, sensors)
+            made = self._regressed(features[some.columns], some.regression, some.rows, some.expected)
+        away = (self._examples.readings[made.example] - own)[there]
+        return Regressed(replace(made, cost=float(np.mean(away**2))), own, there)
 
     def _regressed(
         self, features: SingleArray, regression: KernelRegression, rows: IntArray, expected: ExpectedErrors
-    ) -> Regressed:
+    ) -> Estimate:
         kernel = regression.kernel(features[None])
         values = regression.from_kernel(kernel)[0]
         nearest = int(np.argmax(kernel[0]))
         distance = -float(np.log(max(float(kernel[0, nearest]), 1e-30))) * regression.width
         degrees, share = expected.at(distance)
         poses = len(self._averages.pose)
-        example = int(rows[nearest])
-        middle, valid = self._buffer.middle
-        cost = float(np.mean((self._examples.readings[example] - middle)[valid] ** 2)) if valid.any() else 0.0
         variance = share * self._averages.variance
-        return Regressed(Estimate(values[:poses], values[poses:], variance, example, cost, degrees), middle, valid)
+        return Estimate(values[:poses], values[poses:], variance, int(rows[nearest]), 0.0, degrees)
 
 
 class RidgeEstimator:
@@ -97,72 +102,110 @@ class RidgeEstimator:
         return self._regression.step(readings, valid).estimate
 
 
-class GuidedEstimator:
-    """The mean of a regressed pose and that of the examples that the best paths pass, which the former guides.
+class GuidedPaths:
+    """The examples that the best paths pass, guided by a regression.
 
     Parameters
     ----------
     examples : Examples
-    regression : Regression
     guide : Guide
     follower : Follower
-        Of the examples' readings and coordinates.
-    share : float
-        Of the regression in the mean.
+        Of the examples' smoothed readings and coordinates.
     """
 
-    def __init__(
-        self, examples: Examples, regression: Regression, guide: Guide, follower: Follower, share: float
-    ) -> None:
-        self._behind = follower.lag
-        self.lag = regression.lag + follower.lag
-        self._examples, self._regression, self._guide, self._follower = examples, regression, guide, follower
-        self._share = share
+    def __init__(self, examples: Examples, guide: Guide, follower: Follower) -> None:
+        self.lag = follower.lag
+        self._examples, self._guide, self._follower = examples, guide, follower
         self._waiting: list[Regressed] = []
 
-    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
-        """The pose ``lag`` frames ago."""
-        made = self._regression.step(readings, valid)
+    def step(self, made: Regressed) -> tuple[Estimate, Estimate]:
+        """The estimates by paths and by regression, ``lag`` frames before one that was regressed."""
         self._waiting.append(made)
         query = np.concatenate([made.readings, self._guide.channels(made.estimate.pose[None])[0]])
         known = np.full(len(query) - len(made.readings), self._guide.weight)
         weights = np.concatenate([made.valid / max(int(made.valid.sum()), 1), known])
         passed, shares = self._follower.step(query, weights)
         own = self._waiting[0]
-        if len(self._waiting) > self._behind:
+        if len(self._waiting) > self.lag:
             self._waiting.pop(0)
         poses = self._examples.poses[passed]
         pose = shares @ poses
         best = int(passed[np.argmax(shares)])
+        root, variance = shares @ self._examples.root_features[passed], shares @ (poses - pose) ** 2
         away = (self._examples.readings[best] - own.readings)[own.valid]
-        path = Estimate(
-            pose,
-            shares @ self._examples.root_features[passed],
-            shares @ (poses - pose) ** 2,
-            best,
-            float(np.mean(away**2)) if len(away) else 0.0,
-            own.estimate.degrees,
-        )
-        return between(self._examples.space, path, own.estimate, self._share)
+        cost = float(np.mean(away**2)) if len(away) else 0.0
+        return Estimate(pose, root, variance, best, cost, own.estimate.degrees), own.estimate
 
 
-def between(space: PoseSpace, path: Estimate, other: Estimate, share: float) -> Estimate:
-    """An estimate between two, ``share`` of the way to the other one; rotations go along the shortest arc.
+class GuidedEstimator:
+    """Between the examples that the best paths pass and the regression that guides them.
 
-    The variance is that of the mixture of both.
+    Parameters
+    ----------
+    regression : Regression
+    paths : GuidedPaths
+    averages : Averages
+    blend : Blend
+    space : PoseSpace
     """
-    a, b = space.decode(np.stack([path.pose, other.pose]))
-    b = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
-    angle = np.arccos(np.clip(np.sum(a * b, axis=-1, keepdims=True), -1.0, 1.0))
-    sine = np.maximum(np.sin(angle), 1e-6)
-    near = angle < 1e-4
-    first = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    second = np.where(near, share, np.sin(share * angle) / sine)
-    pose = one_sided((first * a + second * b)[None], space.reference)[0][space.moving]
+
+    def __init__(
+        self, regression: Regression, paths: GuidedPaths, averages: Averages, blend: Blend, space: PoseSpace
+    ) -> None:
+        self.lag = regression.lag + paths.lag
+        self._regression, self._paths, self._averages = regression, paths, averages
+        self._space, self._share = space, blend.share
+        self._strengths = blend.strengths[space.joint_of_component]
+
+    def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
+        """The pose ``lag`` frames ago."""
+        path, other = self._paths.step(self._regression.step(readings, valid))
+        return self._shrunk(blended(self._space, path, other, self._share))
+
+    def _shrunk(self, estimate: Estimate) -> Estimate:
+        """Towards the mean pose by each joint's strength; the variance is that of a mixture of both."""
+        mean, total = self._averages.pose, self._averages.variance
+        away, variance = estimate.pose - mean, estimate.variance
+        share = shrinkage(self._strengths, uncertainty_of(variance, total))
+        mixed = (1 - share) * variance + share * total + share * (1 - share) * away**2
+        return replace(estimate, pose=estimate.pose - share * away, variance=mixed)
+
+
+def uncertainty_of(variance: FloatArray, total: FloatArray) -> float:
+    """A pose's variance ``(D,)`` over that of all poses, at most 1."""
+    return min(float(variance.sum() / max(total.sum(), 1e-12)), 1.0)
+
+
+def blended(space: PoseSpace, path: Estimate, other: Estimate, share: float) -> Estimate:
+    """An estimate between two, ``share`` of the way to the other one; its variance is that of the mixture of both."""
     apart = (path.pose - other.pose) ** 2
     return replace(
         path,
-        pose=pose,
+        pose=between(space, path.pose[None], other.pose[None], share)[0],
         root=(1.0 - share) * path.root + share * other.root,
         variance=(1.0 - share) * path.variance + share * other.variance + share * (1.0 - share) * apart,
     )
+
+
+def between(space: PoseSpace, first: FloatArray, second: FloatArray, share: float) -> FloatArray:
+    """Pose vectors some of the way from one to another, each rotation along the shortest arc.
+
+    Parameters
+    ----------
+    space : PoseSpace
+    first, second : ndarray, shape (N, D)
+    share : float
+        0 gives the first, 1 the second.
+
+    Returns
+    -------
+    ndarray, shape (N, D)
+    """
+    a, b = space.decode(first), space.decode(second)
+    cosine = np.sum(a * b, axis=-1, keepdims=True)
+    b = np.where(cosine < 0, -b, b)
+    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
+    near, sine = angle < 1e-4, np.maximum(np.sin(angle), 1e-6)
+    start = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
+    end = np.where(near, share, np.sin(share * angle) / sine)
+    return np.asarray(one_sided(start * a + end * b, space.reference)[:, space.moving])

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from kinetograph.arrays import SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.learn import NeighbourLists, fit_lists, fit_pca
+from kinetograph.methods.sensor.choosing import Fresh, choose_blend
 from kinetograph.methods.sensor.examples import Examples
-from kinetograph.methods.sensor.fitted import SensorFit, summarised
-from kinetograph.methods.sensor.guided import GuidedEstimator, Regression, RidgeEstimator
+from kinetograph.methods.sensor.fitted import Averages, SensorFit, averages_of, summarised
+from kinetograph.methods.sensor.guided import GuidedEstimator, GuidedPaths, Regression, RidgeEstimator
 from kinetograph.methods.sensor.local_models import LocalModels
-from kinetograph.methods.sensor.ridge import Guide, RidgeFit, RidgeSettings, fit_ridge
+from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit, RidgeSettings, fit_ridge
 from kinetograph.methods.sensor.settings import require_positive
 from kinetograph.methods.sensor.smoothing import Smoothing, WindowSmoothing
 from kinetograph.methods.sensor.syntheses import Continuity, Interpolation, Optimisation
@@ -24,6 +26,8 @@ KEPT = 0.98
 """Share of the poses' variance in the coordinates by which a regressed pose guides paths."""
 MEASURED = 4000
 """Examples that these coordinates are learnt from."""
+FEWER = 1500
+"""Centres of the regressions that stand in for the library's where parts of it are left out."""
 
 
 @dataclass(frozen=True)
@@ -92,19 +96,22 @@ class KernelRidge:
 class Guided:
     """Follow paths through the examples that kernel ridge guides, and go between both: the default.
 
-    Paths bring what recordings do and regression does not, such as hands that hold one another; regression holds for
-    people and takes that no path is like. A path's cost is continuity's and the squared distance of its poses from the
-    regressed one, over the poses' variance.
+    Paths move as recordings do; regression holds for people and takes that no path is like. A path's cost is
+    continuity's, on smoothed readings, and the squared distance of its poses from the regressed one, over the poses'
+    variance. How much of the regression there is in the result, and whether it guides at all, is chosen by leaving out
+    the library's people, or takes or parts of takes where there is one person.
 
     Parameters
     ----------
     ridge : KernelRidge
     path : Continuity
-        It shrinks nothing here.
-    share : float
-        Of the regression in the result, from 0 to 1.
+        Of its settings, ``cautious`` is for the blend of both.
+    share : float, optional
+        Of the regression in the result, from 0 to 1, where it is not to be chosen.
     weight : float
         Of the distance from the regressed pose in a path's cost.
+    smooth : float
+        Standard deviation in seconds of the Gaussian that smooths readings before they are compared.
 
     Raises
     ------
@@ -113,13 +120,17 @@ class Guided:
     """
 
     ridge: KernelRidge = field(default_factory=KernelRidge)
-    path: Continuity = field(default_factory=lambda: Continuity(lag=0.0, cautious=False))
-    share: float = 0.5
+    path: Continuity = field(default_factory=lambda: Continuity(lag=0.0))
+    share: float | None = None
     weight: float = 1.0
+    smooth: float = 0.1
 
     def __post_init__(self) -> None:
-        if not 0 <= self.share <= 1 or not (np.isfinite(self.weight) and self.weight >= 0):
-            raise RequestError(f"share must be from 0 to 1 and weight 0 or more, found {self.share} and {self.weight}")
+        if self.share is not None and not 0 <= self.share <= 1:
+            raise RequestError(f"share must be from 0 to 1, found {self.share}")
+        for name in ("weight", "smooth"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise RequestError(f"{name} must be 0 or more, found {getattr(self, name)}")
 
     @property
     def smoothing(self) -> Smoothing:
@@ -139,34 +150,59 @@ class Guided:
     ) -> SensorFit:
         """What its estimator needs, learnt from examples; ``local`` is not used."""
         fit = self.ridge.learn(examples, rng, local, progress)
-        guide = self._guide(fit)
-        rows = _guided_rows(examples, guide)
+        ridge = _ridge_of(fit)
+        guide = _guide(examples, fit.averages, self.weight)
+        rows = self._rows(examples, guide, ridge)
         few = len(examples) <= self.path.scanned
         search = np.ascontiguousarray(rows.T) if few else fit_lists(rows, examples.starts, rng)
-        return replace(fit, search=search, guide=guide)
+        fit = replace(fit, search=search, guide=guide)
+        if self.share is not None:
+            blend = Blend(self.share, True, np.zeros(len(examples.space.moving)))
+        else:
+            blend = choose_blend(examples, fit.averages, partial(self._of_some, ridge), self.path.cautious, progress)
+        return replace(fit, blend=blend)
 
     def estimator(self, fit: SensorFit) -> GuidedEstimator:
         """A fresh estimator. Raises RequestError for a fit without a regression."""
         ridge = _ridge_of(fit)
-        if fit.guide is None or fit.search is None:
+        if fit.guide is None or fit.search is None or fit.blend is None:
             raise RequestError("the fit has no guide; fit the library with this synthesis")
+        guide = fit.guide if fit.blend.guided else replace(fit.guide, weight=0.0)
         listed = isinstance(fit.search, NeighbourLists)
-        rows = _guided_rows(fit.examples, fit.guide) if listed else fit.examples.readings
+        rows = self._rows(fit.examples, fit.guide, ridge) if listed else fit.examples.readings
         follower = self.path.follower(fit.examples, fit.search, rows)
-        regression = Regression(fit.examples, fit.averages, ridge)
-        return GuidedEstimator(fit.examples, regression, fit.guide, follower, self.share)
+        regression = Regression(fit.examples, fit.averages, ridge, self.smooth)
+        paths = GuidedPaths(fit.examples, guide, follower)
+        return GuidedEstimator(regression, paths, fit.averages, fit.blend, fit.examples.space)
 
-    def _guide(self, fit: SensorFit) -> Guide:
-        poses = fit.examples.poses
-        some = np.linspace(0, len(poses) - 1, min(len(poses), MEASURED)).astype(np.int64)
-        main = fit_pca(poses[some].astype(np.float64), KEPT)
-        total = max(float(fit.averages.variance.sum()), 1e-12)
-        return Guide(main.mean, main.basis, self.weight / total)
+    def _rows(self, examples: Examples, guide: Guide, ridge: RidgeFit) -> SingleArray:
+        """Smoothed readings and coordinates, ``(N, C + B)``."""
+        smoothed = ridge.features.smoothed(self.smooth, examples.fps)
+        readings = smoothed.at(examples.readings, examples.starts, np.arange(len(examples)))
+        return np.concatenate([readings, guide.channels(examples.poses).astype(np.float32)], axis=1)
+
+    def _of_some(self, ridge: RidgeFit, some: Examples) -> Fresh:
+        """What makes a regression, on fewer centres, and paths through some of the examples with and without it."""
+        averages = averages_of(some)
+        fewer = fit_ridge(some, replace(self.ridge.settings, centres=min(self.ridge.centres, FEWER)), ridge.ridge)
+        guide = _guide(some, averages, self.weight)
+        search = np.ascontiguousarray(self._rows(some, guide, ridge).T)
+
+        def fresh() -> tuple[Regression, GuidedPaths, GuidedPaths]:
+            regression = Regression(some, averages, fewer, self.smooth)
+            with_and_without = (guide, replace(guide, weight=0.0))
+            followers = [self.path.follower(some, search, some.readings) for _ in with_and_without]
+            one, other = (GuidedPaths(some, g, f) for g, f in zip(with_and_without, followers, strict=True))
+            return regression, one, other
+
+        return fresh
 
 
-def _guided_rows(examples: Examples, guide: Guide) -> SingleArray:
-    """Readings and coordinates, ``(N, C + B)``."""
-    return np.concatenate([examples.readings, guide.channels(examples.poses).astype(np.float32)], axis=1)
+def _guide(examples: Examples, averages: Averages, weight: float) -> Guide:
+    poses = examples.poses
+    some = np.linspace(0, len(poses) - 1, min(len(poses), MEASURED)).astype(np.int64)
+    main = fit_pca(poses[some].astype(np.float64), KEPT)
+    return Guide(main.mean, main.basis, weight / max(float(averages.variance.sum()), 1e-12))
 
 
 def _ridge_of(fit: SensorFit) -> RidgeFit:

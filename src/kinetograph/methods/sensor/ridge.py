@@ -139,8 +139,39 @@ class Guide:
         return np.asarray((poses - self.mean) @ self.directions)
 
 
-def fit_ridge(examples: Examples, settings: RidgeSettings) -> RidgeFit:
-    """The regression of examples' poses and root features on windows of their readings."""
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """How an estimate by paths and one by regression become one, as takes that were left out showed to be best.
+
+    Parameters
+    ----------
+    share : float
+        Of the regression, from 0 to 1.
+    guided : bool
+        Whether the regression guides the paths.
+    strengths : ndarray, shape (J,)
+        Strength with which each joint shrinks towards the mean pose where the estimate is uncertain.
+    """
+
+    share: float
+    guided: bool
+    strengths: FloatArray
+
+
+def fit_ridge(examples: Examples, settings: RidgeSettings, ridge: float | None = None) -> RidgeFit:
+    """The regression of examples' poses and root features on windows of their readings.
+
+    Parameters
+    ----------
+    examples : Examples
+    settings : RidgeSettings
+    ridge : float, optional
+        Where it is known already, no people are left out to choose it, and the errors to expect stay unknown.
+
+    Returns
+    -------
+    RidgeFit
+    """
     weights, after = settings.window.weights(examples.fps)
     features = WindowFeatures(weights, after, len(examples.names))
     rows = _centres(examples, settings)
@@ -150,7 +181,8 @@ def fit_ridge(examples: Examples, settings: RidgeSettings) -> RidgeFit:
     centres = (raw - mean) / deviation
     targets = np.concatenate([examples.poses[rows], examples.root_features[rows]], axis=1)
     groups = groups_of(examples, rows)
-    judged = _judged(examples, centres, targets, groups)
+    known = None if ridge is None else _Judged(ridge, ExpectedErrors.unknown())
+    judged = known or _judged(examples, centres, targets, groups)
     whole = fit_kernel_ridge(centres.astype(np.float64), targets.astype(np.float64), judged.ridge)
     return RidgeFit(features, mean, deviation, rows, centres, targets, groups, judged.ridge, whole, judged.expected)
 

@@ -63,6 +63,13 @@ class WindowFeatures:
     after: int
     sensors: int
 
+    def smoothed(self, deviation: float, rate: float) -> WindowFeatures:
+        """The readings of the frame itself instead, smoothed by a Gaussian as wide as the frames after it allow."""
+        away = np.arange(self.weights.shape[1]) - (self.weights.shape[1] - 1 - self.after)
+        width = min(deviation * rate, self.after / REACH)
+        row = np.exp(-0.5 * (away / max(width, 1e-3)) ** 2) * (np.abs(away) <= REACH * width + 1e-6)
+        return WindowFeatures((row / row.sum())[None], self.after, self.sensors)
+
     def of(self, frames: FloatArray) -> FloatArray:
         """Features ``(S, W, K)``, flat, for L frames of channels ``(L, C)``."""
         means = self.weights @ frames
@@ -137,18 +144,15 @@ class WindowBuffer:
                 self._there[:] = there
 
     @property
-    def middle(self) -> tuple[FloatArray, BoolArray]:
-        """The readings ``(C,)`` of the frame that features are of, and their validity ``(C,)``."""
-        at = len(self._frames) - 1 - self._features.after
-        return self._frames[at], np.repeat(self._there[at], self._each)
-
-    @property
     def sensors(self) -> BoolArray:
         """The sensors that were there about that frame, ``(S,)``; all that were ever heard where none was."""
         there = self._there[self._about].mean(axis=0) >= 0.5
         return there if there.any() else self._heard.copy()
 
-    @property
-    def features(self) -> FloatArray:
-        """Features ``(F,)``."""
-        return self._features.of(self._frames)
+    def of(self, features: WindowFeatures) -> FloatArray:
+        """Features ``(F,)`` of these frames."""
+        return features.of(self._frames)
+
+    def channels(self, sensors: BoolArray) -> BoolArray:
+        """The channels ``(C,)`` of some sensors ``(S,)``."""
+        return np.repeat(sensors, self._each)
