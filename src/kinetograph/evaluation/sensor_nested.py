@@ -2,6 +2,7 @@
 
 The examples of a fold are divided into three parts, people whole; each part is estimated from the two others with every
 candidate, and the candidate of the least error is used for what is left out. What the candidates are is still a choice.
+The kernel ridge and the guided synthesis choose inside the library by themselves.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from kinetograph.evaluation.sensor_baselines import smoothed
 from kinetograph.evaluation.sensor_scores import pose_errors
 from kinetograph.methods.sensor import (
     Examples,
-    Guided,
     Optimisation,
     PoseSynthesis,
     SensorControl,
@@ -37,8 +37,6 @@ def candidates(synthesis: PoseSynthesis) -> dict[str, PoseSynthesis]:
     """What is chosen from, itself among them, all of one fit; a synthesis that learns its settings has none."""
     if isinstance(synthesis, Optimisation):
         return {f"ahead {ahead:g} s": replace(synthesis, ahead=ahead) for ahead in (0.05, 0.1, 0.15, 0.3)}
-    if isinstance(synthesis, Guided):
-        return {f"share {share:g}": replace(synthesis, share=share) for share in (0.25, 0.5, 0.75)}
     return {}
 
 

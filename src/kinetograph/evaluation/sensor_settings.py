@@ -9,9 +9,9 @@ from kinetograph.evaluation.sensor_folds import HeldOut
 from kinetograph.methods.sensor import PoseSynthesis, SensorControl
 
 SPORTS = "the sports of docs/results/sensor.md (CMU 06, 64, 86, 124, 135, 144)"
-_PROTOTYPE = f"on {SPORTS} and neura's walk, in a prototype; the ridge by leaving out the library's people"
+_PROTOTYPE = f"on {SPORTS} and neura's walk, in a prototype; the ridge by leaving out people of each library"
 CHOSEN: Mapping[str, str] = {
-    "guided": f"share and weight {_PROTOTYPE}",
+    "guided": f"weight and smoothing {_PROTOTYPE}, and so is the share of the regression",
     "ridge": f"window and kernel {_PROTOTYPE}",
     "continuity": f"weights on {SPORTS}; shrinkage inside the library",
     "interpolation": f"share of variance and choice of clusters on {SPORTS}",

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.intervals import interval
-from kinetograph.evaluation.sensor_folds import HeldOut, folds
+from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
 from kinetograph.evaluation.sensor_scores import score
 from kinetograph.library import Library
 from kinetograph.methods.sensor import Optimisation, SensorControl, fit_examples
@@ -88,21 +88,31 @@ def sweep(
     if what not in SWEEPS:
         raise RequestError(f"no sweep {what!r}; expected one of {', '.join(SWEEPS)}")
     held = held or HeldOut()
+    values = SWEEPS[what]
+    # what is learnt depends on the value where the sensors that are known do
+    runs = [(value,) for value in values] if what in ("span", "sensors") else [values]
     found: dict[tuple[str, float], list[_Found]] = {}
-    for index, value in enumerate(SWEEPS[what]):
-        used, worn = _variant(method, what, value)
-        todo = folds(library, used, held)
+    for index, some in enumerate(runs):
+        todo = folds(library, _variant(method, what, some[0])[0], held)
         for done, build in enumerate(todo, start=1):
-            fold = build()
-            model = fit_examples(used, fold.examples, np.random.default_rng(method.seed))
-            for take, truth in fold.truths.items():
-                made = model.synthesize(fold.readings(take, worn)).motion
-                row = score(what, "all", made.rotations, truth)[0]
-                one = _Found(fold.unit, row.angle, row.jitter)
+            for (take, value), one in _scored(build(), method, what, some).items():
                 found.setdefault((held.groups.get(take, "all"), float(value)), []).append(one)
             if progress:
-                progress(index * len(todo) + done, len(SWEEPS[what]) * len(todo))
+                progress(index * len(todo) + done, len(runs) * len(todo))
     return _rows(what, found)
+
+
+def _scored(fold: Fold, method: SensorControl, what: str, values: Sequence[float]) -> dict[tuple[str, float], _Found]:
+    """The errors of a fold's takes at some values, by take and value; one fit serves them."""
+    fitted = fit_examples(_variant(method, what, values[0])[0], fold.examples, np.random.default_rng(method.seed))
+    found = {}
+    for value in values:
+        used, worn = _variant(method, what, value)
+        model = replace(fitted, method=used)
+        for take, truth in fold.truths.items():
+            row = score(what, "all", model.synthesize(fold.readings(take, worn)).motion.rotations, truth)[0]
+            found[take, value] = _Found(fold.unit, row.angle, row.jitter)
+    return found
 
 
 @dataclass(frozen=True)
