@@ -188,4 +188,5 @@ def _acceleration(positions: FloatArray) -> float:
 def averaged(rows: Sequence[SensorRow], group: str) -> SensorRow:
     """The mean over takes of one method's rows, as a row of a group."""
     means = {name: float(np.mean([getattr(row, name) for row in rows])) for name in _AVERAGED}
-    return SensorRow(rows[0].method, group, len(rows), sum(row.frames for row in rows), **means)
+    frames = sum(row.frames for row in rows)
+    return replace(rows[0], group=group, takes=len(rows), frames=frames, take="", person="", **means)
