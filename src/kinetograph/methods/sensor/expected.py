@@ -10,6 +10,8 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.methods.sensor.pose_space import PoseSpace
 
+BEYOND = 2.0
+"""Times the distance of those who were furthest at which an estimate is taken to be as good as the mean pose."""
 BINS = 8
 """Distances at which errors are known."""
 
@@ -39,6 +41,11 @@ class ExpectedErrors:
     def unknown(cls) -> ExpectedErrors:
         """Where nobody could be left out."""
         return cls(np.zeros(1), np.full(1, np.nan), np.full(1, 0.5), float("nan"))
+
+    def trust(self, distance: float) -> float:
+        """1 as far away as most of those who were left out, 0 twice as far away, where few have shown what holds."""
+        furthest = float(self.distances[max(len(self.distances) - 3, 0)])
+        return 1.0 if furthest <= 0 else min(max(2.0 - distance / furthest, 0.0), 1.0)
 
     def at(self, distance: float) -> tuple[float, float]:
         """The degrees and the share of the variance at a distance."""
@@ -71,7 +78,7 @@ def expected_errors(space: PoseSpace, distances: FloatArray, truth: FloatArray, 
     total = max(float(truth.var(axis=0).sum()), 1e-12)
     squares = ((truth - made) ** 2).sum(axis=1) / total
     parts = np.array_split(np.argsort(distances, kind="stable"), min(BINS, len(distances)))
-    far = 2.0 * distances[parts[-1]].mean()
+    far = BEYOND * distances[parts[-1]].mean()
 
     def rising(values: FloatArray, most: float) -> FloatArray:
         means = np.maximum.accumulate([values[part].mean() for part in parts])

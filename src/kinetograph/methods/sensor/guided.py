@@ -27,11 +27,14 @@ class Regressed:
     readings : ndarray, shape (C,)
         Smoothed.
     valid : ndarray of bool, shape (C,)
+    trust : float
+        From 1 to 0 where the window is further from the library than any from which estimates were tried.
     """
 
     estimate: Estimate
     readings: FloatArray
     valid: BoolArray
+    trust: float = 1.0
 
 
 class Regression:
@@ -65,16 +68,16 @@ class Regression:
         fit = self._fit
         features = standardised(fit, self._buffer.of(fit.features))
         if sensors.all():
-            made = self._regressed(features, fit.whole, fit.rows, fit.expected)
+            made, trust = self._regressed(features, fit.whole, fit.rows, fit.expected)
         else:
             some = regression_of_some(fit, self._examples, sensors)
-            made = self._regressed(features[some.columns], some.regression, some.rows, some.expected)
+            made, trust = self._regressed(features[some.columns], some.regression, some.rows, some.expected)
         away = (self._examples.readings[made.example] - own)[there]
-        return Regressed(replace(made, cost=float(np.mean(away**2))), own, there)
+        return Regressed(replace(made, cost=float(np.mean(away**2))), own, there, trust)
 
     def _regressed(
         self, features: SingleArray, regression: KernelRegression, rows: IntArray, expected: ExpectedErrors
-    ) -> Estimate:
+    ) -> tuple[Estimate, float]:
         kernel = regression.kernel(features[None])
         values = regression.from_kernel(kernel)[0]
         nearest = int(np.argmax(kernel[0]))
@@ -82,7 +85,8 @@ class Regression:
         degrees, share = expected.at(distance)
         poses = len(self._averages.pose)
         variance = share * self._averages.variance
-        return Estimate(values[:poses], values[poses:], variance, int(rows[nearest]), 0.0, degrees)
+        made = Estimate(values[:poses], values[poses:], variance, int(rows[nearest]), 0.0, degrees)
+        return made, expected.trust(distance)
 
 
 class RidgeEstimator:
@@ -118,11 +122,11 @@ class GuidedPaths:
         self._examples, self._guide, self._follower = examples, guide, follower
         self._waiting: list[Regressed] = []
 
-    def step(self, made: Regressed) -> tuple[Estimate, Estimate]:
+    def step(self, made: Regressed) -> tuple[Estimate, Regressed]:
         """The estimates by paths and by regression, ``lag`` frames before one that was regressed."""
         self._waiting.append(made)
         query = np.concatenate([made.readings, self._guide.channels(made.estimate.pose[None])[0]])
-        known = np.full(len(query) - len(made.readings), self._guide.weight)
+        known = np.full(len(query) - len(made.readings), self._guide.weight * made.trust)
         weights = np.concatenate([made.valid / max(int(made.valid.sum()), 1), known])
         passed, shares = self._follower.step(query, weights)
         own = self._waiting[0]
@@ -134,7 +138,7 @@ class GuidedPaths:
         root, variance = shares @ self._examples.root_features[passed], shares @ (poses - pose) ** 2
         away = (self._examples.readings[best] - own.readings)[own.valid]
         cost = float(np.mean(away**2)) if len(away) else 0.0
-        return Estimate(pose, root, variance, best, cost, own.estimate.degrees), own.estimate
+        return Estimate(pose, root, variance, best, cost, own.estimate.degrees), own
 
 
 class GuidedEstimator:
@@ -154,13 +158,18 @@ class GuidedEstimator:
     ) -> None:
         self.lag = regression.lag + paths.lag
         self._regression, self._paths, self._averages = regression, paths, averages
-        self._space, self._share = space, blend.share
+        self._space, self._share, self._guided = space, blend.share, blend.guided
         self._strengths = blend.strengths[space.joint_of_component]
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
         """The pose ``lag`` frames ago."""
         path, other = self._paths.step(self._regression.step(readings, valid))
-        return self._shrunk(blended(self._space, path, other, self._share))
+        return self._shrunk(blended(self._space, path, other.estimate, self._share_of(other)))
+
+    def _share_of(self, made: Regressed) -> float:
+        """The regression's share: the more of the sensors are missing, the less the paths say."""
+        there = float(made.valid.mean()) if self._guided else 1.0
+        return (1.0 - (1.0 - self._share) * there) * made.trust
 
     def _shrunk(self, estimate: Estimate) -> Estimate:
         """Towards the mean pose by each joint's strength; the variance is that of a mixture of both."""
