@@ -1,7 +1,7 @@
 """Real sensors, read, calibrated and run end to end, compared with what reference there is.
 
-Poses are compared as they are estimated: inverse kinematics of planted feet, which whole results have, is left out, as it
-is of the baselines.
+Poses are compared as they are estimated: inverse kinematics of planted feet, which whole results have, is left out, as
+it is of the baselines.
 """
 
 from __future__ import annotations
