@@ -105,8 +105,9 @@ def _tables(rows: Sequence[TakeRow]) -> list[str]:
             *(("here", r.take, r.frames, f"{r.rms:.3f}") for r in lle),
         ]),
         f"<h2>Section 7.3: interpolation and optimisation, without postprocessing</h2><p>{SECTION_7_3}",
-        _table(("take", "method", "frames", "RMS (7.1)", "degrees", "jitter over the source's", "seconds"), [
-            (r.take, r.method, r.frames, f"{r.rms:.3f}", f"{r.angle:.2f}", f"{r.jitter:.2f}", f"{r.seconds:.2f}")
+        _table(("take", "method", "frames", "RMS (7.1)", "degrees", "by seed", "jitter over the source's", "seconds"), [
+            (r.take, r.method, r.frames, f"{r.rms:.3f}", f"{r.angle:.2f}", f"{r.least:.2f} to {r.most:.2f}",
+             f"{r.jitter:.2f}", f"{r.seconds:.2f}")
             for r in rows
         ]),
         "<p>Means over takes of one library, with the bootstrap's 95 % interval:",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.reproduce.xie2009.figures import draw
-from kinetograph.evaluation.reproduce.xie2009.methods import TakeRow, run_methods
+from kinetograph.evaluation.reproduce.xie2009.methods import Runs, TakeRow, run_methods
 from kinetograph.evaluation.reproduce.xie2009.page import ClipRow, means, page
 from kinetograph.evaluation.reproduce.xie2009.strokes import Strokes, find_strokes, wide_layout
 from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds, folds_of
@@ -32,6 +32,7 @@ def reproduce(
     takes: Sequence[str] = (),
     serves: str | Path | None = None,
     local: LocalModelSettings | None = None,
+    seeds: int = 1,
     report: Report = lambda text: None,
 ) -> list[TakeRow]:
     """Write ``index.html``, its pictures and ``numbers.json`` to a new folder, anew after every take.
@@ -46,6 +47,8 @@ def reproduce(
         A folder of C3D files of markers. The strokes of each are a library of their own, one held out at a time; what
         cannot be used is named on the page.
     local : LocalModelSettings, optional
+    seeds : int
+        Seeds of the mixture over which rows are means; the page has the range.
     report : callable
         Called with a line for each take.
 
@@ -63,7 +66,7 @@ def reproduce(
     if folder.exists() and any(folder.iterdir()):
         raise RequestError(f"{folder} is not empty; name a new folder")
     folder.mkdir(parents=True, exist_ok=True)
-    made = _Made(folder, local or LocalModelSettings(), report)
+    made = _Made(folder, Runs(local or LocalModelSettings(), seeds), report)
     for build in folds(library, SensorControl(), HeldOut(tuple(takes) or _spread(library.names()))):
         made.add(build())
     strokes = Strokes({}, (NO_SERVES,)) if serves is None else find_strokes(serves)
@@ -83,7 +86,7 @@ class _Made:
     Parameters
     ----------
     folder : Path
-    settings : LocalModelSettings
+    runs : Runs
     report : callable
     rows, clipping : list
         Of all takes, and of strokes.
@@ -92,7 +95,7 @@ class _Made:
     """
 
     folder: Path
-    settings: LocalModelSettings
+    runs: Runs
     report: Report
     rows: list[TakeRow] = field(default_factory=list)
     clipping: list[ClipRow] = field(default_factory=list)
@@ -102,12 +105,12 @@ class _Made:
         """Run the methods on a held-out take, and on a stroke by a device with a wider range as well."""
         self.report(f"{fold.take}: {len(fold.truth)} frames")
         library = "strokes" if build_wide else "library"
-        results = run_methods(fold, self.settings, SensorControl().layout, library)
+        results = run_methods(fold, self.runs, library)
         draw(fold, {name: rotations for name, (_, rotations) in results.items()}, self.folder)
         mine = [row for row, _ in results.values()]
         self.rows += mine
         if build_wide:
-            self.clipping += _clipping(fold, mine, run_methods(build_wide(), self.settings, wide_layout()))
+            self.clipping += _clipping(fold, mine, run_methods(build_wide(), replace(self.runs, layout=wide_layout())))
         self.write()
 
     def write(self) -> None:
