@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -187,6 +188,6 @@ def _acceleration(positions: FloatArray) -> float:
 
 def averaged(rows: Sequence[SensorRow], group: str) -> SensorRow:
     """The mean over takes of one method's rows, as a row of a group."""
-    means = {name: float(np.mean([getattr(row, name) for row in rows])) for name in _AVERAGED}
+    means: dict[str, Any] = {name: float(np.mean([getattr(row, name) for row in rows])) for name in _AVERAGED}
     frames = sum(row.frames for row in rows)
     return replace(rows[0], group=group, takes=len(rows), frames=frames, take="", person="", **means)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -144,8 +145,7 @@ def run_methods(fold: Fold, runs: Runs, library: str = "library") -> dict[str, t
 
 def _mean(rows: Sequence[TakeRow]) -> TakeRow:
     """The mean over seeds, and the range of the error."""
-    means = {
-        name: float(np.mean([getattr(row, name) for row in rows])) for name in ("rms", "angle", "jitter", "seconds")
-    }
+    named = ("rms", "angle", "jitter", "seconds")
+    means: dict[str, Any] = {name: float(np.mean([getattr(row, name) for row in rows])) for name in named}
     angles = [row.angle for row in rows]
     return replace(rows[0], **means, least=min(angles), most=max(angles))
