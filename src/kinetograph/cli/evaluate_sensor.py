@@ -135,7 +135,7 @@ def sensor(
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
 
-    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*" --jobs 2
 
     Example: kinetograph evaluate sensor -l sports --leave person --person "ann=64_*" --person "bob=124_*" -o out/sports
 
