@@ -9,7 +9,7 @@ import numpy as np
 from kinetograph.errors import RequestError, TooSoonError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
-from kinetograph.methods.keyframe.features import key_distances
+from kinetograph.methods.keyframe.features import nearest_frames
 from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.motion import heading_at
 
@@ -48,12 +48,11 @@ def goals_of(
     goals, nearest = [], []
     before: complex | None = None
     for number, key in enumerate(keys):
-        distances = np.where(index.barred, np.inf, key_distances(index.features, key, index.skeleton))
-        count = min(candidates, len(distances))
-        frames = np.argpartition(distances, count - 1)[:count].astype(np.int64)
-        nearest.append(float(distances[frames].min()))
-        frames = frames[distances[frames] <= nearest[-1] + slack]
-        costs = (distances[frames] / scale) ** 2
+        frames, distances = nearest_frames(
+            index.features, key, index.skeleton, index.barred, most=candidates, slack=slack
+        )
+        nearest.append(float(distances.min()))
+        costs = (distances / scale) ** 2
         place, heading = pinned(key, first=number == 0)
         path = 0.0 if place is None or before is None else abs(place - before)
         window = _window(key, index.fps, first=number == 0)
