@@ -42,6 +42,7 @@ class FrameEstimates:
 
     def __init__(self, fit: SensorFit, estimator: Estimator) -> None:
         self.frames = self.missing = self.held = self.far = 0
+        self._expected, self._known = 0.0, 0
         self._fit, self._estimator = fit, estimator
         self._total = fit.averages.variance
         self._whitening = fit.overall.whitening()
@@ -89,14 +90,20 @@ class FrameEstimates:
         return late
 
     def statistics(self) -> dict[str, float]:
-        """Frames, the share of missing readings, seconds held, and the share of frames far from all in the library."""
-        examples = self._fit.examples
-        return {
+        """Frames, the share of missing readings, seconds held, and the share of frames far from all in the library.
+
+        Where it is known, also the error in degrees that one can expect, and the one of the library's people, left out.
+        """
+        examples, ridge = self._fit.examples, self._fit.ridge
+        statistics: dict[str, float] = {
             "frames": self.frames,
             "missing": self.missing / max(self.frames * len(examples.names), 1),
             "held": self.held / examples.fps,
             "far": self.far / max(self.frames, 1),
         }
+        if self._known and ridge is not None:
+            statistics |= {"expected": self._expected / self._known, "usual": ridge.expected.usual}
+        return statistics
 
     def _stepped(self, scaled: FloatArray, mask: BoolArray) -> list[Estimate]:
         """The estimate that a frame settles, unless it is of a time before the first one."""
@@ -108,6 +115,8 @@ class FrameEstimates:
             return []
         unheard = self._unheard.popleft()
         self._last = self._held() if unheard or estimate is None else estimate
+        if not unheard and np.isfinite(self._last.degrees):
+            self._expected, self._known = self._expected + self._last.degrees, self._known + 1
         return [self._last]
 
     def _is_far(self, scaled: FloatArray, mask: BoolArray) -> bool:
