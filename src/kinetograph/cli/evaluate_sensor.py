@@ -73,7 +73,7 @@ class Takes(Chosen):
 
         names = library.names()
         only = _named(library, self.only or ())
-        groups = grouped(only or names, tuple(self.group or ()))
+        groups = grouped(names, tuple(self.group or ()))
         people = people_among(library, tuple(self.person or ()))
         copies = copies_left_out(library, self.keep_copies, only)
         return HeldOut(only, self.track, groups, copies, people, self.leave)
