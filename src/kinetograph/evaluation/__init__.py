@@ -25,6 +25,7 @@ _ROOMS = {
     "MotionMatching": "motion_matching",
     "Nested": "nested",
     "Observer": "partner_names",
+    "OwnFrames": "recorded_keys",
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_rows",
@@ -89,6 +90,7 @@ _ROOMS = {
     "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
+    "own_frames": "recorded_keys",
     "people_among": "sensor_folds",
     "phase_difference": "phase",
     "plant_phase": "phase",
@@ -129,6 +131,7 @@ __all__ = [
     "MotionMatching",
     "Nested",
     "Observer",
+    "OwnFrames",
     "PairFigures",
     "Phase",
     "RealRow",
@@ -192,6 +195,7 @@ __all__ = [
     "nested_walks",
     "normalised_rms",
     "npss",
+    "own_frames",
     "people_among",
     "phase_difference",
     "plant_phase",
@@ -293,6 +297,7 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_rows import RealRow
     from kinetograph.evaluation.real_sensors import evaluate_recordings
+    from kinetograph.evaluation.recorded_keys import OwnFrames, own_frames
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import SensorScores, evaluate, timed, together
