@@ -103,6 +103,8 @@ class Examples:
         Kinds of channels.
     captured : ndarray, shape (T,)
         Share of each take's readings that were captured by sensors that were worn; the rest is simulated.
+    people : tuple of str
+        Who moves in each of ``takes``; a take of which that is not known is a person of its own.
     """
 
     space: PoseSpace
@@ -117,6 +119,11 @@ class Examples:
     fps: float
     kinds: tuple[str, ...] = ("force",)
     captured: FloatArray = field(default_factory=lambda: np.zeros(0))
+    people: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.people:
+            object.__setattr__(self, "people", tuple(take for take, _ in self.takes))
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -198,6 +205,7 @@ def build_examples(
     rng: np.random.Generator,
     recorded: Mapping[Key, Readings] = MappingProxyType({}),
     *,
+    people: Mapping[Key, str] = MappingProxyType({}),
     count: int = 0,
     progress: Progress | None = None,
 ) -> Examples:
@@ -216,6 +224,8 @@ def build_examples(
         For the noise of simulated sensors.
     recorded : mapping, optional
         Captured readings by take and track; those that lack a kind of channels are not used.
+    people : mapping, optional
+        Who moves, by take and track; a take of which that is not known is a person of its own.
     count : int
         How many motions there are, for the progress.
     progress : Progress, optional
@@ -230,7 +240,7 @@ def build_examples(
         made.add(part)
         if progress:
             progress(len(made.takes), max(count, len(made.takes)))
-    return _joined(made, setup)
+    return _joined(made, setup, people)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,12 +289,19 @@ def example_parts(
         yield _part(key, at_rate, values, share)
 
 
-def examples_of_parts(parts: Iterable[ExamplePart], setup: SensorSetup) -> Examples:
+def examples_of_parts(
+    parts: Iterable[ExamplePart], setup: SensorSetup, people: Mapping[Key, str] = MappingProxyType({})
+) -> Examples:
     """The examples of some motions, one or more, from what each gives: the same as are built of these motions."""
     made = _Made()
     for part in parts:
         made.add(part)
-    return _joined(made, setup)
+    return _joined(made, setup, people)
+
+
+def people_of(recordings: Iterable[Recording]) -> dict[Key, str]:
+    """Who moves in recordings, by take and track, where that is known."""
+    return {(one.name, one.track): one.facts.subject for one in recordings if one.facts.subject}
 
 
 def examples_of(examples: Examples, kept: BoolArray) -> Examples:
@@ -299,6 +316,7 @@ def examples_of(examples: Examples, kept: BoolArray) -> Examples:
         starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
         takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
         captured=examples.captured[kept] if len(examples.captured) else examples.captured,
+        people=tuple(person for person, keep in zip(examples.people, kept, strict=True) if keep),
     )
 
 
@@ -346,7 +364,7 @@ def _part(key: Key, motion: Motion, readings: FloatArray, captured: float) -> Ex
     )
 
 
-def _joined(made: _Made, setup: SensorSetup) -> Examples:
+def _joined(made: _Made, setup: SensorSetup, people: Mapping[Key, str]) -> Examples:
     assert made.skeleton is not None  # one motion or more
     assert made.moments is not None
     space = pose_space_of(made.skeleton, made.moments, made.rotations)
@@ -368,6 +386,7 @@ def _joined(made: _Made, setup: SensorSetup) -> Examples:
         setup.rate,
         setup.kinds,
         np.array(made.captured),
+        tuple(people.get(key) or key[0] for key in made.takes),
     )
 
 
