@@ -345,6 +345,11 @@ def test_the_cluster_chain_says_what_it_cannot_do(walks: kg.Library):
     assert model.synthesize([one, replace(two, time=(1.0, 1.0))]).warnings == (
         "key 1: the cluster chain leaves times and places free",
     )
+    raised = slow.rotations.copy()
+    raised[:, slow.skeleton.index("left_shoulder")] = rot.about("x", -3.0)
+    (said,) = model.synthesize([one, key_at(replace(slow, rotations=raised), 2.0, label="waving")]).warnings
+    assert "waving: the nearest recorded pose is" in said
+    assert "--mode search" in said
 
 
 def test_takes_that_are_read_are_counted(walks: kg.Library):
