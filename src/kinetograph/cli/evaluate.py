@@ -15,6 +15,7 @@ from kinetograph.cli.configurations import (
     Search,
     Sensors,
     gap_filling_control,
+    own_control,
     performance_control,
     sensor_control,
     syntheses,
@@ -199,7 +200,9 @@ class Gaps(Chosen):
     """What is filled in, and with what."""
 
     library: LibraryOption
-    held_out: Annotated[list[str], typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")]
+    held_out: Annotated[
+        list[str] | None, typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")
+    ] = None
     gap: Annotated[
         list[int] | None, typer.Option(help="Length of a gap in frames; default 5, 15, 30 and 45. Repeatable.")
     ] = None
@@ -208,24 +211,67 @@ class Gaps(Chosen):
     keep_copies: KeepCopies = False
 
 
-def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
+@options("Instead of the table of gaps")
+class OwnKeys:
+    """Frames of the library as keys."""
+
+    own_frames: Annotated[
+        int | None, typer.Option(help="How many random frames are keys: how far are they missed?", min=1)
+    ] = None
+    mode: Annotated[str, typer.Option(help="What goes between them: paper or search.")] = "paper"
+    clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
+    seed: Annotated[int, typer.Option(help="Seed of the frames that are drawn.")] = 0
+
+
+def keyframe(gaps: Gaps, working: Working, own: OwnKeys, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
+
+    Or, with --own-frames: each of so many frames of the library is the first and the last key of a pair with another.
 
     On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
 
     Example: kinetograph evaluate keyframe -l out/clips.library --held-out humanoid3d_run --gap 5
 
     Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
+
+    Example: kinetograph evaluate keyframe -l out/clips.library --own-frames 20
     """
+    from kinetograph.errors import RequestError
+    from kinetograph.pipeline import open_library
+
+    if (own.own_frames is None) == (not gaps.held_out):
+        raise RequestError("give takes to fill gaps in (--held-out NAME), or a number of frames (--own-frames 200)")
+    library = open_library(gaps.library, gaps.selection)
+    rows = _own_frames(library, gaps, own, as_json) if own.own_frames else _filled(library, gaps, working)
+    table(rows, as_json)
+
+
+def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
+    """How recorded frames are held as keys."""
+    from dataclasses import asdict
+
+    import numpy as np
+
+    from kinetograph.evaluation import own_frames
+
+    method = own_control(own.mode, own.clusters, gaps.rate, gaps.mirrored)
+    with progress_bar("keys") as progress:
+        rows = own_frames(
+            library, own.own_frames or 0, method=method, rng=np.random.default_rng(own.seed), progress=progress
+        )
+    return [_measured(asdict(row), as_json) for row in rows]
+
+
+def _filled(takes: Library, gaps: Gaps, working: Working) -> list[dict[str, Any]]:
+    """Scores of the gaps in held-out takes."""
     import fnmatch
     from dataclasses import asdict
 
     from kinetograph.errors import RequestError
     from kinetograph.evaluation import Run, inbetween_held_out
     from kinetograph.library import Selection
-    from kinetograph.pipeline import open_library
 
-    takes, held_out = open_library(gaps.library, gaps.selection), gaps.held_out
+    held_out = gaps.held_out or []
     names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
     if not names:
         raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
@@ -235,7 +281,7 @@ def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
     with progress_bar("evaluating") as progress:
         run = Run(workers=working.workers, progress=progress)
         scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
-    table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
+    return [{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()]
 
 
 # ---- sensor control ----

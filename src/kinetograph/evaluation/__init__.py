@@ -22,6 +22,7 @@ _ROOMS = {
     "MotionMatching": "motion_matching",
     "Nested": "nested",
     "Observer": "partner_names",
+    "OwnFrames": "recorded_keys",
     "PairFigures": "keyframe",
     "Phase": "phase",
     "RealRow": "real_sensors",
@@ -82,6 +83,7 @@ _ROOMS = {
     "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
+    "own_frames": "recorded_keys",
     "phase_difference": "phase",
     "plant_phase": "phase",
     "pose_errors": "sensor_scores",
@@ -116,6 +118,7 @@ __all__ = [
     "MotionMatching",
     "Nested",
     "Observer",
+    "OwnFrames",
     "PairFigures",
     "Phase",
     "RealRow",
@@ -175,6 +178,7 @@ __all__ = [
     "nested_walks",
     "normalised_rms",
     "npss",
+    "own_frames",
     "phase_difference",
     "plant_phase",
     "pose_errors",
@@ -271,6 +275,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
+    from kinetograph.evaluation.recorded_keys import OwnFrames, own_frames
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
