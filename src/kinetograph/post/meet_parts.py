@@ -49,13 +49,21 @@ class Room:
         reach : float
             Frames over which it fades.
         plateau : tuple of int, optional
-            The first and the last frame of the plateau.
+            The first and the last frame of the plateau. On a side on which it leaves no room there is none, and the
+            edit fades over all of the room.
         """
         low, high = plateau or (self.frame, self.frame)
-        low, high = min(max(low, self.before + 1), self.frame), max(min(high, self.after - 1), self.frame)
+        reaches = [reach, reach]
+        if low - self.before < reach and plateau:
+            low, reaches[0] = self.frame, self.frame - self.before
+        if self.after - high < reach and plateau:
+            high, reaches[1] = self.frame, self.after - self.frame
         at = np.arange(frames)
-        room = np.where(at <= low, low - self.before, self.after - high)
-        apart = np.maximum(np.maximum(low - at, at - high), 0) / np.maximum(np.minimum(reach, room), 1.0)
+        apart = np.where(
+            at < low,
+            (low - at) / max(min(reaches[0], low - self.before), 1),
+            np.maximum(at - high, 0) / max(min(reaches[1], self.after - high), 1),
+        )
         return quintic_decay(np.minimum(apart, 1.0))[0]
 
 

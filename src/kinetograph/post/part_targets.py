@@ -83,6 +83,20 @@ def misses(motion: Motion, targets: Sequence[PartTarget]) -> tuple[FloatArray, F
     return apart, twisted
 
 
+def misses_of_parts(motion: Motion, pose: Motion, roles: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    """How far parts of a motion are from where they are in a pose, seen from the root; see `misses`.
+
+    Parameters
+    ----------
+    motion : Motion
+    pose : Motion
+        Its first frame counts.
+    roles : sequence of str
+    """
+    points, rotations = parts_of(pose, roles)
+    return misses(motion, [PartTarget(role, points[0, i], rotations[0, i]) for i, role in enumerate(roles)])
+
+
 def are_met(apart: FloatArray, twisted: FloatArray) -> FloatArray:
     """Whether all parts of each frame are met, shape ``(F,)``, by their `misses`."""
     return np.asarray(((apart <= MISSED) & (twisted <= TWISTED)).all(axis=1))

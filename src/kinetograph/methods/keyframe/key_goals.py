@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from kinetograph.errors import RequestError, TooSoonError
+from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.arrays import IntArray
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
@@ -84,7 +84,8 @@ def _that_reach(index: PoseIndex, aim: Aim, frames: IntArray) -> IntArray:
     met = are_met(apart, twisted)
     if not met.any():
         least = int(np.argmin(np.maximum(apart / MISSED, twisted / TWISTED).max(axis=1)))
-        raise RequestError(out_of_reach(aim.key.label, index.skeleton, aim.targets, apart[least], twisted[least]))
+        what = out_of_reach(aim.key.label, index.skeleton, aim.targets, apart[least], twisted[least])
+        raise UnmetError(what, aim.key.label)
     return frames[met]
 
 

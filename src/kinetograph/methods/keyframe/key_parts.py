@@ -12,7 +12,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import RequestError
+from kinetograph.errors import RequestError, UnmetError
 from kinetograph.keys import Key, PartFromRoot, PartInWorld
 from kinetograph.motion import Motion, heading_at
 from kinetograph.post.part_targets import MISSED, TWISTED, PartTarget, misses, parts_of
@@ -156,7 +156,7 @@ def _require_reach(label: str, clip: Motion, frame: int, targets: tuple[PartTarg
     """Raise RequestError where a pose does not bring parts to their places."""
     apart, twisted = (values[frame] for values in misses(clip, targets))
     if (apart > MISSED).any() or (twisted > TWISTED).any():
-        raise RequestError(out_of_reach(label, clip.skeleton, targets, apart, twisted))
+        raise UnmetError(out_of_reach(label, clip.skeleton, targets, apart, twisted), label)
 
 
 def out_of_reach(

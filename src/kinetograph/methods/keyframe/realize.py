@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import RequestError
+from kinetograph.errors import UnmetError
 from kinetograph.keys import Key
 from kinetograph.learn import Route, RouteSegment
 from kinetograph.methods.keyframe.index import PoseIndex
@@ -115,9 +115,8 @@ def _require_met(motion: Motion, aims: tuple[Aim, ...], points: list[Waypoint]) 
         if aim.targets:
             apart, twisted = misses(cut(motion, point.frame, point.frame + 1), aim.targets)
             if not are_met(apart, twisted).all():
-                raise RequestError(
-                    out_of_reach(aim.key.label, motion.skeleton, aim.targets, apart[0], twisted[0])
-                )
+                what = out_of_reach(aim.key.label, motion.skeleton, aim.targets, apart[0], twisted[0])
+                raise UnmetError(what, aim.key.label)
 
 
 def edit_statistics(edited: FloatArray, pieces: int, examples: int) -> dict[str, float]:
