@@ -44,7 +44,9 @@ class PartFromRoot:
         if self.orientation is not None:
             size = float(np.linalg.norm(self.orientation))
             if abs(size - 1.0) > 1e-2:
-                raise RequestError(f"{self.role}: an orientation is a unit quaternion (w, x, y, z), found {size:g} long")
+                raise RequestError(
+                    f"{self.role}: an orientation is a unit quaternion (w, x, y, z), found {size:g} long"
+                )
             object.__setattr__(self, "orientation", tuple(float(v) / size for v in self.orientation))
 
 

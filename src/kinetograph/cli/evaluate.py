@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kinetograph.cli.configurations import Synthesis
     from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
     from kinetograph.library import Library
+    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
     from kinetograph.work import Workers
@@ -188,7 +189,19 @@ class Gaps(Chosen):
     """What is filled in, and with what."""
 
     library: LibraryOption
-    held_out: Annotated[list[str], typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")]
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option(help="Takes to hold out, by name or pattern; gaps in them are filled. Repeatable."),
+    ] = None
+    requests: Annotated[
+        int,
+        typer.Option(
+            help="In place of filling gaps, ask for this many poses, parts of the body and places that people were in, "
+            "and took, in takes that are held out; every fifth take, drawn at random, without --held-out.",
+            min=0,
+        ),
+    ] = 0
+    seed: Annotated[int, typer.Option(help="Seed of the requests.")] = 0
     gap: Annotated[
         list[int] | None, typer.Option(help="Length of a gap in frames; default 5, 15, 30 and 45. Repeatable.")
     ] = None
@@ -205,24 +218,60 @@ def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
     Example: kinetograph evaluate keyframe -l out/clips.library --held-out humanoid3d_run --gap 5
 
     Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5"
+
+    Example: kinetograph evaluate keyframe -l out/walks.library --requests 6
     """
-    import fnmatch
     from dataclasses import asdict
 
-    from kinetograph.errors import RequestError
     from kinetograph.evaluation import inbetween_held_out
     from kinetograph.library import Selection
     from kinetograph.pipeline import open_library
 
-    takes, held_out = open_library(gaps.library, gaps.selection), gaps.held_out
-    names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
-    if not names:
-        raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
+    takes = open_library(gaps.library, gaps.selection)
+    names = _held_out(takes, gaps)
     copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
     takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
     method = gap_filling_control(gaps.rate, gaps.mirrored)
+    if gaps.requests:
+        table([_measured(row, as_json) for row in _requests(takes, names, method, gaps)], as_json)
+        return
     scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
+
+
+def _held_out(takes: Library, gaps: Gaps) -> list[str]:
+    """The takes that are held out by name, or every fifth."""
+    import fnmatch
+
+    import numpy as np
+
+    from kinetograph.errors import RequestError
+
+    known, wanted = takes.names(), gaps.held_out or ()
+    names = [name for name in known if any(fnmatch.fnmatch(name, each) for each in wanted)]
+    if names:
+        return names
+    if wanted:
+        raise RequestError(f"no take is called {', '.join(wanted)}; there are {', '.join(known[:6])}")
+    if not gaps.requests:
+        raise RequestError("name takes to fill gaps in with --held-out, or give --requests")
+    drawn = np.random.default_rng(gaps.seed).permutation(len(known))[: max(len(known) // 5, 1)]
+    return [known[i] for i in sorted(drawn)]
+
+
+def _requests(takes: Library, names: Sequence[str], method: KeyframeControl, gaps: Gaps) -> list[dict[str, Any]]:
+    """What becomes of requests made of takes that are held out, by kind; what was held out is said on stderr."""
+    from dataclasses import asdict
+
+    import numpy as np
+
+    from kinetograph.evaluation import key_requests
+
+    note(f"held out: {', '.join(names)}")
+    rng = np.random.default_rng(gaps.seed)
+    with progress_bar("asking") as progress:
+        rows = key_requests(takes, gaps.requests, method=method, held_out=names, rng=rng, progress=progress)
+    return [asdict(row) for row in rows]
 
 
 # ---- sensor control ----

@@ -26,7 +26,8 @@ ROUNDS = 24
 NEAR = 1e-4
 """Metres, and radians, from which on nothing is changed any more."""
 STEP, FURTHEST = 0.2, 0.8
-"""Radians that a joint of the trunk is rotated by in a step, and altogether, at most."""
+"""Radians that a joint of the trunk is rotated by in a step, and altogether, at most; a joint whose own rotation is
+asked for goes as far as it takes."""
 LOWER = 0.35
 """Metres that the root goes up or down at most."""
 LEVER = 0.3
@@ -81,7 +82,9 @@ def reach_parts(poses: Motion, targets: Sequence[PartTarget]) -> Motion:
     wanted = [in_world(poses, target) for target in targets]
     limbs, rest = divided(poses, targets, wanted)
     joints, lowered = trunk_joints(skeleton, limbs, rest)
+    rotated = {landmark.joint for landmark, _, rotation in rest if rotation is not None}
     asked, solved = limbs, reach_limbs(poses, limbs)
+    furthest = [np.pi if joint in rotated else FURTHEST for joint in joints]
     for _ in range(ROUNDS if joints or lowered else 0):
         gap, jacobian = _gaps(solved, asked, rest, joints, lowered)
         open_frames = np.abs(gap).max(axis=1) > NEAR
@@ -90,7 +93,7 @@ def reach_parts(poses: Motion, targets: Sequence[PartTarget]) -> Motion:
         if limbs is asked and (lowered or 0 in joints):
             limbs = [*asked, *held_feet(poses, asked, joints)]
         step = _least_step(gap, jacobian) * open_frames[:, None]
-        solved = reach_limbs(_stepped(solved, poses, joints, step, lowered), limbs)
+        solved = reach_limbs(_stepped(solved, poses, list(zip(joints, furthest, strict=True)), step, lowered), limbs)
     return solved
 
 
@@ -141,9 +144,7 @@ def _limb_of(skeleton: Skeleton, role: str, keyed: set[int]) -> tuple[str | None
     return end, Landmark(last, skeleton.offsets[landmark.joint])
 
 
-def limb_target(
-    motion: Motion, role: str, position: FloatArray | None, rotation: FloatArray | None
-) -> LimbTarget:
+def limb_target(motion: Motion, role: str, position: FloatArray | None, rotation: FloatArray | None) -> LimbTarget:
     """A limb of a motion, by the role of its end, with a position and a rotation in the world."""
     joints = tuple(limb_joints(motion.skeleton, role))
     axes = usual_hinge(motion, joints)
@@ -265,7 +266,9 @@ def _gaps(
             rows.append(np.concatenate([_turning(levers), height], axis=2))
         if rotation is not None:
             gaps.append(LEVER * rot.log(rot.multiply(rotation, rot.conjugate(world[:, landmark.joint]))))
-            each = np.tile((LEVER * own[:, None, None] * np.eye(3)).transpose(1, 0, 2).reshape(3, -1), (len(motion), 1, 1))
+            each = np.tile(
+                (LEVER * own[:, None, None] * np.eye(3)).transpose(1, 0, 2).reshape(3, -1), (len(motion), 1, 1)
+            )
             rows.append(np.concatenate([each, np.zeros((len(motion), 3, 1))], axis=2))
     return np.concatenate(gaps, axis=1), np.concatenate(rows, axis=1)
 
@@ -294,21 +297,23 @@ def _least_step(gap: FloatArray, jacobian: FloatArray) -> FloatArray:
     return np.asarray(step)
 
 
-def _stepped(motion: Motion, before: Motion, joints: Sequence[int], step: FloatArray, lowered: bool) -> Motion:
-    """A motion with its trunk changed by a step, within what it may be changed by from ``before``."""
+def _stepped(
+    motion: Motion, before: Motion, joints: Sequence[tuple[int, float]], step: FloatArray, lowered: bool
+) -> Motion:
+    """A motion with its trunk changed by a step, each joint from ``before`` by no more radians than it may be."""
     _, world = forward(motion)
     turns = step[:, :-1].reshape(len(motion), -1, 3)
     size = np.linalg.norm(turns, axis=-1, keepdims=True)
     turns = turns * np.minimum(1.0, STEP / np.maximum(size, 1e-9))
     rotations, root = motion.rotations.copy(), motion.translation.copy()
-    for i, joint in enumerate(joints):
+    for i, (joint, furthest) in enumerate(joints):
         parent = motion.skeleton.parents[joint]
         above = world[:, parent] if parent >= 0 else rot.identity(len(motion))
         local = rot.rotate(rot.conjugate(above), turns[:, i])
         changed = rot.multiply(rot.exp(local), rotations[:, joint])
         whole = rot.log(rot.multiply(changed, rot.conjugate(before.rotations[:, joint])))
         angle = np.linalg.norm(whole, axis=-1, keepdims=True)
-        whole = whole * np.minimum(1.0, FURTHEST / np.maximum(angle, 1e-9))
+        whole = whole * np.minimum(1.0, furthest / np.maximum(angle, 1e-9))
         rotations[:, joint] = rot.multiply(rot.exp(whole), before.rotations[:, joint])
     if lowered:
         height = root[:, 1] + step[:, -1] - before.translation[:, 1]

@@ -20,6 +20,8 @@ Attempt = Callable[[tuple[Key, ...]], tuple[Synthesis, Quality]]
 
 LATER = (0.15, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0)
 """Seconds later that are tried, one after another."""
+PLACED = LATER[1::2]
+"""The same where a place is asked for, which takes longer to search."""
 SHARES = (0.97, 0.75, 0.5, 0.25, 0.0)
 """How far a path is bent from where it ends towards a place, as shares of how far it may be."""
 
@@ -74,9 +76,11 @@ def least_time(
         None in place of both where there is none.
     """
     last, bad = len(keys) - 1, start - frame
-    known = tried((*keys[:last], replace(keys[last], time=(start, stop))), attempt) if stop > start else None
-    best = None if known is None else (known.result.met[last], known)
-    for second in _seconds(start, stop if best is None else best[0] - frame, frame):
+    best, later = None, PLACED if keys[last].position is not None else LATER
+    if stop > start and keys[last].position is None:
+        known = tried((*keys[:last], replace(keys[last], time=(start, stop))), attempt)
+        best = None if known is None else (known.result.met[last], known)
+    for second in _seconds(start, stop if best is None else best[0] - frame, frame, later):
         found = tried(at_time(keys, last, second), attempt)
         if found is not None:
             best = (second, found)
@@ -95,15 +99,17 @@ def least_time(
     return second, found
 
 
-def _seconds(start: float, stop: float, frame: float) -> Iterator[float]:
-    for later in (0.0, *LATER):
+def _seconds(start: float, stop: float, frame: float, steps: tuple[float, ...]) -> Iterator[float]:
+    for later in (0.0, *steps):
         second = frame * round((start + later) / frame)
         if second > stop + 1e-9:
             return
         yield second
 
 
-def nearest_place(keys: tuple[Key, ...], end: complex, reach: Callable[[complex], float], attempt: Attempt) -> Found | None:
+def nearest_place(
+    keys: tuple[Key, ...], end: complex, reach: Callable[[complex], float], attempt: Attempt
+) -> Found | None:
     """The place nearest to that of the last of some keys at which it is met, on the line from where a path ends.
 
     Parameters

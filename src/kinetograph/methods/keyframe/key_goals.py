@@ -6,8 +6,8 @@ import itertools
 
 import numpy as np
 
-from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.arrays import IntArray
+from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
 from kinetograph.methods.keyframe.features import key_distances
@@ -86,7 +86,7 @@ def _that_reach(index: PoseIndex, aim: Aim, frames: IntArray) -> IntArray:
         least = int(np.argmin(np.maximum(apart / MISSED, twisted / TWISTED).max(axis=1)))
         what = out_of_reach(aim.key.label, index.skeleton, aim.targets, apart[least], twisted[least])
         raise UnmetError(what, aim.key.label)
-    return frames[met]
+    return np.asarray(frames[met])
 
 
 def poses_at(index: PoseIndex, frames: IntArray) -> Motion:

@@ -28,6 +28,8 @@ AROUND = 0.4
 """Seconds before and after a piece in which its recording counts too: pieces are blended with what is there."""
 LEAST_JUMP, LEAST_SLIDE = 0.05, 0.03
 """Metres per second below which no recording's own figures count: nobody sees these."""
+LEAST_MOST = (1.3, 1.5)
+"""The least that is taken for the most of both figures: recordings that are all alike say little of others."""
 _USUAL, _RARE = 0.99, 0.999
 
 
@@ -86,9 +88,13 @@ class Quality:
         """What is worse than in the recordings, for messages."""
         found = []
         if self.jump > self.most_jump:
-            found.append(f"velocities jump {self.jump:.2f} x as much as usual, the recordings' at most {self.most_jump:.2f}")
+            found.append(
+                f"velocities jump {self.jump:.2f} x as much as usual, the recordings' at most {self.most_jump:.2f}"
+            )
         if self.skate > self.most_skate:
-            found.append(f"planted feet slide {self.skate:.2f} x as fast as usual, the recordings' at most {self.most_skate:.2f}")
+            found.append(
+                f"planted feet slide {self.skate:.2f} x as fast as usual, the recordings' at most {self.most_skate:.2f}"
+            )
         return " and ".join(found)
 
     def statistics(self) -> dict[str, float]:
@@ -112,7 +118,7 @@ def ordinary_of(examples: Sequence[Example]) -> Ordinary:
         rare_jumps.append(jump / jumps[-1])
         rare_slides.append(_averaged(total, count, example.motion.fps) / slides[-1])
     most = [float(np.quantile(np.concatenate(parts), _RARE)) for parts in (rare_jumps, rare_slides)]
-    return Ordinary(np.array(jumps), np.array(slides), max(most[0], 1.0), max(most[1], 1.0))
+    return Ordinary(np.array(jumps), np.array(slides), max(most[0], LEAST_MOST[0]), max(most[1], LEAST_MOST[1]))
 
 
 def jumps_of(motion: Motion) -> FloatArray:
@@ -129,7 +135,7 @@ def slides_of(motion: Motion, contacts: Sequence[Annotation]) -> FloatArray:
 
 
 def _planted(motion: Motion, contacts: Sequence[Annotation]) -> tuple[FloatArray, FloatArray]:
-    """The speeds of planted points from each frame to the next, summed, and how many these are, ``(F,)`` each."""
+    """The mean speed of planted points from each frame to the next, and 1 where there are any, ``(F,)`` each."""
     total, count = np.zeros(len(motion)), np.zeros(len(motion))
     for role in sorted({note.label for note in contacts if note.label in motion.skeleton.roles}):
         mask = contact_mask(tuple(contacts), role, len(motion), motion.fps)
@@ -138,7 +144,7 @@ def _planted(motion: Motion, contacts: Sequence[Annotation]) -> tuple[FloatArray
         both = mask[1:] & mask[:-1]
         total[:-1] += np.where(both, speed, 0.0)
         count[:-1] += both
-    return total, count
+    return total / np.maximum(count, 1.0), np.minimum(count, 1.0)
 
 
 def _averaged(total: FloatArray, count: FloatArray, fps: float) -> FloatArray:

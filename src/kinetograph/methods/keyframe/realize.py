@@ -60,16 +60,10 @@ def realize_route(
     owners = [index.locate(segment.frame)[0] for segment in route.segments]
     examples = [index.examples[owner] for owner in owners]
     parts = [Part(p, e.motion, e.contacts) for p, e in zip(pieces, examples, strict=True)]
-    motion = join_parts(parts, index.fps, round(route.clocks[-1]) + 1, post)
     contacts = carry((p, e.contacts) for p, e in zip(pieces, examples, strict=True))
     points = waypoints(aims, route.clocks)
-    motion = meet_poses(bend(motion, points), points, decay)
-    if post.footskate:
-        # held feet move the keys' own poses a little: those are met again, over a shorter time
-        motion = meet_poses(_cleaned(motion, contacts, points, post.ease), points, 0.5 * decay)
-    for aim, room in zip(aims, rooms(points, len(motion)), strict=True):
-        if aim.targets and not aim.whole:
-            motion = meet_parts(motion, room, aim.targets, contacts, decay)
+    motion = join_parts(parts, index.fps, round(route.clocks[-1]) + 1, post)
+    motion = _through(motion, aims, points, contacts, post, decay)
     if post.floor:
         motion = keep_above(motion, recorded_lows(motion, parts), [point.frame for point in points])
     _require_met(motion, aims, points)
@@ -91,9 +85,26 @@ def realize_route(
     return result, quality
 
 
-def _cleaned(
-    motion: Motion, contacts: tuple[Annotation, ...], points: list[Waypoint], ease: float
+def _through(
+    motion: Motion,
+    aims: tuple[Aim, ...],
+    points: list[Waypoint],
+    contacts: tuple[Annotation, ...],
+    post: PostSettings,
+    decay: float,
 ) -> Motion:
+    """A motion bent to the places of keys, and changed to meet their poses and parts, feet held."""
+    motion = meet_poses(bend(motion, points), points, decay)
+    if post.footskate:
+        # held feet move the keys' own poses a little: those are met again, over a shorter time
+        motion = meet_poses(_cleaned(motion, contacts, points, post.ease), points, 0.5 * decay)
+    for aim, room in zip(aims, rooms(points, len(motion)), strict=True):
+        if aim.targets and not aim.whole:
+            motion = meet_parts(motion, room, aim.targets, contacts, decay)
+    return motion
+
+
+def _cleaned(motion: Motion, contacts: tuple[Annotation, ...], points: list[Waypoint], ease: float) -> Motion:
     """A motion with planted feet that stand still, at keys where the keys have them."""
     cleaned = clean_feet(motion, contacts, ease=ease)
     for point, room in zip(points, rooms(points, len(motion)), strict=True):

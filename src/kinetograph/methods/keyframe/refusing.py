@@ -1,4 +1,4 @@
-"""Requests that cannot be met, or only by motion that is worse than recordings are: what is said, and what is nearest."""
+"""Requests that cannot be met, or only by motion that is worse than recordings are: what is said of them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from kinetograph.methods.keyframe.realize import path_ends
 from kinetograph.post.assemble import PostSettings
 from kinetograph.synthesis import Synthesis
 
-SPARE = 3
-"""Motions that are tried before a request is refused for how good they are."""
+SPARE, PLACED = 3, 2
+"""Motions that are tried before a request is refused for how good they are, and where it asks for places."""
 HURRY = 30.0
 """Cost of a second where the earliest time is looked for."""
 
@@ -91,7 +91,7 @@ class Request:
     post: PostSettings
 
     def attempt(self, keys: tuple[Key, ...]) -> tuple[Synthesis, Quality]:
-        """A motion through keys, no worse than recordings if one of a few is. Raises RequestError where there is none."""
+        """The first good motion of a few through keys, or else the first. Raises RequestError where there is none."""
         made = motions_through(self.search, keys, 1, self.post)
         return next((each for each in made if each[1].good), made[0])
 
@@ -113,9 +113,7 @@ class Request:
         return 0.0 if time is None else time[1]
 
 
-def solve_or_refuse(
-    search: Searching, keys: tuple[Key, ...], count: int, post: PostSettings
-) -> tuple[Synthesis, ...]:
+def solve_or_refuse(search: Searching, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
     """Motions from key to key that are no worse than recordings are, the best first.
 
     Parameters
@@ -166,12 +164,13 @@ def motions_through(
     """
     made = list[tuple[Synthesis, Quality]]()
     motions = search.motions(keys, post)
-    for _ in range(max(count, SPARE)):
+    spare = PLACED if any(key.position is not None for key in keys[1:]) else SPARE
+    for _ in range(count + spare - 1):
         try:
             made.append(next(motions))
         except StopIteration:
             break
-        if len(made) >= count and any(quality.good for _, quality in made):
+        if sum(quality.good for _, quality in made) >= count:
             break
     return made
 
@@ -238,9 +237,7 @@ def _when(key: Key) -> str:
     return f" at {low:g} s" if low == high else f" from {low:g} to {high:g} s"
 
 
-def _error(
-    request: Request, what: str, found: tuple[float, Found] | None, place: Found | None
-) -> RequestError:
+def _error(request: Request, what: str, found: tuple[float, Found] | None, place: Found | None) -> RequestError:
     """An error that says what cannot be, and what can."""
     key, longest = request.keys[-1], request.search.settings.longest
     said = []
@@ -248,7 +245,9 @@ def _error(
         nearest = place.keys[-1].position
         assert nearest is not None
         assert key.position is not None
-        said.append(f"the nearest place then is {in_words(nearest)}, {metres_between(nearest, key.position):.2f} m away")
+        said.append(
+            f"the nearest place then is {in_words(nearest)}, {metres_between(nearest, key.position):.2f} m away"
+        )
     if found is not None:
         second, met = found
         lasts = second - met.result.met[-2]

@@ -20,8 +20,8 @@ from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
 from kinetograph.methods.keyframe.index import PoseIndex, build_index
 from kinetograph.methods.keyframe.key_goals import goals_of, require_time
-from kinetograph.methods.keyframe.named import named_frames
 from kinetograph.methods.keyframe.key_parts import SHAPE, Aim, aim_of
+from kinetograph.methods.keyframe.named import named_frames
 from kinetograph.methods.keyframe.quality import Quality
 from kinetograph.methods.keyframe.realize import realize_route
 from kinetograph.methods.keyframe.refusing import NoRouteError, solve_or_refuse

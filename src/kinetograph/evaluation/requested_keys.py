@@ -77,10 +77,10 @@ class RequestFigures:
 
 def key_requests(
     library: Library,
-    count: int = 100,
+    count: int,
     *,
+    held_out: Sequence[str],
     method: KeyframeControl | None = None,
-    held_out: Sequence[str] | None = None,
     rng: np.random.Generator | None = None,
     progress: Progress | None = None,
 ) -> list[RequestFigures]:
@@ -91,9 +91,9 @@ def key_requests(
     library : Library
     count : int
         How many.
+    held_out : sequence of str
+        Names of the takes that requests are made of.
     method : KeyframeControl, optional
-    held_out : sequence of str, optional
-        Names of the takes that requests are made of; every fifth, drawn at random, unless given.
     rng : numpy.random.Generator, optional
         Draws takes, times and parts; the same ones without it.
     progress : Progress, optional
@@ -111,9 +111,6 @@ def key_requests(
     """
     rng, method = rng or np.random.default_rng(0), method or KeyframeControl()
     names = library.names()
-    if held_out is None:
-        chosen = rng.permutation(len(names))[: max(len(names) // 5, 1)]
-        held_out = tuple(names[i] for i in sorted(chosen))
     model = method.fit(library, exclude=held_out)
     kept = tuple(name for name in names if name not in held_out)
     skeleton = model.examples[0].motion.skeleton
