@@ -18,6 +18,7 @@ from kinetograph.kinematics import forward, landmark_positions
 from kinetograph.motion import Motion
 from kinetograph.post.ends import end_roles, limb_joints
 from kinetograph.post.limbs import ARM, move_limb, usual_hinge
+from kinetograph.post.limits import limbs_of
 from kinetograph.post.part_targets import PartTarget, in_world
 from kinetograph.skeleton import Landmark, Skeleton
 
@@ -26,8 +27,8 @@ ROUNDS = 24
 NEAR = 1e-4
 """Metres, and radians, from which on nothing is changed any more."""
 STEP, FURTHEST = 0.2, 0.8
-"""Radians that a joint of the trunk is rotated by in a step, and altogether, at most; a joint whose own rotation is
-asked for goes as far as it takes."""
+"""Radians that a joint of the trunk is rotated by in a step, and altogether, at most; joints of limbs, and those whose
+own rotation is asked for, go as far as it takes."""
 LOWER = 0.35
 """Metres that the root goes up or down at most."""
 LEVER = 0.3
@@ -84,7 +85,8 @@ def reach_parts(poses: Motion, targets: Sequence[PartTarget]) -> Motion:
     joints, lowered = trunk_joints(skeleton, limbs, rest)
     rotated = {landmark.joint for landmark, _, rotation in rest if rotation is not None}
     asked, solved = limbs, reach_limbs(poses, limbs)
-    furthest = [np.pi if joint in rotated else FURTHEST for joint in joints]
+    free = rotated.union(*limbs_of(skeleton))
+    furthest = [np.pi if joint in free else FURTHEST for joint in joints]
     for _ in range(ROUNDS if joints or lowered else 0):
         gap, jacobian = _gaps(solved, asked, rest, joints, lowered)
         open_frames = np.abs(gap).max(axis=1) > NEAR

@@ -26,7 +26,7 @@ SPAN = 0.5
 """Seconds over which the speed of planted feet is averaged."""
 AROUND = 0.4
 """Seconds before and after a piece in which its recording counts too: pieces are blended with what is there."""
-LEAST_JUMP, LEAST_SLIDE = 0.05, 0.03
+LEAST_JUMP, LEAST_SLIDE = 0.05, 0.05
 """Metres per second below which no recording's own figures count: nobody sees these."""
 LEAST_MOST = (1.3, 1.5)
 """The least that is taken for the most of both figures: recordings that are all alike say little of others."""
