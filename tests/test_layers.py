@@ -25,7 +25,7 @@ _LAYERS = (
     {"segmentation", "library", "samples", "formats", "markers"},
     {"take", "signal", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
-    {"rotations", "rows", "sampling", "quaternion_kernels", "work"},
+    {"rotations", "rows", "sampling", "filters", "quaternion_kernels", "work"},
     {"errors", "arrays", "display", "left_out", "progress"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""

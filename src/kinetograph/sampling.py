@@ -60,6 +60,8 @@ def interpolate(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
 
 REACH = 20
 """Samples to either side that tell in a spline: further ones count less than rounding does."""
+_MIRRORED = 32
+"""Samples over the ends that tell in a spline's weights."""
 
 
 def spline(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
@@ -87,13 +89,11 @@ def spline(values: FloatArray, position: npt.ArrayLike) -> FloatArray:
     at = np.clip(np.asarray(position, dtype=np.float64), 0, len(values) - 1)
     if len(values) < 3 or at.size == 0 or not (at % 1.0).any():
         return interpolate(values, at)
-    from scipy.ndimage import spline_filter1d  # on first use: the package itself loads without scipy
-
     low, high = int(at.min()) - REACH, int(np.ceil(at.max())) + REACH + 1
     near = values[max(low, 0) : high].reshape(len(values[max(low, 0) : high]), -1)
     around = [(max(-low, 0), max(high - len(values), 0)), (0, 0)]
     near = np.pad(near, around, mode="reflect", reflect_type="odd") if any(around[0]) else near
-    weights = spline_filter1d(near, order=3, axis=0, mode="mirror")
+    weights = _cubic_weights(near)
     first = np.minimum(at.astype(np.int64), len(values) - 2) - low
     u = (at - low - first)[:, None]
     basis = ((1 - u) ** 3, 4 - 6 * u**2 + 3 * u**3, 1 + 3 * u + 3 * u**2 - 3 * u**3, u**3)
@@ -123,11 +123,28 @@ def spline_weights(values: FloatArray) -> FloatArray:
     flat = values.reshape(len(values), -1)
     if len(values) < 2:
         return np.repeat(values, 3, axis=0)
-    from scipy.ndimage import spline_filter1d  # on first use: the package itself loads without scipy
-
     padded = np.pad(flat, [(REACH, REACH), (0, 0)], mode="reflect", reflect_type="odd")
-    weights = spline_filter1d(padded, order=3, axis=0, mode="mirror")[REACH - 1 : REACH + len(values) + 1]
+    weights = _cubic_weights(padded)[REACH - 1 : REACH + len(values) + 1]
     return np.asarray(weights).reshape(len(values) + 2, *values.shape[1:])
+
+
+def _cubic_weights(rows: FloatArray) -> FloatArray:
+    """What B-splines through rows ``(N, D)``, mirrored at the ends, weigh; as SciPy's ``spline_filter1d``.
+
+    The recursive filter, forth and back, is a sum of powers of its pole: shifted sums of twice the length each.
+    """
+    pole = np.sqrt(3.0) - 2.0
+    padded = np.pad(rows, [(_MIRRORED, _MIRRORED), (0, 0)], mode="reflect")
+    for ahead in (False, True):
+        factor, length = pole, 1
+        while length < _MIRRORED:
+            to, of = (
+                (slice(None, -length), slice(length, None)) if ahead else (slice(length, None), slice(None, -length))
+            )
+            added = factor * padded[of]
+            padded[to] += added
+            factor, length = factor * factor, 2 * length
+    return np.asarray(-6.0 * pole * padded[_MIRRORED : len(padded) - _MIRRORED])
 
 
 def uneven_spline(values: FloatArray, clock: FloatArray, times: npt.ArrayLike) -> FloatArray:

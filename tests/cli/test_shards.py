@@ -12,6 +12,7 @@ from command_line import answer
 
 import kinetograph as kg
 from kinetograph.errors import KinetographError, RequestError
+from kinetograph.methods.bodies import choose_takes
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -49,12 +50,13 @@ def test_a_folder_of_libraries_performs_as_one_library(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("library", "options", "message"),
     [
-        ("walks", ("--alternatives", "2"), "a library in shards gives one motion"),
-        ("walks", ("--cluster", "0.1"), "segments of several shards cannot be clustered"),
+        ("walks", ("--alternatives", "2", "--jobs", "2"), "give one motion: leave out --alternatives"),
+        ("one", ("--alternatives", "2", "--cluster", "tcp://127.0.0.1:1"), "give one motion: leave out --alternatives"),
+        ("walks", ("--cluster", "0.1", "--jobs", "2"), "segments of several shards cannot be clustered"),
         ("walks", ("--cluster", "near"), "expected metres, or the address of a Dask scheduler"),
         ("walks", ("--cluster", "tcp://nowhere"), "tcp://HOST:PORT"),
         ("walks", ("--cluster", "tcp://127.0.0.1:1", "--jobs", "2"), "give one of the two"),
-        ("one", ("--cluster", "tcp://127.0.0.1:1"), "one library is scored here"),
+        ("one", ("--cluster", "tcp://127.0.0.1:1"), "no cluster answers at tcp://127.0.0.1:1"),
         ("one", ("--cluster", "0.1", "--cluster", "0.2"), "expected one distance in metres"),
     ],
 )
@@ -66,6 +68,30 @@ def test_what_shards_and_clusters_cannot_do_is_one_line(
     assert "\n" not in str(refused.value)
 
 
-def test_only_perform_works_on_a_cluster(folder: Path) -> None:
+def test_live_performing_works_here(folder: Path) -> None:
+    stream = ("--from", "replay:x.csv", "--to", folder / "live.bvh")
     with pytest.raises(RequestError, match="works on this machine only"):
-        answer("evaluate", "performance", "-l", folder / "one", "--cluster", "tcp://127.0.0.1:1")
+        answer("live", "perform", "-l", folder / "one", *stream, "--cluster", "tcp://127.0.0.1:1")
+
+
+def test_takes_to_leave_out_have_short_names(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "walks")
+    for name in ("a/walk", "b/walk", "b/turn"):
+        library.add(Take(name, {"body": walk(1.0)}))
+    assert choose_takes(library, exclude=["turn"]).names == ("a/walk", "b/walk")
+    assert choose_takes(library, exclude=["b/walk"]).names == ("a/walk", "b/turn")
+    with pytest.raises(RequestError, match="take 'walk' to leave out may be a/walk, b/walk"):
+        choose_takes(library, exclude=["walk"])
+    with pytest.raises(RequestError, match="no take 'run' to leave out"):
+        choose_takes(library, exclude=["run"])
+
+
+def test_several_libraries_perform_as_one(folder: Path) -> None:
+    """Alternatives too, as several libraries are fitted as one where nobody shares the work; and kept as one."""
+    walks = folder / "walks"
+    one = performed(folder, "one", "--alternatives", "2")
+    for _ in range(2):
+        several = performed(folder, "walks/left", "-l", str(walks / "right"), "--alternatives", "2", "--takes", "*")
+        assert {**one, "wrote": 0} == {**several, "wrote": 0}
+        assert (folder / "one.bvh").read_bytes() == (walks / "left.bvh").read_bytes()
+        assert (folder / "one_2.bvh").read_bytes() == (walks / "left_2.bvh").read_bytes()

@@ -9,6 +9,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph.errors import RequestError
+from kinetograph.evaluation import Run
 from kinetograph.evaluation.inbetweening import (
     PAST,
     interpolation,
@@ -22,6 +23,7 @@ from kinetograph.evaluation.keyframe import inbetween_held_out, seam_jump, skate
 from kinetograph.keys import key_at
 from kinetograph.methods.keyframe import ClusterChain
 from kinetograph.take import Take
+from kinetograph.work import Workers
 from walkers import walk
 
 
@@ -87,7 +89,9 @@ def test_held_out_gaps_are_filled_better_than_by_interpolation(tmp_path: Path):
     for number, speed in enumerate((0.8, 0.95, 1.1, 1.25)):
         library.add(Take(f"walk{number}", {"motion": walk(8.0, speed=speed)}))
     lines: list[str] = []
-    scores = inbetween_held_out(library, ("walk2",), gaps=(30,), report=lines.append)
+    scores = inbetween_held_out(library, ("walk2",), gaps=(30,), run=Run(note=lines.append))
+    shared = inbetween_held_out(library, ("walk2",), gaps=(30,), run=Run(workers=Workers(2)))
+    assert shared == scores
     assert scores["keyframe", 30].npss < scores["interpolation", 30].npss < scores["zero velocity", 30].npss
     assert scores["keyframe", 30].windows == len(windows_of(library.take("walk2").motion(), 30))
     assert len(lines) == 3

@@ -39,7 +39,7 @@ def folder(data_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         tracks = {track: kg.motion.cut(resample(motion, 30.0), 0, 421) for track, motion in pair.items()}
         library.add(Take(name, tracks))
     segment_library(library, "beats")
-    label_partners(library, "follower", span=2)
+    label_partners(library)
     lines = (recordings / "move_02_02_leader.bvh").read_text().splitlines(keepends=True)
     at = next(i for i, line in enumerate(lines) if line.startswith("Frames:"))
     head = [*lines[:at], "Frames: 601\n", lines[at + 1]]

@@ -57,7 +57,7 @@ class Search:
         list[str] | None,
         typer.Option(
             help="Cluster segments closer than this (metres), for speed; or the Dask scheduler whose "
-            "workers hold and score the shards of a library: tcp://HOST:PORT. Repeatable, for both."
+            "workers share the work: tcp://HOST:PORT. Repeatable, for both."
         ),
     ] = None
     reuse: Annotated[
@@ -92,7 +92,7 @@ class Search:
             raise RequestError("--cluster: this command works on this machine only; it takes a distance in metres here")
 
     def workers(self, jobs: int) -> Workers:
-        """Who holds and scores the shards of a library. Raises RequestError for several clusters."""
+        """Who does the work. Raises RequestError for several clusters."""
         from kinetograph.work import Workers
 
         given = [text for text in self.cluster or () if "://" in text]

@@ -19,7 +19,18 @@ from kinetograph.cli.configurations import (
     sensor_control,
     syntheses,
 )
-from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Track, add, options
+from kinetograph.cli.options import (
+    AsJson,
+    Chosen,
+    Jobs,
+    LibraryOption,
+    Mirror,
+    TargetTrack,
+    Track,
+    Working,
+    add,
+    options,
+)
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
@@ -97,13 +108,14 @@ def performance(compared: Compared, partner: Partner, search: Search, work: Jobs
 
     Example: kinetograph evaluate performance -l big --jobs 4
 
+    Example: kinetograph evaluate performance -l big --cluster tcp://HOST:8786
+
     Example: kinetograph evaluate performance -l dances --target follower
     """
     from kinetograph.pipeline import has_partners, open_library
 
     library, target = open_library(compared.library, compared.selection), compared.target
     partners = has_partners(library, target)
-    search.require_here()
     method = performance_control(search, partner, mirror=compared.mirror, partners=partners)
     with compilation_announced():
         rows = _performance_rows(method, library, compared, partners, search.workers(work.jobs))
@@ -210,20 +222,20 @@ class Gaps(Chosen):
     keep_copies: KeepCopies = False
 
 
-def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
+def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
 
     On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
 
     Example: kinetograph evaluate keyframe -l out/clips.library --held-out humanoid3d_run --gap 5
 
-    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5"
+    Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
 
     Example: kinetograph evaluate keyframe -l out/walks.library --requests 6
     """
     from dataclasses import asdict
 
-    from kinetograph.evaluation import inbetween_held_out
+    from kinetograph.evaluation import Run, inbetween_held_out
     from kinetograph.library import Selection
     from kinetograph.pipeline import open_library
 
@@ -235,7 +247,9 @@ def keyframe(gaps: Gaps, as_json: AsJson = False) -> None:
     if gaps.requests:
         table([_measured(row, as_json) for row in _requests(takes, names, method, gaps)], as_json)
         return
-    scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method)
+    with progress_bar("evaluating") as progress:
+        run = Run(workers=working.workers, progress=progress)
+        scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
     table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
 
 
@@ -318,23 +332,30 @@ class Estimations(Estimation):
     ] = None
 
 
-def sensor(takes: Takes, sensors: Sensors, estimation: Estimations, instead: Instead, as_json: AsJson = False) -> None:
+def sensor(
+    takes: Takes,
+    sensors: Sensors,
+    estimation: Estimations,
+    instead: Instead,
+    working: Working,
+    as_json: AsJson = False,
+) -> None:
     """Leave one take out: virtual sensors on it are the control, the other takes the library.
 
     Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
 
-    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"
+    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*" --jobs 2
     """
     from kinetograph.pipeline import open_library
 
     library = open_library(takes.library, takes.selection)
     wanted = syntheses(estimation, estimation.synthesis)
     method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
-    held = takes.held(library)
+    held, workers = takes.held(library), working.workers
     if instead.recordings or instead.sweep:
         table(_conditions(library, method, held, instead), as_json)
     else:
-        rows = _errors(library, method, wanted, held, instead.joints)
+        rows = _errors((library, method), wanted, held, workers, instead.joints)
         table([_measured(row, as_json) for row in rows], as_json)
 
 
@@ -354,7 +375,11 @@ def _conditions(library: Library, method: SensorControl, held: HeldOut, instead:
 
 
 def _errors(
-    library: Library, method: SensorControl, wanted: Mapping[str, Synthesis], held: HeldOut, joints: bool
+    given: tuple[Library, SensorControl],
+    wanted: Mapping[str, Synthesis],
+    held: HeldOut,
+    workers: Workers,
+    joints: bool,
 ) -> list[dict[str, Any]]:
     """One row per method and group, or per joint."""
     from dataclasses import asdict
@@ -362,8 +387,9 @@ def _errors(
     from kinetograph.evaluation import evaluate
 
     with progress_bar("evaluating") as progress:
-        rows, by_joint = evaluate(library, method, syntheses=wanted, held=held, progress=progress)
+        rows, by_joint = evaluate(*given, syntheses=wanted, held=held, workers=workers, progress=progress)
     if not joints:
         return [asdict(row) for row in rows]
+    library = given[0]
     names = library.take(library.names()[0]).motion(held.track).skeleton.names
     return [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetograph.cli.options import AsJson, LibraryArgument, options
-from kinetograph.cli.output import note, notes, refuse_existing, result, table
+from kinetograph.cli.options import AsJson, LibraryArgument, Working, options
+from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, table
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
@@ -64,7 +64,12 @@ class Tables:
 
 
 def label(
-    folder: LibraryArgument, tables: Tables, naming: Naming, thresholds: Thresholds, as_json: AsJson = False
+    folder: LibraryArgument,
+    tables: Tables,
+    naming: Naming,
+    thresholds: Thresholds,
+    working: Working,
+    as_json: AsJson = False,
 ) -> None:
     """Label takes from a table; without one, name the units of partner dances.
 
@@ -90,7 +95,7 @@ def label(
     elif tables.table:
         _import(folder, tables.table, tables.words, as_json)
     else:
-        _name_partners(folder, naming, thresholds, tables.force, as_json)
+        _show(_name_partners(folder, naming, thresholds, working, tables.force), as_json)
 
 
 def _export(folder: Path, path: Path, force: bool, as_json: bool) -> None:
@@ -115,21 +120,23 @@ def _import(folder: Path, path: Path, words: bool, as_json: bool) -> None:
     result({"labelled": len(done.takes), "skipped": skipped, "tags": often}, as_json)
 
 
-def _name_partners(folder: Path, naming: Naming, thresholds: Thresholds, force: bool, as_json: bool) -> None:
-    from kinetograph.pipeline import label_partners, open_library
+def _name_partners(folder: Path, naming: Naming, thresholds: Thresholds, working: Working, force: bool) -> Labelled:
+    from kinetograph.pipeline import Units, label_partners, open_library
 
     if naming.by != "partner":
         raise RequestError(f"label by partner, found {naming.by!r}")
-    labelled = label_partners(
-        open_library(folder),
-        naming.target,
-        span=naming.span,
-        first=naming.first,
-        given=_given(thresholds),
-        force=force,
-    )
+    with progress_bar("reading") as progress:
+        units = Units(naming.target, naming.span, naming.first)
+        labelled = label_partners(
+            open_library(folder),
+            units,
+            given=_given(thresholds),
+            force=force,
+            workers=working.workers,
+            progress=progress,
+        )
     notes(labelled.skipped.values())
-    _show(labelled, as_json)
+    return labelled
 
 
 def _given(thresholds: Thresholds) -> dict[str, float]:

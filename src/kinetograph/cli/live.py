@@ -67,21 +67,21 @@ class Stream:
     force: Force = False
     as_json: AsJson = False
 
-    def sinks(self, library: Path) -> list[Sink]:
-        """The sinks that are named; a page may use the library."""
+    def sinks(self, libraries: Sequence[Path]) -> list[Sink]:
+        """The sinks that are named; a page may use the libraries."""
         from kinetograph.live import parse_sink
 
         return [
-            _studio(library, self.as_json) if text == "studio" else parse_sink(text, self.force) for text in self.to
+            _studio(libraries, self.as_json) if text == "studio" else parse_sink(text, self.force) for text in self.to
         ]
 
 
-def _studio(library: Path, as_json: bool) -> Sink:
+def _studio(libraries: Sequence[Path], as_json: bool) -> Sink:
     """The studio's page, showing the body."""
     from kinetograph.studio import Project, Sensors, StudioSink
 
-    folder = library.resolve()
-    project = Project(mode="sensors", libraries={folder.stem: str(folder)}, sensors=Sensors())
+    folders = [library.resolve() for library in libraries]
+    project = Project(mode="sensors", libraries={f.stem: str(f) for f in folders}, sensors=Sensors())
 
     def announce(address: str) -> None:
         (sys.stderr if as_json else sys.stdout).write(f"studio: {address}\n")

@@ -130,7 +130,10 @@ def _in_panel(annotation: Any, panel: str | None) -> Any:
 
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object for machines instead of a table.")]
-LibraryOption = Annotated[Path, typer.Option("-l", "--library", help="The library's folder.")]
+LibraryOption = Annotated[
+    list[Path],
+    typer.Option("-l", "--library", help="The library's folder. Repeatable: several are used as one library."),
+]
 LibraryArgument = Annotated[Path, typer.Argument(metavar="LIB", help="The library's folder.")]
 Track = Annotated[str | None, typer.Option(help="The library's track to use, where takes have several.")]
 TargetTrack = Annotated[

@@ -30,7 +30,7 @@ from kinetograph.cli.reading import TimedReading, read_file
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.library import Library, Shards
+    from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
@@ -164,15 +164,11 @@ def perform(
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
     workers = search.workers(work.jobs)
-    if isinstance(library, Shards):
+    if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed)
         _written(made, "", wanted, inputs, answers)
         _show(made, summary, answers)
         return
-    if workers.cluster is not None:
-        raise RequestError(
-            f"{inputs.library}: one library is scored here; split it into a folder of libraries for a cluster"
-        )
     with compilation_announced():
         rules = search.rules
         model = fit_performance(method, library, track=inputs.target, note=note)
@@ -188,24 +184,27 @@ def perform(
 
 def _over_shards(
     method: PerformanceControl,
-    library: Shards,
+    library: Library,
     workers: Workers,
     given: tuple[Inputs, Answers, RuledSearch],
     control: Signal | Motion,
 ) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
-    """A synthesis of a library in shards, and its figures."""
+    """A synthesis of a library whose shards, or ranges of takes, have processes of their own, and its figures."""
     from kinetograph.methods.performance import over_shards
+    from kinetograph.pipeline import noted
 
     inputs, answers, search = given
     if answers.alternatives > 1 or answers.transcript or search.gap:
-        raise RequestError("a library in shards gives one motion: leave --alternatives, --transcript and --gap out")
+        raise RequestError(
+            "shards in processes of their own give one motion: leave out --alternatives, --transcript and --gap, "
+            "or leave out --jobs and --cluster tcp://HOST:PORT"
+        )
     with (
         compilation_announced(),
         over_shards(method, library, workers, track=inputs.target) as model,
         progress_bar("searching") as progress,
     ):
-        made = model.synthesize(control, progress, search.rules)
-        notes(model.notes)
+        made = noted(model.synthesize(control, progress, search.rules), model.notes, model.fitted.left_out)
         return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
 
 

@@ -13,7 +13,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_partner
 from kinetograph.evaluation.labels import take_errors
-from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
+from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, hold_out, outcome
 from kinetograph.evaluation.metrics import (
     contact_speed,
     deepest_overlap,
@@ -28,6 +28,7 @@ from kinetograph.evaluation.recorded import Recorded, extremes
 from kinetograph.evaluation.rows import NOT_A_NUMBER
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
+from kinetograph.library.fingerprints import of_takes
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, with_settings
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.post.contacts import contacts_of
@@ -156,7 +157,7 @@ def leave_one_dance_out(
     RequestError
         Where no take can be evaluated.
     """
-    return hold_out(_dance_rows, Held(library, content_of(library), method, target, baselines), without, run)
+    return hold_out(_dance_rows, Held(library, of_takes(library), method, target, baselines), without, run)
 
 
 def _dance_rows(held: Held) -> Outcome[DanceRow]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -21,11 +23,13 @@ from kinetograph.evaluation.inbetweening import (
     windows_of,
     zero_velocity,
 )
+from kinetograph.evaluation.leaving_out import Run
 from kinetograph.evaluation.metrics import accelerations
 from kinetograph.evaluation.plausibility import below_pieces, seam_falls
 from kinetograph.keys import Key
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
-from kinetograph.library import Library
+from kinetograph.library import Library, folders_of
+from kinetograph.library.fingerprints import digest, of_takes, state
 from kinetograph.methods.keyframe import (
     Example,
     KeyframeControl,
@@ -35,12 +39,12 @@ from kinetograph.methods.keyframe import (
     collect_examples,
 )
 from kinetograph.motion import Motion, cut, heading_at, place
+from kinetograph.pipeline import fit_keyframe
 from kinetograph.post.footskate import contact_mask
+from kinetograph.progress import Progress
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
-
-Report = Callable[[str], None]
-"""Called with one line about what is done."""
+from kinetograph.work import in_shards, require_seen
 
 
 @dataclass(frozen=True)
@@ -204,7 +208,7 @@ def inbetween_held_out(
     held_out: Sequence[str],
     gaps: Sequence[int] = (5, 15, 30, 45),
     method: KeyframeControl | None = None,
-    report: Report | None = None,
+    run: Run | None = None,
 ) -> dict[tuple[str, int], Score]:
     """Gaps of held-out takes, filled from all takes that are not held out.
 
@@ -218,7 +222,8 @@ def inbetween_held_out(
     method : KeyframeControl, optional
         Of the timed search. In a gap that is short, recordings may be left after a third of it instead of the solver's
         ``shortest``.
-    report : callable, optional
+    run : Run, optional
+        Who fills the gaps, take by take, and what is called with the takes done and with the scores.
 
     Returns
     -------
@@ -231,25 +236,92 @@ def inbetween_held_out(
         For names that are not there, for a solver other than the timed search, and where no training clip is as long as
         a window.
     """
-    method = method or KeyframeControl()
-    kept = tuple(name for name in library.names() if name not in held_out)
-    tests = [example.motion for example in collect_examples(library, method.rate, exclude=kept)]
+    method, run = method or KeyframeControl(), run or Run()
+    held_out = tuple(held_out)
+    content = digest(*map(str, folders_of(library)), of_takes(library), state(method), *held_out)
+    tests = [name for name in library.names() if name in set(held_out)]
     scores: dict[tuple[str, int], Score] = {}
-    for gap in gaps:
-        model = _for_gap(method, gap).fit(library, exclude=held_out)
-        trained = [example.motion for example in model.examples]
-        scale, skeleton = position_scale(trained, gap), trained[0].skeleton
-        windows = [w for test in tests for w in windows_of(adopt_named(test, skeleton, "a held-out take"), gap)]
+    for number, gap in enumerate(gaps):
+        filling = _Filling(library, _for_gap(method, gap), held_out, content, gap)
+        scale = position_scale([example.motion for example in filling.model().examples], gap)
+        windows = [w for name in tests for w in filling.windows(name)]
+        progress = partial(_along, run.progress, number * len(tests), len(gaps) * len(tests))
+        filled = in_shards(partial(_filled, filling), tests, run.workers, count=len(tests), progress=progress)
         fillers: dict[str, Filler] = {
             "zero velocity": zero_velocity,
             "interpolation": interpolation,
-            "keyframe": partial(_fill, model),
+            "keyframe": partial(_as_filled, iter([each for of_take in filled for each in of_take])),
         }
         for name, filler in fillers.items():
             scores[name, gap] = score(filler, windows, gap, scale)
-            if report:
-                report(f"{name} at {gap}: {scores[name, gap]}")
+            if run.note:
+                run.note(f"{name} at {gap}: {scores[name, gap]}")
     return scores
+
+
+def _along(progress: Progress | None, before: int, of: int, done: int, _: int) -> None:
+    if progress:
+        progress(before + done, of)
+
+
+@dataclass(frozen=True)
+class _Filling:
+    """Gaps of one length, and what they are filled from."""
+
+    library: Library = field(compare=False)
+    method: KeyframeControl = field(compare=False)
+    held_out: tuple[str, ...] = field(compare=False)
+    digest: str
+    gap: int
+
+    def model(self) -> KeyframeModel:
+        """What is fitted to the other takes: once in a process, and kept beside the library."""
+        with _ONCE:
+            return _model_of(self)
+
+    def windows(self, name: str) -> list[Motion]:
+        """The windows of a held-out take."""
+        others = tuple(other for other in self.library.names() if other != name)
+        skeleton = self.model().examples[0].motion.skeleton
+        found = collect_examples(self.library, self.method.rate, exclude=others)
+        return [w for e in found for w in windows_of(adopt_named(e.motion, skeleton, "a held-out take"), self.gap)]
+
+
+_ONCE = threading.Lock()
+
+
+@functools.lru_cache(maxsize=1)
+def _model_of(filling: _Filling) -> KeyframeModel:
+    return fit_keyframe(filling.method, filling.library, exclude=filling.held_out)
+
+
+_Gap = tuple[FloatArray, FloatArray]
+"""The root's translation and the rotations within a gap."""
+
+
+def _filled(filling: _Filling, name: str) -> list[_Gap | None]:
+    """The gaps of a take as they are filled; None where a gap is refused."""
+    require_seen(*folders_of(filling.library))
+    model, inside = filling.model(), slice(PAST, PAST + filling.gap)
+    found: list[_Gap | None] = []
+    for window in filling.windows(name):
+        try:
+            filled = _fill(model, window, filling.gap)
+        except RequestError:
+            found.append(None)
+        else:
+            found.append((filled.translation[inside], filled.rotations[inside]))
+    return found
+
+
+def _as_filled(gaps: Iterator[_Gap | None], window: Motion, gap: int) -> Motion:
+    """A window with its gap as it was filled before."""
+    made = next(gaps)
+    if made is None:
+        raise RequestError("the gap was refused")
+    root, rotations = window.translation.copy(), window.rotations.copy()
+    root[PAST : PAST + gap], rotations[PAST : PAST + gap] = made
+    return replace(window, translation=root, rotations=rotations)
 
 
 def _for_gap(method: KeyframeControl, gap: int) -> KeyframeControl:

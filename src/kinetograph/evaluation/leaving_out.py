@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import shutil
+import threading
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,14 +18,14 @@ from typing import Any, Generic, TypeVar
 from kinetograph.errors import DataError, RequestError
 from kinetograph.evaluation.recorded import Recorded
 from kinetograph.left_out import by_reason, left_out_lines, shortened
-from kinetograph.library import Library, Results, Shards, full_names
-from kinetograph.library.fingerprints import digest, of_takes, state
+from kinetograph.library import Library, Results, folders_of, full_names
+from kinetograph.library.fingerprints import digest, state
 from kinetograph.library.keeping import keeping_folder
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, fit_without
 from kinetograph.methods.performance.fit import why_left
 from kinetograph.pipeline import fit_performance
 from kinetograph.progress import Progress
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 FOLDER = "evaluating"
 """Where rows of an evaluation that has not ended are kept, among what is kept of the library."""
@@ -99,9 +100,8 @@ class Held:
     def whole(self) -> Whole:
         """The fit of the whole library; of one at a time, it is kept in this process."""
         named = replace(self, take="", away=(), baselines=False)
-        return _whole(
-            _Key(named, digest(str(self.library.path), self.content, state((self.method, self.track)), *self.never))
-        )
+        folders = map(str, folders_of(self.library))
+        return _whole(_Key(named, digest(*folders, self.content, state((self.method, self.track)), *self.never)))
 
     def model(self) -> PerformanceModel:
         """The model that is fitted to the others. Raises RequestError where none of them can be used."""
@@ -123,12 +123,16 @@ class Whole:
     """
 
     def __init__(self, held: Held) -> None:
-        self._held = held
+        self._held, self._lock = held, threading.RLock()
         self.known: dict[str, Any] = {}
 
-    @cached_property
+    @property
     def model(self) -> PerformanceModel:
         """The model of all takes; of a whole library it is kept beside it."""
+        model: PerformanceModel = self.once("the model of all takes", self._fit)
+        return model
+
+    def _fit(self) -> PerformanceModel:
         held = self._held
         if held.never:
             return held.method.fit(held.library, exclude=held.never, track=held.track)
@@ -146,10 +150,11 @@ class Whole:
         return () if read is None else tuple(read.builds)
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
-        """What ``make()`` returns, made once by this name."""
-        if name not in self.known:
-            self.known[name] = make()
-        return self.known[name]
+        """What ``make()`` returns, made once by this name, in whichever thread of a cluster's worker."""
+        with self._lock:
+            if name not in self.known:
+                self.known[name] = make()
+            return self.known[name]
 
 
 @dataclass(frozen=True)
@@ -160,8 +165,16 @@ class _Key:
     digest: str
 
 
-@functools.lru_cache(maxsize=1)
 def _whole(key: _Key) -> Whole:
+    with _WHOLES:  # two threads that ask for the first time get the same
+        return _whole_of(key)
+
+
+_WHOLES = threading.Lock()
+
+
+@functools.lru_cache(maxsize=1)
+def _whole_of(key: _Key) -> Whole:
     return Whole(key.held)
 
 
@@ -179,13 +192,9 @@ class Outcome(Generic[Row]):
     why: str = ""
 
 
-def content_of(library: Library) -> str:
-    """A digest of the takes of a library, or of several that are used as one."""
-    return digest(*map(of_takes, library.libraries)) if isinstance(library, Shards) else of_takes(library)
-
-
 def outcome(held: Held, rows: Callable[[Held], Iterable[Row]]) -> Outcome[Row]:
     """The rows of a held-out take, or why it cannot be evaluated."""
+    require_seen(*folders_of(held.library))
     try:
         return Outcome(tuple(rows(held)))
     except (RequestError, DataError) as error:

@@ -12,7 +12,7 @@ import numpy as np
 from kinetograph.arrays import FloatArray
 from kinetograph.evaluation.baselines import RATE, Example, frame_by_frame, guide_of_path
 from kinetograph.evaluation.labels import take_errors
-from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, content_of, hold_out, outcome
+from kinetograph.evaluation.leaving_out import Held, Outcome, Run, Without, hold_out, outcome
 from kinetograph.evaluation.metrics import (
     accelerations,
     contact_speed,
@@ -27,6 +27,7 @@ from kinetograph.evaluation.recorded import Recorded, extremes, largest_accelera
 from kinetograph.evaluation.rows import NOT_A_NUMBER, mean_rows
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
+from kinetograph.library.fingerprints import of_takes
 from kinetograph.methods.performance import GroundPath, PerformanceControl, PerformanceModel, points_of, with_settings
 from kinetograph.motion import Motion, repeat, resample
 from kinetograph.post.contacts import contacts_of
@@ -157,7 +158,7 @@ def leave_one_take_out(
     RequestError
         Where no take can be evaluated.
     """
-    return hold_out(_walk_rows, Held(library, content_of(library), method, track, baselines), without, run)
+    return hold_out(_walk_rows, Held(library, of_takes(library), method, track, baselines), without, run)
 
 
 def _walk_rows(held: Held) -> Outcome[WalkRow]:

@@ -5,12 +5,15 @@ Frames of one take that are neighbours in time are nearly the same; a random spl
 
 from __future__ import annotations
 
+import functools
 import itertools
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -18,7 +21,8 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.sensor_baselines import BASELINES, baseline
 from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score, with_feet
-from kinetograph.library import Library
+from kinetograph.library import Library, folders_of
+from kinetograph.library.fingerprints import digest, of_takes, state
 from kinetograph.methods.sensor import (
     SYNTHESES,
     Continuity,
@@ -31,13 +35,14 @@ from kinetograph.methods.sensor import (
     SensorControl,
     SensorModel,
     SensorSynthesis,
-    build_examples,
     example_motions,
     fit_examples,
 )
+from kinetograph.methods.sensor.examples import ExamplePart, example_parts, examples_of_parts
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.progress import Progress
 from kinetograph.sensing import Readings, select_rows, simulate_kinds, uniform
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,24 +122,33 @@ def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = Non
         For a take to hold out that is not there.
     """
     held = held or HeldOut()
-    names = [take for take, _ in motions]
+    names, parts = [take for take, _ in motions], _Parts(motions, method)
     if unknown := sorted(set(held.only) - set(names)):
         raise RequestError(f"no take {unknown[0]!r} to hold out; there are {', '.join(dict.fromkeys(names))}")
     return [
-        partial(_fold, _without(motions, held.copies.get(key[0], ())), key, method, held.groups.get(key[0], "all"))
+        partial(_fold, parts, key, held.copies.get(key[0], ()), held.groups.get(key[0], "all"))
         for key in motions
         if not held.only or key[0] in held.only
     ]
 
 
-def _without(motions: Motions, takes: Sequence[str]) -> Motions:
-    return {key: motion for key, motion in motions.items() if key[0] not in takes}
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """What motions give to examples, simulated once for all folds."""
+
+    motions: Motions
+    method: SensorControl
+
+    @cached_property
+    def of_motions(self) -> tuple[ExamplePart, ...]:
+        rng = np.random.default_rng(self.method.seed)
+        return tuple(example_parts(self.motions.items(), self.method.setup, rng))
 
 
-def _fold(motions: Motions, key: tuple[str, str], method: SensorControl, group: str) -> Fold:
-    rest = {other: motion for other, motion in motions.items() if other != key}
-    examples = build_examples(rest.items(), method.setup, np.random.default_rng(method.seed))
-    return Fold(key[0], group, resample(motions[key], method.rate), examples)
+def _fold(parts: _Parts, key: tuple[str, str], away: Sequence[str], group: str) -> Fold:
+    rest = (part for part in parts.of_motions if part.key != key and part.key[0] not in away)
+    examples = examples_of_parts(rest, parts.method.setup)
+    return Fold(key[0], group, resample(parts.motions[key], parts.method.rate), examples)
 
 
 def blocks(key: tuple[str, str], motion: Motion, count: int = 5, gap: float = 1.0) -> dict[tuple[str, str], Motion]:
@@ -227,6 +241,7 @@ def evaluate(
     *,
     syntheses: Mapping[str, Continuity | Interpolation | Optimisation] = SYNTHESES,
     held: HeldOut | None = None,
+    workers: Workers | Executor = HERE,
     progress: Progress | None = None,
 ) -> tuple[list[SensorRow], dict[str, FloatArray]]:
     """Hold takes out, and estimate each from virtual readings by the others.
@@ -239,6 +254,8 @@ def evaluate(
     syntheses : mapping
         By name.
     held : HeldOut, optional
+    workers : Workers or Executor
+        Who estimates. Rows are the same, but for the times that they give.
     progress : Progress, optional
         Called with the takes done and their number.
 
@@ -249,22 +266,57 @@ def evaluate(
     joints : dict
         The error of each joint in degrees, shape (J,), by synthesis.
     """
+    held = held or HeldOut()
+    content = digest(*map(str, folders_of(library)), of_takes(library), state(method), state(held))
+    whole = _Whole(library, method, held, content)
     methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
+    count = len(_folds_of(whole))
     rows: list[SensorRow] = []
     joints: dict[str, list[FloatArray]] = {name: [] for name in methods}
-    todo = folds(library, method, held or HeldOut())
-    for done, build in enumerate(todo, start=1):
-        fold = build()
-        readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1000 + done))
-        rows += _baseline_rows(fold, method, readings)
-        for name, model in fitted_to(methods, fold.examples):
-            made, times = timed(model, readings)
-            row, by_joint = score(name, fold.group, made.motion.rotations, fold.truth, times)
-            rows.append(with_feet(row, made, fold.truth))
-            joints[name].append(by_joint)
-        if progress:
-            progress(done, len(todo))
+    estimate = partial(_estimated, whole, methods)
+    for some, by_joint in in_shards(estimate, range(count), workers, count=count, progress=progress):
+        rows += some
+        for name, errors in by_joint.items():
+            joints[name].append(errors)
     return averaged(rows), {name: np.mean(errors, axis=0) for name, errors in joints.items()}
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """What is evaluated, as it was when this was its digest."""
+
+    library: Library = field(compare=False)
+    method: SensorControl = field(compare=False)
+    held: HeldOut = field(compare=False)
+    digest: str
+
+
+_ONCE = threading.Lock()
+
+
+def _folds_of(whole: _Whole) -> list[Callable[[], Fold]]:
+    with _ONCE:  # for the threads of a cluster's worker
+        return _kept_folds(whole)
+
+
+@functools.lru_cache(maxsize=1)
+def _kept_folds(whole: _Whole) -> list[Callable[[], Fold]]:
+    return folds(whole.library, whole.method, whole.held)
+
+
+def _estimated(
+    whole: _Whole, methods: Mapping[str, SensorControl], number: int
+) -> tuple[list[SensorRow], dict[str, FloatArray]]:
+    """Rows of one held-out take, and the error of each joint by synthesis."""
+    require_seen(*folders_of(whole.library))
+    fold, method = _folds_of(whole)[number](), whole.method
+    readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1001 + number))
+    rows, joints = _baseline_rows(fold, method, readings), {}
+    for name, model in fitted_to(methods, fold.examples):
+        made, times = timed(model, readings)
+        row, joints[name] = score(name, fold.group, made.motion.rotations, fold.truth, times)
+        rows.append(with_feet(row, made, fold.truth))
+    return rows, joints
 
 
 def _baseline_rows(fold: Fold, method: SensorControl, readings: Readings) -> list[SensorRow]:

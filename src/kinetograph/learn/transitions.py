@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _graph_kernels
@@ -25,6 +24,7 @@ BRIDGES, BETWEEN = 4, 10
 _COMPARED = 12_000
 _BRIDGED = 50_000
 _ROWS = 1024
+_AT_ONCE = 16_384
 Matches: TypeAlias = tuple[IntArray, IntArray, SingleArray]
 
 
@@ -224,6 +224,8 @@ def _compared_with(count: int) -> list[IntArray]:
 def _neighbours(features: SingleArray, low: SingleArray, leaving: IntArray) -> tuple[IntArray, SingleArray]:
     """The frames nearest to each of ``leaving`` ``(P,)`` and their distances in full, ``(P, K)``, nearest first."""
     count = min(int(np.clip(_PAIRS // len(features), 24, 200)), len(features))
+    from scipy.spatial import cKDTree  # on first use: what is fitted already loads without it
+
     _, near = cKDTree(low, balanced_tree=False).query(low[leaving], k=count, eps=0.2, workers=-1)
     near = near.reshape(len(leaving), count).astype(np.int64)
     distances = _full_distances(features, leaving, near)
@@ -244,7 +246,12 @@ def _project(features: SingleArray) -> SingleArray:
     mean = sample.mean(axis=0)
     _, axes = np.linalg.eigh((sample - mean).T @ (sample - mean))
     kept = axes[:, ::-1][:, :_DIMENSIONS].astype(np.float32)
-    return np.asarray((features - mean.astype(np.float32)) @ kept, dtype=np.float32)
+    middle = mean.astype(np.float32)
+    low = np.empty((len(features), kept.shape[1]), dtype=np.float32)
+    for start in range(0, len(features), _AT_ONCE):  # so that no second copy of all features is made
+        part = slice(start, start + _AT_ONCE)
+        low[part] = (features[part] - middle) @ kept
+    return low
 
 
 def _full_distances(features: SingleArray, leaving: IntArray, near: IntArray) -> SingleArray:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kinetograph.library import catalogue
+from kinetograph.library.shards import Shards
 from kinetograph.library.store import Library
 
 _ELSEWHERE = ("cli", "studio", "live", "drawing", "evaluation", "samples")
@@ -86,9 +87,18 @@ def digest(*parts: str | bytes) -> str:
 def of_takes(library: Library) -> str:
     """The digest of the chosen takes in their order: frames, annotations and facts, by the catalogue's own digests."""
     names = library.names()
-    with catalogue.reading(library.path) as db:
-        rows = {row[0]: row[1:] for row in db.execute("SELECT name, digest, notes FROM takes")}
+    if isinstance(library, Shards):
+        parts = zip(library.libraries, library.parts, strict=True)
+        rows = {here[own]: row for one, here in parts for own, row in _digests(one).items() if own in here}
+    else:
+        rows = _digests(library)
     return digest(*(text for name in names for text in (name, *map(str, rows.get(name, ("", ""))))))
+
+
+def _digests(library: Library) -> dict[str, tuple[str, str]]:
+    """Of every take of one library the digests of its frames and of what is noted of it."""
+    with catalogue.reading(library.path) as db:
+        return {row[0]: row[1:] for row in db.execute("SELECT name, digest, notes FROM takes")}
 
 
 @functools.cache

@@ -21,6 +21,7 @@ from kinetograph.errors import LibraryError
 from kinetograph.library import catalogue, fingerprints, kept_files
 from kinetograph.library.kept_files import SUFFIX, About
 from kinetograph.library.packing import UnpackableError, UnreadableError, pack
+from kinetograph.library.shards import folders_of
 from kinetograph.library.store import KEPT, Library
 
 T = TypeVar("T")
@@ -160,7 +161,7 @@ def set_limit(library: Library, limit: int) -> None:
 def keeping_folder(library: Library) -> Path | None:
     """The folder in which things are kept of a library; None where nothing is kept."""
     switched_off = os.environ.get(VARIABLE) == "0" or kept_files.user_key() is None
-    return None if switched_off or not (library.path / catalogue.FILE_NAME).exists() else _folder(library)
+    return None if switched_off or not (_home(library) / catalogue.FILE_NAME).exists() else _folder(library)
 
 
 # ---- places ----
@@ -178,27 +179,34 @@ class _Place:
 def _place(library: Library, name: str, configuration: object) -> _Place | None:
     """None where nothing is kept: it is switched off, there is no key, or the configuration has no text."""
     key = None if os.environ.get(VARIABLE) == "0" else kept_files.user_key()
-    if key is None or not (library.path / catalogue.FILE_NAME).exists():  # shards have no folder of their own
+    if key is None or not (_home(library) / catalogue.FILE_NAME).exists():
         return None
     try:
         whole, text = fingerprints.state(configuration), fingerprints.summarize(configuration)
     except TypeError:
         return None
+    others = [str(path.resolve()) for path in folders_of(library)[1:]]
     content, code = fingerprints.of_takes(library), fingerprints.of_code()
-    subject = fingerprints.digest(name, whole, fingerprints.state(library.selection))
+    subject = fingerprints.digest(name, whole, fingerprints.state(library.selection), *others)
     plain = re.sub(r"[^a-z0-9]+", "-", name.lower())[:40]
     file = f"{plain}-{fingerprints.digest(name, whole, content, code, key)}{SUFFIX}"
     return _Place(_folder(library) / file, About(name, text, subject, content, code), key)
 
 
+def _home(library: Library) -> Path:
+    """The folder of a library; of several that are read as one, that of the first."""
+    return folders_of(library)[0]
+
+
 def _folder(library: Library) -> Path:
     """Where things are kept: in the library, and for one that cannot be written in the user's folder."""
+    home = _home(library)
     asked = os.environ.get(VARIABLE, "")
-    beside = library.path / KEPT
-    if asked in ("", "0", "1") and os.access(beside if beside.exists() else library.path, os.W_OK):
+    beside = home / KEPT
+    if asked in ("", "0", "1") and os.access(beside if beside.exists() else home, os.W_OK):
         return beside
     own = Path(platformdirs.user_cache_dir("kinetograph")) / KEPT if asked in ("", "0", "1") else Path(asked)
-    return own / fingerprints.digest(str(library.path.resolve()))
+    return own / fingerprints.digest(str(home.resolve()))
 
 
 # ---- reading and writing ----

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,6 +37,7 @@ class Shards(Library):
     """
 
     libraries: tuple[Library, ...] = ()
+    _naming: _Naming = field(init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, paths: Sequence[str | Path]) -> Shards:
@@ -55,14 +56,15 @@ class Shards(Library):
         ------
         LibraryError
             One is missing, of another version, or named twice.
+
+        Notes
+        -----
+        Shards whose folders have one name are called by the folders around them, too: ``a/walks`` and ``b/walks``.
         """
         folders = [Path(path) for path in paths]
         for folder, count in Counter(folder.resolve() for folder in folders).items():
             if count > 1:
                 raise LibraryError(f"{folder}: the same shard is named {count} times; name each library once")
-        for name, count in Counter(folder.resolve().name for folder in folders).items():
-            if count > 1:
-                raise LibraryError(f"{count} shards are called {name!r}; rename the folder of one of them")
         opened = []
         for number, folder in enumerate(folders, start=1):
             try:
@@ -71,17 +73,16 @@ class Shards(Library):
                 raise LibraryError(f"shard {number} of {len(folders)}: {error}") from error
         return cls(folders[0].parent, libraries=tuple(opened))
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_naming", _Naming(self.libraries))
+
     @cached_property
     def parts(self) -> tuple[dict[str, str], ...]:
         """Of each shard its takes that are chosen: by their names there, their names here."""
-        known = [store.facts_of(library) for library in self.libraries]
-        often = Counter(itertools.chain.from_iterable(known))
-        named = [
-            {name: name if often[name] == 1 else f"{library.path.resolve().name}/{name}" for name in facts}
-            for library, facts in zip(self.libraries, known, strict=True)
-        ]
+        named = self._naming.named
         if not self.selection:
-            return tuple(named)
+            return named
+        known = [store.facts_of(library) for library in self.libraries]
         facts = {names[own]: each[own] for names, each in zip(named, known, strict=True) for own in names}
         chosen = set(self.selection.of(facts))
         return tuple({own: name for own, name in names.items() if name in chosen} for names in named)
@@ -96,19 +97,14 @@ class Shards(Library):
 
     def place(self, name: str) -> tuple[Library, str]:
         """The shard of a take and its name there. Raises RequestError for an unknown name."""
-        whole = self if not self.selection else replace(self, selection=Selection())
-        for library, names in zip(self.libraries, whole.parts, strict=True):
-            for own, here in names.items():
-                if here == name:
-                    return library, own
-        short = [
-            (library, own)
-            for library, names in zip(self.libraries, whole.parts, strict=True)
-            for own in names
-            if own.rsplit("/", 1)[-1] == name
-        ]
+        if name in self._naming.places:
+            return self._naming.places[name]
+        short = [place for here, place in self._naming.places.items() if here.endswith(f"/{name}")]
         if len(short) == 1:
             return short[0]
+        if short:
+            may_be = ", ".join(here for here in self._naming.places if here.endswith(f"/{name}"))
+            raise RequestError(f"take {name!r} may be {may_be}; give more of its name")
         where = ", ".join(str(library.path) for library in self.libraries[:4])
         raise RequestError(f"no take {name!r} in the shards {where}; library info tells their takes")
 
@@ -138,7 +134,40 @@ class Shards(Library):
         raise _by_itself(self, "count")
 
     def __reduce__(self) -> Any:
-        return _again, (self.path, self.selection, self.libraries)
+        return _again, (self.path.absolute(), self.selection, self.libraries)
+
+
+@dataclass(frozen=True)
+class _Naming:
+    """What the takes of shards are called in the whole."""
+
+    libraries: tuple[Library, ...]
+
+    @cached_property
+    def named(self) -> tuple[dict[str, str], ...]:
+        """Of each shard all its takes: by their names there, their names here."""
+        known = [store.facts_of(library) for library in self.libraries]
+        often = Counter(itertools.chain.from_iterable(known))
+        return tuple(
+            {name: name if often[name] == 1 else f"{called}/{name}" for name in facts}
+            for called, facts in zip(_called([each.path for each in self.libraries]), known, strict=True)
+        )
+
+    @cached_property
+    def places(self) -> dict[str, tuple[Library, str]]:
+        """The shard of every take, and its name there."""
+        pairs = zip(self.libraries, self.named, strict=True)
+        return {here: (library, own) for library, names in pairs for own, here in names.items()}
+
+
+def _called(folders: Sequence[Path]) -> list[str]:
+    """What shards are called: as their folders are and, where two are alike, by the folders around them, too."""
+    parts = [folder.resolve().parts for folder in folders]
+    for count in range(1, max(map(len, parts), default=1) + 1):
+        names = ["/".join(part[-count:]) for part in parts]
+        if len(set(names)) == len(names):
+            break
+    return names
 
 
 def _again(path: Path, selection: Selection, libraries: tuple[Library, ...]) -> Shards:
@@ -165,6 +194,11 @@ def shards_in(folder: Path) -> list[Path]:
             f"{others[0]}: no library, among {len(libraries)} that are; mend or move it, or name the shards one by one"
         )
     return libraries
+
+
+def folders_of(library: Library) -> tuple[Path, ...]:
+    """The folder of a library, or those of several that are read as one."""
+    return tuple(one.path for one in library.libraries) if isinstance(library, Shards) else (library.path,)
 
 
 def contents(library: Library) -> tuple[TrackInfo, ...]:

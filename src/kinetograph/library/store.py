@@ -240,7 +240,8 @@ class Library:
         return count(self.path, self.names() if self.selection else None)
 
     def __reduce__(self) -> tuple[type[Library], tuple[Path, Selection]]:
-        return Library, (self.path, self.selection)  # skeletons that were read are not pickled
+        # Skeletons that were read are not pickled. Another process may be in another folder.
+        return Library, (self.path.absolute(), self.selection)
 
 
 def contents(library: Library) -> tuple[TrackInfo, ...]:

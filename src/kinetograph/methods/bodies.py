@@ -82,8 +82,8 @@ def choose_takes(
     RequestError
         For a name to leave out that is not there, and for a library without takes to use.
     """
-    bodies, left_out = bodies or Bodies(), frozenset(exclude)
-    names = library.names()
+    bodies, names = bodies or Bodies(), library.names()
+    left_out = frozenset(_whole_name(name, names) for name in exclude)
     if unknown := sorted(left_out - set(names)):
         raise RequestError(f"no take {unknown[0]!r} to leave out; there are {shortened(names) or 'none'}")
     tracks, seconds, without = _tracks(library, names, track)
@@ -103,6 +103,14 @@ def choose_takes(
     taken = tuple(name for name in names if name in chosen)
     without = by_reason((name, why) for why, some in without.items() for name in some if name not in left_out)
     return Chosen(taken, tracks, frozenset(others), together(without, left), kept[0])
+
+
+def _whole_name(name: str, names: Sequence[str]) -> str:
+    """The take of a name, or of what follows a slash in it; the name itself where there is none."""
+    found = [name] if name in names else [whole for whole in names if whole.endswith(f"/{name}")]
+    if len(found) > 1:
+        raise RequestError(f"take {name!r} to leave out may be {', '.join(found[:6])}; give more of its name")
+    return found[0] if found else name
 
 
 def _of_others(groups: list[tuple[int, list[str]]], used: int, left_out: frozenset[str]) -> dict[str, tuple[str, ...]]:

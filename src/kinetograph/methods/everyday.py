@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import running_min
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.methods.relative_pose import leg_length
 from kinetograph.motion import Motion
@@ -75,7 +75,7 @@ def everyday_frames(motion: Motion, walking: Carriage = WALKING) -> tuple[BoolAr
 
 
 def _throughout(fine: BoolArray, half: int) -> BoolArray:
-    return np.asarray(minimum_filter1d(fine.astype(np.int8), 2 * half + 1, mode="nearest") > 0)
+    return running_min(fine, 2 * half + 1)
 
 
 def _carried(places: FloatArray, leg: float, fps: float, how: Carriage) -> BoolArray:

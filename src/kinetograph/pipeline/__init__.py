@@ -25,6 +25,7 @@ _ROOMS = {
     "Recording": "folders",
     "Segmented": "segmenting",
     "Smoothing": "performing",
+    "Units": "labelling",
     "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
@@ -82,6 +83,7 @@ __all__ = [
     "Recording",
     "Segmented",
     "Smoothing",
+    "Units",
     "copies_among",
     "copies_of",
     "couple_of",
@@ -142,7 +144,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
     from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
-    from kinetograph.pipeline.labelling import Labelled, couple_of, label_partners, unit_moves
+    from kinetograph.pipeline.labelling import Labelled, Units, couple_of, label_partners, unit_moves
     from kinetograph.pipeline.libraries import (
         differing_skeletons,
         has_partners,

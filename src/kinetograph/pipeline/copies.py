@@ -11,12 +11,12 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.learn.near_copies import Lookup, Match, Nearness, Sequences, joined, matches
-from kinetograph.library import Library
+from kinetograph.library import Library, folders_of
 from kinetograph.library.fingerprints import of_takes
 from kinetograph.pipeline.finding import RATE, Group, index_of
 from kinetograph.progress import Progress
 from kinetograph.skeleton import opposite
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 WHOLE = 0.95
 """The share of a take that counts as all of it."""
@@ -154,6 +154,7 @@ def copies_among(library: Library, takes: Iterable[str] = ()) -> dict[str, tuple
 
 def _compare(shard: tuple[Library, int, range, Nearness]) -> list[Match]:
     library, number, motions, nearness = shard
+    require_seen(*folders_of(library))
     lookup = _lookup(library, number)
     return list(matches(lookup, motions, nearness, later=True)) if lookup else []
 

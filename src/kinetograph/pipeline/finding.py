@@ -15,12 +15,12 @@ from kinetograph.arrays import FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.formats import ReadOptions, read
 from kinetograph.learn.windows import Windows, apart
-from kinetograph.library import Library, kept
+from kinetograph.library import Library, folders_of, kept
 from kinetograph.methods.relative_pose import BODY, REACH, leg_length, relative_joints
 from kinetograph.motion import Motion, cut
 from kinetograph.progress import Progress
 from kinetograph.take import Take
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 RATE = 10.0
 """Frames per second at which motions are compared."""
@@ -170,6 +170,7 @@ def index_of(library: Library, workers: Workers | Executor = HERE, progress: Pro
 
 def _index_block(block: tuple[Library, tuple[str, ...]]) -> list[_Indexed]:
     library, names = block
+    require_seen(*folders_of(library))
     return [part for name in names for part in _indexed(library.take(name))]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -107,12 +107,15 @@ def inbetween_with(model: KeyframeModel, keys: tuple[Key, ...], count: int = 1) 
     return tuple(noted(each, model.notes, model.left_out) for each in made)
 
 
-def open_without_labels(path: str | Path, selection: Selection) -> tuple[Library, tuple[str, ...]]:
+def open_without_labels(
+    path: str | Path | Sequence[str | Path], selection: Selection
+) -> tuple[Library, tuple[str, ...]]:
     """Open a library for a search that leaves out moves and styles as well as takes.
 
     Parameters
     ----------
-    path : str or Path
+    path : str or Path, or a sequence of them
+        See `open_library`.
     selection : Selection
         What it leaves out may also be words of a take's name, or of a move or a style.
 

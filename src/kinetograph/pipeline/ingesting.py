@@ -26,7 +26,7 @@ from kinetograph.motion import Motion
 from kinetograph.pipeline.folders import Planned, Recording, plan_takes
 from kinetograph.pipeline.reading import ReadRecordings
 from kinetograph.take import Take
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 LONG = 100_000_000
 """Bytes of BVH from which a file is read a block at a time."""
@@ -176,7 +176,7 @@ def ingest(
     if settings.strict and refused:
         path, why = next(iter(refused.items()))
         raise RequestError(f"{path}: {why}; nothing was added")
-    work = _in_order(planned, partial(_read, reading, settings.strict), settings, progress)
+    work = _in_order(planned, partial(_read, reading, settings.strict, Path.cwd()), settings, progress)
     if settings.strict:
         dropped = add_takes(library, (entry for read in work for entry in _entries(read, result, strict=True)))
         result.dropped.update({name: len(notes) for name, notes in dropped.items()})
@@ -187,9 +187,10 @@ def ingest(
     return result
 
 
-def _read(reading: ReadRecordings, whole: bool, planned: Planned) -> _Read:
-    """Read one file, in any process; nothing is raised, since one bad file must not end the rest."""
-    path, known = planned.recording.path, {facts.content for facts in planned.takes.values()} or planned.twins
+def _read(reading: ReadRecordings, whole: bool, base: Path, planned: Planned) -> _Read:
+    """Read one file, whose path is seen from a folder, in any process; one bad file must not end the rest."""
+    require_seen(planned.recording.folder)
+    path, known = base / planned.recording.path, {facts.content for facts in planned.takes.values()} or planned.twins
     read = _Read(planned)
     try:
         read = replace(read, size=path.stat().st_size, content=reading.content(path))

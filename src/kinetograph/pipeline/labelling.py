@@ -3,13 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from kinetograph.errors import RequestError
-from kinetograph.library import Library
+from kinetograph.library import Annotated, Library, annotate_takes, folders_of
 from kinetograph.motion import Motion
+from kinetograph.progress import Progress
 from kinetograph.segmentation import Couple, StanceThresholds, find_thresholds
 from kinetograph.take import Annotation, Take
+from kinetograph.work import HERE, Workers, in_shards, require_seen
+
+
+@dataclass(frozen=True)
+class Units:
+    """What is named in partner dances: what goes on from a cut over some others.
+
+    Parameters
+    ----------
+    target : str
+        The follower's track, whose cuts divide the dance and which gets the names.
+    span : int
+        Cuts that a unit goes on for: 2 where a dance is cut at every beat.
+    first : int
+        The cut at which the first unit begins, from 0.
+
+    Raises
+    ------
+    RequestError
+        For a span or a first cut out of range.
+    """
+
+    target: str = "follower"
+    span: int = 2
+    first: int = 0
+
+    def __post_init__(self) -> None:
+        if self.span < 1 or self.first < 0:
+            raise RequestError(f"units span 1 cut or more from cut 0 or later, found {self.span} and {self.first}")
 
 
 @dataclass(frozen=True)
@@ -33,28 +65,27 @@ class Labelled:
 
 def label_partners(
     library: Library,
-    target: str = "follower",
+    units: Units | None = None,
     *,
-    span: int = 2,
-    first: int = 0,
     given: Mapping[str, float] | None = None,
     force: bool = False,
+    workers: Workers | Executor = HERE,
+    progress: Progress | None = None,
 ) -> Labelled:
     """Name what two dancers do between their cuts, and store it as annotations of kind ``"move"``.
 
     Parameters
     ----------
     library : Library
-    target : str
-        The follower's track, whose cuts divide the dance and which gets the names.
-    span : int
-        Cuts that a unit goes on for: 2 where a dance is cut at every beat.
-    first : int
-        The cut at which the first unit begins, from 0.
+    units : Units, optional
     given : mapping of str to float, optional
         Values of some `StanceThresholds` by name; the others are found in all the takes together.
     force : bool
         Put the names in the place of moves that are there.
+    workers : Workers or Executor
+        Who reads the takes.
+    progress : Progress, optional
+        Called with the takes read and their number.
 
     Returns
     -------
@@ -63,28 +94,32 @@ def label_partners(
     Raises
     ------
     RequestError
-        If no take can be named, for moves that are there already, and for a span or a first cut out of range.
+        If no take can be named, and for moves that are there already.
     """
-    if span < 1 or first < 0:
-        raise RequestError(f"units span 1 cut or more from cut 0 or later, found {span} and {first}")
-    couples: dict[str, Couple] = {}
-    skipped: dict[str, str] = {}
-    for name in library.names():
-        try:
-            couples[name] = couple_of(library.take(name), target, first=first, least=span + 1)
-        except RequestError as error:
-            skipped[name] = str(error)
+    units, names = units or Units(), library.names()
+    read = in_shards(partial(_couple, library, units), names, workers, count=len(names), progress=progress)
+    found = dict(zip(names, read, strict=True))
+    couples = {name: one for name, one in found.items() if isinstance(one, Couple)}
+    skipped = {name: one for name, one in found.items() if isinstance(one, str)}
     if not couples:
         raise RequestError(f"no take can be named: {next(iter(skipped.values()), 'the library is empty')}")
     if not force:
-        _refuse_moves(library, couples, target)
-    used = _thresholds(list(couples.values()), span, given or {})
-    done = Labelled(used, skipped=skipped)
-    for name, couple in couples.items():
-        notes = unit_moves(couple, used, target, span)
-        library.annotate(name, notes, kind="move", track=target)
-        done.names[name] = [note.label for note in notes]
-    return done
+        _refuse_moves(library, couples, units.target)
+    used = _thresholds(list(couples.values()), units.span, given or {})
+    notes = {name: unit_moves(couple, used, units.target, units.span) for name, couple in couples.items()}
+    place = frozenset([(units.target, "move")])
+    annotate_takes(library, (Annotated(name, of_take, place) for name, of_take in notes.items()))
+    names_of = {name: [note.label for note in of_take] for name, of_take in notes.items()}
+    return Labelled(used, names_of, skipped)
+
+
+def _couple(library: Library, units: Units, name: str) -> Couple | str:
+    """The dancers of a take, or why it cannot be named."""
+    require_seen(*folders_of(library))
+    try:
+        return couple_of(library.take(name), units.target, first=units.first, least=units.span + 1)
+    except RequestError as error:
+        return str(error)
 
 
 def _thresholds(couples: Sequence[Couple], span: int, given: Mapping[str, float]) -> StanceThresholds:

@@ -26,12 +26,12 @@ CATALOGUE = "catalogue.sqlite"
 """The file by which a library is known."""
 
 
-def open_library(path: str | Path, selection: Selection | None = None) -> Library:
-    """Open a library, or a selection of its takes.
+def open_library(path: str | Path | Sequence[str | Path], selection: Selection | None = None) -> Library:
+    """Open a library, or several that are used as one, or a selection of their takes.
 
     Parameters
     ----------
-    path : str or Path
+    path : str or Path, or a sequence of them
     selection : Selection, optional
         The takes that are used; without it, all.
 
@@ -48,9 +48,19 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
 
     Notes
     -----
-    A folder of libraries is opened as `kinetograph.library.Shards`.
+    A folder of libraries, and several libraries, are opened as `kinetograph.library.Shards`.
     """
-    folder = Path(path)
+    folders = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+    shards = [inside for each in folders for inside in _libraries_in(each)]
+    library = Library.open(shards[0]) if shards == folders and len(shards) == 1 else Shards.of(shards)
+    if not selection:
+        return library
+    _require_chosen(facts_of(library), selection, folders[0])
+    return library.only(selection)
+
+
+def _libraries_in(folder: Path) -> list[Path]:
+    """A library, or those of a folder of libraries. Raises LibraryError for a folder of recordings."""
     if folder.is_dir() and not (folder / CATALOGUE).exists():
         recordings = [p for p in folder.iterdir() if p.suffix.lower() in READERS]
         if recordings:
@@ -58,12 +68,7 @@ def open_library(path: str | Path, selection: Selection | None = None) -> Librar
                 f"{folder}: a folder with {len(recordings)} recordings, not a library; "
                 f"make one with: kinetograph library create LIB {folder}"
             )
-    shards = shards_in(folder)
-    library = Shards.of(shards) if shards else Library.open(folder)
-    if not selection:
-        return library
-    _require_chosen(facts_of(library), selection, folder)
-    return library.only(selection)
+    return shards_in(folder) or [folder]
 
 
 def _require_chosen(facts: dict[str, Facts], selection: Selection, folder: Path) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from kinetograph.errors import RequestError
-from kinetograph.library import Annotated, Library, annotate_takes, facts_of, label_counts
+from kinetograph.library import Annotated, Library, annotate_takes, facts_of, folders_of, label_counts
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.segmentation import (
@@ -24,7 +24,7 @@ from kinetograph.segmentation import (
     subdivide,
 )
 from kinetograph.take import Annotation, Take
-from kinetograph.work import HERE, Workers, in_shards
+from kinetograph.work import HERE, Workers, in_shards, require_seen
 
 CUT_BY = ("footplants", "beats", "labels", "fixed")
 """What `segment_take` cuts by. `grow_library` cuts by examples."""
@@ -263,6 +263,7 @@ class _Cut:
 
 def _segment(library: Library, by: str, settings: CutSettings, name: str) -> _Cut:
     """Cut the motions of one take, all or none."""
+    require_seen(*folders_of(library))
     take = library.take(name)
     motions = [track for track, value in take.tracks.items() if isinstance(value, Motion)]
     looping = [track for track in motions if by == "footplants" and take.annotated(track, "loop")]

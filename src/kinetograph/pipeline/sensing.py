@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from kinetograph.formats.readings import read_readings
-from kinetograph.library import Library, Shards, kept
+from kinetograph.library import Library, kept
 from kinetograph.methods.sensor import SensorControl, SensorModel
 from kinetograph.progress import Progress
 from kinetograph.sensing import Readings, World, find_world, in_our_world
@@ -89,6 +89,5 @@ def fit_sensor(
     def make() -> SensorModel:
         return plain.fit(library, exclude=left_out, track=track, progress=progress)
 
-    whole = not isinstance(library, Shards)
-    model = kept(library, "sensor control", (plain, left_out, track), make, note=note) if whole else make()
+    model = kept(library, "sensor control", (plain, left_out, track), make, note=note)
     return replace(model, method=method)

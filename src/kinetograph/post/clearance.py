@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import FloatArray
+from kinetograph.filters import smoothed
 from kinetograph.kinematics import role_positions
 from kinetograph.motion import Motion
 
@@ -72,7 +72,7 @@ def lift(toe: FloatArray, clearance: FloatArray, fps: float) -> FloatArray:
     speed = _speed(toe, fps)
     low = _level(toe[:, 1], speed) + np.interp(speed, SPEEDS, clearance)
     needed = np.where(speed > SPEEDS[0], np.maximum(low - LEAST - toe[:, 1], 0.0), 0.0)
-    return np.asarray(gaussian_filter1d(needed, 0.5 * LIFT * fps, mode="nearest"))
+    return smoothed(needed, 0.5 * LIFT * fps)
 
 
 def _toes(motion: Motion) -> list[str]:

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.filters import smoothed
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.post.easing import smoothstep
@@ -124,8 +124,8 @@ def follow_hands(motion: Motion, holds: Sequence[Hold], settings: HoldSettings |
     weights = np.stack([ease_weights(hold.held, settings.ease * motion.fps) for hold in holds], axis=1)
     missed = np.stack([hold.target for hold in holds], axis=1) - hands
     width = max(settings.calm * motion.fps, 1e-9)
-    total = gaussian_filter1d(weights.sum(axis=1), width, mode="nearest")
-    wanted = gaussian_filter1d(np.einsum("fh,fhi->fi", weights, missed), width, axis=0, mode="nearest")
+    total = smoothed(weights.sum(axis=1), width)
+    wanted = smoothed(np.einsum("fh,fhi->fi", weights, missed), width, axis=0)
     shift = on_ground(settings.share * wanted / np.maximum(total, 1.0)[:, None])
     return replace(motion, translation=motion.translation + _limited(shift, settings.furthest))
 

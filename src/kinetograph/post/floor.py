@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import running_max
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import Part
@@ -203,5 +203,5 @@ def gentle(depth: FloatArray, fps: float) -> FloatArray:
     cone = np.maximum(np.maximum(rising, falling), 0.0)
     half = max(round(SOFT * fps), 1)
     weights = np.hanning(2 * half + 3)[1:-1]
-    widened = np.pad(maximum_filter1d(cone, 2 * half + 1, mode="nearest"), half, mode="edge")
+    widened = np.pad(running_max(cone, 2 * half + 1), half, mode="edge")
     return np.asarray(np.convolve(widened, weights / weights.sum(), mode="valid"))

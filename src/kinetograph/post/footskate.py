@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import running_max
 from kinetograph.kinematics import joint_positions, on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.post.clearance import lift
@@ -112,7 +112,7 @@ def hip_drop(motion: Motion, offsets: Mapping[str, FloatArray]) -> FloatArray:
         lowest = np.sqrt(np.maximum(furthest**2 - level, 0.0))
         needed = np.maximum(needed, np.where(np.any(offset != 0, axis=1), -leg[:, 1] - lowest, 0.0))
     window = max(round(SINK * motion.fps), 1)
-    widened = maximum_filter1d(np.minimum(needed, DEEPEST), 2 * window + 1, mode="nearest")
+    widened = running_max(np.minimum(needed, DEEPEST), 2 * window + 1)
     weights = np.hanning(2 * window + 3)[1:-1]
     drop = np.convolve(np.pad(widened, window, mode="edge"), weights / weights.sum(), mode="valid")
     return np.outer(drop, [0.0, 1.0, 0.0])

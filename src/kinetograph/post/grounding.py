@@ -12,9 +12,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import running_max, smoothed
 from kinetograph.motion import Motion
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.footskate import hip_drop, move_foot
@@ -79,7 +79,7 @@ def _level(motion: Motion, body: Undersides, planted: dict[str, BoolArray], floo
 def _envelope(need: FloatArray, fps: float) -> FloatArray:
     """A smooth curve, ``(F,)``, that is nowhere below ``need``."""
     window = max(round(_LIFT * fps), 1)
-    widened = maximum_filter1d(need, 2 * window + 1, mode="nearest")
+    widened = running_max(need, 2 * window + 1)
     weights = np.hanning(2 * window + 3)[1:-1]
     return np.convolve(np.pad(widened, window, mode="edge"), weights / weights.sum(), mode="valid")
 
@@ -145,7 +145,7 @@ def to_floor(up: FloatArray, plants: Plants, fps: float) -> FloatArray:
     ease = max(round(_EASE * fps), 1)
     for (_, stop), (start, _) in pairwise([(0, 0), *plants, (len(up), len(up))]):
         offset[stop:start] = np.maximum(_between(offset, stop, start, ease), up[stop:start])
-    return np.maximum(gaussian_filter1d(offset, _SOFT * fps, mode="nearest"), up - _GRAZE)
+    return np.maximum(smoothed(offset, _SOFT * fps), up - _GRAZE)
 
 
 def _between(offset: FloatArray, stop: int, start: int, ease: int) -> FloatArray:

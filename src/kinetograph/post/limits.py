@@ -14,11 +14,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.filters import running_min, smoothed
 from kinetograph.motion import Motion
 from kinetograph.post.limbs import ARM, LEG
 from kinetograph.skeleton import Skeleton
@@ -288,5 +288,5 @@ def allowed_share(
 def _calm(share: FloatArray, ease: float) -> FloatArray:
     """Shares no greater than those around them, within ``ease`` frames, smoothed."""
     reach = int(np.ceil(ease))
-    least = minimum_filter1d(share, 2 * reach + 1, mode="nearest")
-    return np.asarray(gaussian_filter1d(least, max(ease / 2, 1e-3), mode="nearest", truncate=2.0))
+    least = running_min(share, 2 * reach + 1)
+    return smoothed(least, max(ease / 2, 1e-3), truncate=2.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import forward, on_ground
 from kinetograph.motion import Motion, headings
 from kinetograph.skeleton import Landmark, Skeleton
@@ -97,6 +97,6 @@ def misses_of_parts(motion: Motion, pose: Motion, roles: Sequence[str]) -> tuple
     return misses(motion, [PartTarget(role, points[0, i], rotations[0, i]) for i, role in enumerate(roles)])
 
 
-def are_met(apart: FloatArray, twisted: FloatArray) -> FloatArray:
+def are_met(apart: FloatArray, twisted: FloatArray) -> BoolArray:
     """Whether all parts of each frame are met, shape ``(F,)``, by their `misses`."""
     return np.asarray(((apart <= MISSED) & (twisted <= TWISTED)).all(axis=1))

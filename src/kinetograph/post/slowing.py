@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_dilation, gaussian_filter1d
 
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import running_max, smoothed
 
 SMOOTH = 0.06
 """Seconds over which a correction sets in."""
@@ -48,12 +48,12 @@ def slowed(curve: FloatArray, fastest: float, fps: float) -> FloatArray:
 
 def _near(chosen: BoolArray, width: float) -> FloatArray:
     """Weights ``(F,)`` that are 1 at the samples chosen and near them, and fall smoothly to 0."""
-    wide = binary_dilation(chosen, iterations=max(round(2 * width), 1))
+    wide = running_max(chosen, 2 * max(round(2 * width), 1) + 1)
     return np.where(chosen, 1.0, np.clip(2.0 * _smooth(wide.astype(np.float64), width) - 0.5, 0.0, 1.0))
 
 
 def _smooth(curve: FloatArray, width: float) -> FloatArray:
-    return np.asarray(gaussian_filter1d(curve, width, mode="nearest"))
+    return smoothed(curve, width)
 
 
 def fastest_change(curve: FloatArray, fps: float) -> float:

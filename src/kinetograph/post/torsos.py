@@ -13,10 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
+from kinetograph.filters import running_max, smoothed
 from kinetograph.kinematics import on_ground, role_positions
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Skeleton
@@ -204,7 +204,7 @@ def _side(apart: FloatArray, window: int) -> FloatArray:
     travel = padded[2 * window :] - padded[: -2 * window]
     square = np.cross([0.0, 1.0, 0.0], travel)
     square /= np.maximum(np.linalg.norm(square, axis=1), 1e-9)[:, None]
-    passing = gaussian_filter1d(np.sum(apart * square, axis=1), 0.5 * window, mode="nearest")
+    passing = smoothed(np.sum(apart * square, axis=1), 0.5 * window)
     return np.asarray(square * np.where(passing < -1e-9, -1.0, 1.0)[:, None])
 
 
@@ -215,9 +215,9 @@ def _spread(push: FloatArray, side: FloatArray, window: int) -> FloatArray:
     """
     size = np.linalg.norm(push, axis=1)
     weights = np.hanning(2 * window + 3)[1:-1]
-    wide = np.pad(maximum_filter1d(size, 2 * window + 1, mode="nearest"), window, mode="edge")
+    wide = np.pad(running_max(size, 2 * window + 1), window, mode="edge")
     envelope = np.convolve(wide, weights / weights.sum(), mode="valid")
-    along, near = (gaussian_filter1d(each, 0.5 * window, axis=0, mode="nearest") for each in (push, size[:, None]))
+    along, near = (smoothed(each, 0.5 * window, axis=0) for each in (push, size[:, None]))
     cancelled = near[:, 0] - np.linalg.norm(along, axis=1)
-    along += gaussian_filter1d(cancelled[:, None] * side, 0.25 * window, axis=0, mode="nearest")
+    along += smoothed(cancelled[:, None] * side, 0.25 * window, axis=0)
     return np.asarray(along * (envelope / np.maximum(np.linalg.norm(along, axis=1), 1e-12))[:, None])

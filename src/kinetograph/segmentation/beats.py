@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.filters import smoothed
 from kinetograph.kinematics import role_positions, velocities
 from kinetograph.motion import Motion, resample
 from kinetograph.segmentation.uncut import UncutError
@@ -143,7 +143,7 @@ def landing_pulse(motion: Motion, smooth: float) -> FloatArray:
         Metres per second squared, 0 where no foot gets slower.
     """
     speed = np.linalg.norm(velocities(role_positions(motion, FEET), motion.fps), axis=-1)
-    calm = gaussian_filter1d(speed, smooth * motion.fps, axis=0, mode="nearest")
+    calm = smoothed(speed, smooth * motion.fps, axis=0)
     return np.asarray(np.maximum(-velocities(calm, motion.fps), 0.0).sum(axis=1))
 
 

@@ -6,7 +6,8 @@ workers, bit by bit.
 
 from __future__ import annotations
 
-from kinetograph.work.shards import HERE, Store, Workers, in_shards
+from kinetograph.work.seeing import require_seen
+from kinetograph.work.shards import HERE, Store, Workers, hands, in_shards
 from kinetograph.work.staying import Room, rooms
 
-__all__ = ["HERE", "Room", "Store", "Workers", "in_shards", "rooms"]
+__all__ = ["HERE", "Room", "Store", "Workers", "hands", "in_shards", "require_seen", "rooms"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -12,7 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from kinetograph.errors import RequestError, WorkError
 from kinetograph.progress import Progress
 from kinetograph.work.cluster import Cluster, require_address
-from kinetograph.work.crews import TRIES, Borrowed, Crew, Inline, Processes
+from kinetograph.work.crews import AHEAD, TRIES, Borrowed, Crew, Inline, Processes
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -50,6 +51,16 @@ class Workers:
 
 HERE = Workers()
 """This process alone."""
+
+
+def hands(workers: Workers | Executor) -> int:
+    """How many calls are made at a time, of which results must not depend. Raises WorkError where no cluster is."""
+    if isinstance(workers, Executor):
+        return multiprocessing.cpu_count()
+    if workers.cluster is None:
+        return workers.jobs
+    with crew_of(workers) as crew:
+        return max(crew.ahead() // AHEAD, 1)
 
 
 @contextmanager

@@ -76,7 +76,10 @@ def _placed(cluster: Cluster, folders: Sequence[Path]) -> list[_At]:
     for folder in folders:
         holders = cluster.holders(folder)
         if not holders:
-            raise WorkError(f"{folder}: no worker at {cluster.address} sees it; mount it under this path there")
+            raise WorkError(
+                f"{folder}: none of the workers at {cluster.address} ({', '.join(sorted(load)) or 'none'}) sees it; "
+                "mount it under this path on one of their machines, or start a worker where it is"
+            )
         chosen = min(holders, key=lambda address: load.get(address, 0))
         load[chosen] = load.get(chosen, 0) + 1
         found.append(_At(cluster, chosen))

@@ -19,7 +19,7 @@ from kinetograph.learn import Goal, last_frames, make_graph
 from kinetograph.methods.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe import Example, TimedSearch
 from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
-from kinetograph.methods.keyframe.filler import UNLIKE, familiar, perhaps_near, unasked
+from kinetograph.methods.keyframe.filler import FEW, LIKE, UNLIKE, boxes_of, familiar, shorten, unasked
 from kinetograph.methods.keyframe.named import is_called, named_frames
 from kinetograph.motion import Motion
 from kinetograph.post.blend import quintic_decay
@@ -150,16 +150,20 @@ def test_frames_are_unasked_as_far_as_they_are_unlike_what_is_known():
     assert unasked(running, [Goal(np.array([20]), np.zeros(1)), goals[1]])[10:].max() == 0.0
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 300))
-def test_frames_that_are_left_out_beforehand_are_far_from_all_others(seed: int, count: int) -> None:
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1, 7, 300, 5000]))
+def test_gaps_are_those_of_all_pairs_where_these_tell(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
-    rows, others = (0.1 * rng.normal(size=(n, 5)).astype(np.float32) for n in (200, count))
-    some = np.flatnonzero(rng.random(200) < 0.7)
-    kept = perhaps_near(rows, some, others)
-    gaps = np.linalg.norm(rows[some][:, None].astype(float) - others, axis=2).min(axis=1)
-    assert set(some[gaps <= UNLIKE]) <= set(kept) <= set(some)
-    apart = perhaps_near(rows + np.float32(9), some, others)
-    assert len(apart) == 0
+    rows, others = (np.cumsum(0.04 * rng.normal(size=(n, 5)), axis=0).astype(np.float32) for n in (200, count))
+    before = rng.choice([0.0, 0.05, 0.15, 0.3, np.inf], 200)
+    gaps = before.copy()
+    shorten(gaps, rows, boxes_of(rows, FEW), others)
+    nearest = np.linalg.norm(rows[:, None].astype(float) - others, axis=2).min(axis=1)
+    expected = np.clip(np.minimum(before, nearest), LIKE, UNLIKE)
+    assert np.clip(gaps, LIKE, UNLIKE) == pytest.approx(expected, abs=1e-6)
+    assert (gaps <= before).all()
+    apart = before.copy()
+    shorten(apart, rows + np.float32(90), boxes_of(rows + np.float32(90), FEW), others)
+    assert np.array_equal(apart, before)
 
 
 def test_of_very_many_frames_those_between_are_interpolated():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -15,6 +16,7 @@ from kinetograph.errors import LibraryError, RequestError
 from kinetograph.library import Library, Selection, Shards, annotations_of, contents, labels, shards_in, skeletons
 from kinetograph.methods.performance import PerformanceControl, Rule, ShardedModel, over_shards
 from kinetograph.motion import Motion
+from kinetograph.pipeline import fit_performance
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation, Take
@@ -124,6 +126,24 @@ def test_processes_and_threads_give_the_same(shards: Shards, control: Signal) ->
     same(made[0], made[2])
 
 
+@pytest.mark.parametrize("count", [1, 2, 9])
+def test_one_library_is_divided_among_those_who_work(
+    folder: Path, control: Signal, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[ShardedModel.__module__], "hands", lambda workers: count)
+    one = Library.open(folder / "one")
+    with over_shards(PerformanceControl(), one) as model:
+        assert len(model.sharded.several.shards) == min(count, len(TAKES))
+        same(model.synthesize(control), PerformanceControl().fit(one).synthesize(control))
+
+
+def test_several_libraries_are_fitted_as_one(folder: Path, shards: Shards, control: Signal) -> None:
+    method = PerformanceControl(mirror=True)
+    one = method.fit(Library.open(folder / "one"))
+    same(fit_performance(method, shards).synthesize(control), one.synthesize(control))
+    assert list((folder / "several" / "shard0" / "kept").glob("performance-*"))
+
+
 @pytest.fixture
 def machines(tmp_path: Path) -> Iterator[clusters.Machines]:
     pytest.importorskip("distributed", reason="Dask is not installed: pip install 'kinetograph[cluster]'")
@@ -172,7 +192,7 @@ def test_names_that_clash_are_told_apart_by_their_shard(tmp_path: Path) -> None:
     shards.annotate("tuesday/walk", [Annotation("motion", "move", "turn", 0.0, 1.0)], kind="move")
     assert Library.open(tmp_path / "tuesday").take("walk").annotated("motion", "move")
     assert not Library.open(tmp_path / "monday").take("walk").annotated("motion", "move")
-    with pytest.raises(RequestError, match="no take 'walk' in the shards"):
+    with pytest.raises(RequestError, match="take 'walk' may be monday/walk, tuesday/walk"):
         shards.take("walk")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from kinetograph.arrays import FloatArray, IntArray, SingleArray
 
 
 @numba.njit(cache=True, nogil=True)
@@ -62,35 +62,69 @@ def least_around(values: FloatArray, first: IntArray, last: IntArray, back: int,
 
 
 @numba.njit(cache=True, nogil=True)
-def near_boxes(
-    rows: SingleArray, some: IntArray, lows: SingleArray, highs: SingleArray, limit: float, near: BoolArray
+def shorten(
+    gaps: FloatArray,
+    rows: SingleArray,
+    boxes: tuple[SingleArray, SingleArray],
+    others: SingleArray,
+    other_boxes: tuple[SingleArray, SingleArray],
+    sizes: tuple[int, int],
+    like: float,
+    unlike: float,
 ) -> None:
-    """Which of some rows lie within a distance of any of some boxes.
+    """Lower each of some gaps to its row's distance from the nearest of others, where that is less.
 
     Parameters
     ----------
+    gaps : ndarray, shape (N,)
+        Is overwritten. Distances from ``unlike`` on are not looked for, nor nearer ones once one up to ``like`` is
+        found.
     rows : ndarray of float32, shape (N, D)
-    some : ndarray of int, shape (M,)
-        Rows that are looked at.
-    lows, highs : ndarray of float32, shape (B, D)
-        Corners of the boxes.
-    limit : float
-        Squared distance.
-    near : ndarray of bool, shape (M,)
-        Is overwritten.
+    boxes : tuple of ndarray of float32, shape (B, D)
+        The least and greatest coordinates of so many rows each, ``sizes[0]``.
+    others : ndarray of float32, shape (G, D, L)
+        In groups of so many others, infinite where there are none, which are compared at once.
+    other_boxes : tuple of ndarray of float32, shape (C, D)
+        Those of so many groups each, ``sizes[1]``.
+    sizes : tuple of int
+    like, unlike : float
     """
-    for place in range(len(some)):
-        row = rows[some[place]]
-        found = False
-        for box in range(len(lows)):
-            total = 0.0
-            for column in range(len(row)):
-                value = row[column]
-                gap = max(lows[box, column] - value, value - highs[box, column], 0.0)
-                total += gap * gap
-                if total > limit:
+    (least, greatest), (lows, highs) = boxes, other_boxes
+    near = np.empty(len(lows), dtype=np.int64)
+    squares = np.empty(others.shape[2], dtype=np.float32)
+    for box in range(len(least)):
+        begin, stop = box * sizes[0], min((box + 1) * sizes[0], len(rows))
+        most = min(gaps[begin:stop].max(), unlike)
+        count = 0
+        for other in range(len(near) if most > like else 0):
+            if _apart(least, greatest, box, lows, highs, other) <= most * most:
+                near[count] = other
+                count += 1
+        for i in range(begin, stop if count else begin):
+            gap = min(gaps[i], unlike)
+            best = gap * gap
+            for k in range(count):
+                if best <= like * like:
                     break
-            if total <= limit:
-                found = True
-                break
-        near[place] = found
+                for group in range(near[k] * sizes[1], min((near[k] + 1) * sizes[1], len(others))):
+                    squares[:] = 0.0
+                    for column in range(others.shape[1]):
+                        for lane in range(len(squares)):
+                            away = rows[i, column] - others[group, column, lane]
+                            squares[lane] += away * away
+                    for lane in range(len(squares)):
+                        best = min(best, squares[lane])
+            if best < gap * gap:
+                gaps[i] = np.sqrt(best)
+
+
+@numba.njit(cache=True, nogil=True)
+def _apart(
+    low: SingleArray, high: SingleArray, box: int, other_low: SingleArray, other_high: SingleArray, other: int
+) -> float:
+    """The squared distance of two boxes."""
+    total = 0.0
+    for k in range(low.shape[1]):
+        gap = max(other_low[other, k] - high[box, k], low[box, k] - other_high[other, k], 0.0)
+        total += gap * gap
+    return total

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetograph.arrays import ComplexArray, FloatArray, SingleArray
+from kinetograph.arrays import BoolArray, ComplexArray, FloatArray, IntArray, SingleArray
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn import squared_distances_to
+from kinetograph.learn import fit_pca, squared_distances_to
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.relative_pose import BODY, REACH, leg_length, relative_joints
 from kinetograph.motion import headings
@@ -23,6 +23,23 @@ from kinetograph.skeleton import Skeleton
 
 CONTACT = 0.1
 """Metres that a contact counts for, where one pose has it and another has not."""
+_DIMENSIONS = 8
+_SAMPLE = 50_000
+
+
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """Rows of numbers in a few dimensions, in which no two are further apart than they are.
+
+    Parameters
+    ----------
+    axes : ndarray of float32, shape (D, M)
+        Orthonormal columns.
+    rows : ndarray of float32, shape (N, M)
+    """
+
+    axes: SingleArray
+    rows: SingleArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +53,8 @@ class PoseFeatures:
     pose, velocity : ndarray of float32, shape (N, R, 3)
     contacts : ndarray of float32, shape (N, C)
         These three are scaled so that their squared distances add up.
+    coarse : tuple of Coarse
+        Poses, and velocities, in a few dimensions.
     ground : ndarray of complex, shape (N,)
         Where the root is on the recording's ground, z + i x in metres.
     facing : ndarray of complex, shape (N,)
@@ -46,6 +65,7 @@ class PoseFeatures:
     pose: SingleArray
     velocity: SingleArray
     contacts: SingleArray
+    coarse: tuple[Coarse, Coarse]
     ground: ComplexArray
     facing: ComplexArray
 
@@ -60,14 +80,24 @@ def pose_features(examples: tuple[Example, ...]) -> PoseFeatures:
     roles = body_roles(examples[0].motion.skeleton)
     poses, speeds, contacts, grounds, facings = [], [], [], [], []
     for example in examples:
-        pose, velocity = relative_joints(example.motion, roles)
-        poses.append(pose / np.sqrt(len(roles)))
-        speeds.append(velocity * REACH / np.sqrt(len(roles)))
-        contacts.append(_contact_features(example))
+        joints, velocities = relative_joints(example.motion, roles)
+        poses.append((joints / np.sqrt(len(roles))).astype(np.float32))
+        speeds.append((velocities * REACH / np.sqrt(len(roles))).astype(np.float32))
+        contacts.append(_contact_features(example).astype(np.float32))
         grounds.append(example.motion.translation[:, 2] + 1j * example.motion.translation[:, 0])
         facings.append(np.exp(1j * headings(example.motion)))
-    columns = [np.concatenate(parts).astype(np.float32) for parts in (poses, speeds, contacts)]
-    return PoseFeatures(roles, columns[0], columns[1], columns[2], np.concatenate(grounds), np.concatenate(facings))
+    pose, velocity, planted = (np.concatenate(parts) for parts in (poses, speeds, contacts))
+    del poses, speeds, contacts
+    coarse = (coarse_rows(pose), coarse_rows(velocity))
+    return PoseFeatures(roles, pose, velocity, planted, coarse, np.concatenate(grounds), np.concatenate(facings))
+
+
+def coarse_rows(rows: SingleArray) -> Coarse:
+    """Rows ``(N, R, 3)`` along the directions in which they differ most."""
+    flat = rows.reshape(len(rows), -1)
+    axes = fit_pca(flat[:: max(1, len(flat) // _SAMPLE)].astype(np.float64), min(_DIMENSIONS, flat.shape[1])).basis
+    kept: SingleArray = axes.astype(np.float32)
+    return Coarse(kept, np.asarray(flat @ kept, dtype=np.float32))
 
 
 def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
@@ -78,8 +108,19 @@ def body_roles(skeleton: Skeleton) -> tuple[str, ...]:
     return roles
 
 
-def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> FloatArray:
-    """How far every frame's pose, and where it is known its velocity, is from a key's.
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    """A key as features: ``rows`` and ``coarse`` of those that are compared, a pose and perhaps a velocity."""
+
+    key: SingleArray
+    rows: SingleArray
+    coarse: Coarse
+
+
+def nearest_frames(
+    features: PoseFeatures, key: Key, skeleton: Skeleton, barred: BoolArray, *, most: int, slack: float
+) -> tuple[IntArray, FloatArray]:
+    """The frames whose pose, and where it is known velocity, is nearest to a key's.
 
     Parameters
     ----------
@@ -88,30 +129,72 @@ def key_distances(features: PoseFeatures, key: Key, skeleton: Skeleton) -> Float
         One of another skeleton is scaled by the length of the legs.
     skeleton : Skeleton
         That of the features.
+    barred : ndarray of bool, shape (N,)
+        The frames that are left out.
+    most : int
+        How many frames at most.
+    slack : float
+        Metres by which they may be further off than the nearest.
 
     Returns
     -------
-    ndarray, shape (N,)
+    frames : ndarray of int, shape (M,)
+        Increasing.
+    distances : ndarray, shape (M,)
         Metres.
 
     Raises
     ------
     RequestError
         Where the key's roles do not map.
+
+    Notes
+    -----
+    Distances in a few dimensions are lower bounds, so that only the frames that are near by these are compared in full.
     """
     roles = _compared(features, key)
-    pose, velocity = relative_joints(key.clip, roles)
-    scale = leg_length(skeleton) / leg_length(key.clip.skeleton)
     share = len(features.roles) / len(roles)
-    to_features = scale / np.sqrt(len(features.roles))
+    wanted = _wanted(features, key, skeleton, roles)
     columns = np.array([3 * features.roles.index(role) + axis for role in roles for axis in range(3)])
-    pairs = [(pose[key.frame] * to_features, features.pose)]
+    frames = np.flatnonzero(~barred) if barred.any() else np.arange(len(barred))
+    if len(roles) == len(features.roles):
+        least = _least_distances(wanted)[frames]
+        some = frames[np.argpartition(least, most - 1)[:most]] if most < len(frames) else frames
+        far = _farthest(_distances(wanted, columns, some), slack)
+        frames = frames[least <= far * (1 + 1e-4) + 1e-4]
+    distances = np.sqrt(share) * _distances(wanted, columns, frames)
+    chosen = np.argpartition(distances, most - 1)[:most] if most < len(frames) else np.arange(len(frames))
+    chosen = np.sort(chosen[distances[chosen] <= distances[chosen].min() + slack])
+    return frames[chosen], distances[chosen]
+
+
+def _farthest(distances: FloatArray, slack: float) -> float:
+    """Metres beyond which no frame is chosen, where some are at these distances."""
+    return min(float(distances.max()), float(distances.min()) + slack)
+
+
+def _wanted(features: PoseFeatures, key: Key, skeleton: Skeleton, roles: tuple[str, ...]) -> list[_Wanted]:
+    pose, velocity = relative_joints(key.clip, roles)
+    scale = leg_length(skeleton) / leg_length(key.clip.skeleton) / np.sqrt(len(features.roles))
+    pairs = [(pose[key.frame] * scale, features.pose, features.coarse[0])]
     if len(key.clip) > 1:
-        pairs.append((velocity[key.frame] * to_features * REACH, features.velocity))
-    squares = np.zeros(len(features.pose))
-    for row, rows in pairs:
-        squares += squared_distances_to(row.ravel().astype(np.float32), rows.reshape(len(rows), -1), columns)
-    return np.sqrt(squares * share)
+        pairs.append((velocity[key.frame] * scale * REACH, features.velocity, features.coarse[1]))
+    return [_Wanted(row.ravel().astype(np.float32), rows.reshape(len(rows), -1), low) for row, rows, low in pairs]
+
+
+def _distances(wanted: list[_Wanted], columns: IntArray, frames: IntArray) -> FloatArray:
+    """Distances of some frames in the columns that are compared."""
+    every = len(frames) == len(wanted[0].rows)
+    squares = [squared_distances_to(one.key, one.rows if every else one.rows[frames], columns) for one in wanted]
+    return np.asarray(np.sqrt(np.sum(squares, axis=0)))
+
+
+def _least_distances(wanted: list[_Wanted]) -> FloatArray:
+    """What every frame's distance is at least, shape ``(N,)``."""
+    low = [(one.coarse, np.arange(one.coarse.axes.shape[1])) for one in wanted]
+    keys = [one.key @ one.coarse.axes for one in wanted]
+    squares = [squared_distances_to(k, of.rows, columns) for k, (of, columns) in zip(keys, low, strict=True)]
+    return np.asarray(np.sqrt(np.sum(squares, axis=0)))
 
 
 def _compared(features: PoseFeatures, key: Key) -> tuple[str, ...]:

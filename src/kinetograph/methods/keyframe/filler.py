@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import Goal, Tolls, fit_pca
@@ -22,10 +22,13 @@ AROUND, BACK = 12.0, 0.25
 """Seconds from a key on, and on its other side, for which its own recording does what the key asks for at most."""
 SAME = 0.25
 """How much further from a key than the nearest a recording may be and still be its own, in roots of cost."""
+FEW = 16
+"""Frames that follow in time and have a box around them."""
 _DIMENSIONS = 16
 _COMPARED = 60_000
 _AT_ONCE = 16_384
-_BOXES = 64
+_BOXES, _LANES = 256, 8
+Boxes: TypeAlias = tuple[SingleArray, SingleArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,8 @@ class Familiar:
     ----------
     coordinates : ndarray of float32, shape (N, M)
         Principal components of the frames' features, in metres.
+    boxes : tuple of ndarray of float32, shape (B, M)
+        The least and the greatest coordinates of every `FEW` frames.
     gaps : ndarray, shape (N,)
         Metres from what needs no asking.
     fast : ndarray of bool, shape (N,)
@@ -49,6 +54,7 @@ class Familiar:
     """
 
     coordinates: SingleArray
+    boxes: Boxes
     gaps: FloatArray
     fast: BoolArray
     fast_gaps: FloatArray
@@ -76,7 +82,9 @@ def familiar(features: SingleArray, last: IntArray, known: BoolArray, fast: Bool
     coordinates = np.concatenate([components.encode(part.astype(np.float64)).astype(np.float32) for part in parts])
     gaps = _from_some(coordinates, known, last)
     fast_gaps = np.minimum(gaps, _from_some(coordinates, fast, last))
-    return Familiar(coordinates, gaps, fast, fast_gaps, last, round(AROUND * fps), round(BACK * fps))
+    return Familiar(
+        coordinates, boxes_of(coordinates, FEW), gaps, fast, fast_gaps, last, round(AROUND * fps), round(BACK * fps)
+    )
 
 
 def _thinned(rows: SingleArray) -> SingleArray:
@@ -100,6 +108,8 @@ def _from_some(rows: SingleArray, some: BoolArray, last: IntArray) -> FloatArray
 
 def _distances(rows: SingleArray, others: SingleArray) -> FloatArray:
     """Metres from each row to the nearest of others; infinite from about `UNLIKE` on."""
+    from scipy.spatial import cKDTree  # on first use: what is fitted already loads without it
+
     tree = cKDTree(others, balanced_tree=False)
     return np.asarray(tree.query(rows, eps=0.1, distance_upper_bound=UNLIKE, workers=-1)[0])
 
@@ -117,19 +127,34 @@ def unasked(known: Familiar, ends: Sequence[Goal]) -> FloatArray:
     gaps = (known.fast_gaps if any(known.fast[at].any() for at in near) else known.gaps).copy()
     own = np.concatenate([_own_frames(known, gaps, at, sign) for at, sign in zip(near, (1, -1), strict=True)])
     gaps[own] = 0.0
-    rest = perhaps_near(known.coordinates, np.flatnonzero(gaps > LIKE), known.coordinates[own])
-    if len(rest):
-        gaps[rest] = np.minimum(gaps[rest], _distances(known.coordinates[rest], known.coordinates[own]))
+    shorten(gaps, known.coordinates, known.boxes, known.coordinates[own])
     return np.clip((gaps - LIKE) / (UNLIKE - LIKE), 0.0, 1.0)
 
 
-def perhaps_near(rows: SingleArray, some: IntArray, others: SingleArray) -> IntArray:
-    """Those of some rows that may be within `UNLIKE` of others: near a box around a few of them that follow in time."""
-    starts = np.arange(0, len(others), -(-len(others) // _BOXES))
-    lows, highs = np.minimum.reduceat(others, starts), np.maximum.reduceat(others, starts)
-    near = np.empty(len(some), dtype=np.bool_)
-    _kernels.near_boxes(rows, some, lows, highs, (UNLIKE * (1 + 1e-6)) ** 2, near)
-    return some[near]
+def shorten(gaps: FloatArray, rows: SingleArray, boxes: Boxes, others: SingleArray) -> None:
+    """Lower gaps ``(N,)`` to the metres from their rows to the nearest of others, between `LIKE` and `UNLIKE`.
+
+    Parameters
+    ----------
+    gaps : ndarray, shape (N,)
+        Is overwritten. One up to `LIKE` is as good as any other.
+    rows : ndarray of float32, shape (N, M)
+    boxes : tuple of ndarray
+        Those of the rows, see `boxes_of`.
+    others : ndarray of float32, shape (K, M)
+    """
+    groups = -(-len(others) // _LANES)
+    packed = np.full((groups * _LANES, rows.shape[1]), np.inf, dtype=np.float32)
+    packed[: len(others)] = others
+    packed = np.ascontiguousarray(packed.reshape(groups, _LANES, -1).transpose(0, 2, 1))
+    few = -(-groups // _BOXES)
+    _kernels.shorten(gaps, rows, boxes, packed, boxes_of(others, few * _LANES), (FEW, few), LIKE, UNLIKE)
+
+
+def boxes_of(rows: SingleArray, few: int) -> Boxes:
+    """The least and the greatest coordinates, each ``(B, M)``, of every ``few`` rows that follow in time."""
+    starts = np.arange(0, len(rows), few)
+    return np.minimum.reduceat(rows, starts), np.maximum.reduceat(rows, starts)
 
 
 def _nearest(goal: Goal) -> IntArray:

@@ -6,11 +6,11 @@ import itertools
 
 import numpy as np
 
-from kinetograph.arrays import IntArray
+from kinetograph.arrays import BoolArray, IntArray
 from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
-from kinetograph.methods.keyframe.features import key_distances
+from kinetograph.methods.keyframe.features import nearest_frames
 from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.methods.keyframe.key_parts import Aim, out_of_reach
 from kinetograph.motion import Motion, heading_at
@@ -61,15 +61,13 @@ def goals_of(
     goals, nearest = [], []
     before: complex | None = None
     for number, aim in enumerate(aims):
-        key = aim.key
-        distances = np.where(index.barred, np.inf, key_distances(index.features, key, index.skeleton))
-        count = min(candidates * (1 if aim.whole else MORE), len(distances))
-        frames = np.argpartition(distances, count - 1)[:count].astype(np.int64)
-        nearest.append(float(distances[frames].min()))
-        frames = frames[distances[frames] <= nearest[-1] + slack]
+        key, most = aim.key, candidates * (1 if aim.whole else MORE)
+        frames, distances = nearest_frames(index.features, key, index.skeleton, index.barred, most=most, slack=slack)
+        nearest.append(float(distances.min()))
         if aim.targets and not aim.whole:
-            frames = _that_reach(index, aim, frames[np.argsort(distances[frames], kind="stable")])
-        costs = (distances[frames] / scale) ** 2
+            met = _that_reach(index, aim, frames)
+            frames, distances = frames[met], distances[met]
+        costs = (distances / scale) ** 2
         place, heading = pinned(key, first=number == 0)
         path = 0.0 if place is None or before is None else abs(place - before)
         window = _window(key, index.fps, first=number == 0)
@@ -78,15 +76,15 @@ def goals_of(
     return goals, nearest
 
 
-def _that_reach(index: PoseIndex, aim: Aim, frames: IntArray) -> IntArray:
-    """The frames whose poses bring the parts of a key to their places."""
+def _that_reach(index: PoseIndex, aim: Aim, frames: IntArray) -> BoolArray:
+    """Which frames have poses that bring the parts of a key to their places."""
     apart, twisted = misses(reach_parts(poses_at(index, frames), aim.targets), aim.targets)
     met = are_met(apart, twisted)
     if not met.any():
         least = int(np.argmin(np.maximum(apart / MISSED, twisted / TWISTED).max(axis=1)))
         what = out_of_reach(aim.key.label, index.skeleton, aim.targets, apart[least], twisted[least])
         raise UnmetError(what, aim.key.label)
-    return np.asarray(frames[met])
+    return met
 
 
 def poses_at(index: PoseIndex, frames: IntArray) -> Motion:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from kinetograph import rotations as rot
 from kinetograph.arrays import BoolArray, FloatArray
+from kinetograph.filters import smoothed
 from kinetograph.kinematics import forward, landmark_positions, role_positions
 from kinetograph.methods.performance.segments import Source
 from kinetograph.motion import Motion, sample
@@ -107,7 +107,7 @@ def _grip(
     if len(known) == 0:
         return np.zeros_like(grip)
     filled = np.stack([np.interp(np.arange(len(grip)), known, grip[known, i]) for i in range(3)], axis=1)
-    return np.asarray(gaussian_filter1d(filled, SMOOTH * fps, axis=0, mode="nearest"))
+    return smoothed(filled, SMOOTH * fps, axis=0)
 
 
 def usual_grip(sources: tuple[Source, ...], label: str) -> FloatArray:

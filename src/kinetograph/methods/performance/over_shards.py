@@ -1,16 +1,19 @@
-"""The model of a library in shards: a control becomes a motion, and recordings stay where they are."""
+"""The model of a library in shards, or in ranges of takes: a control becomes a motion, and recordings stay."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from kinetograph.errors import RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.left_out import together
-from kinetograph.library import Shards
+from kinetograph.library import Library, Shards, contents
 from kinetograph.methods.bodies import choose_takes, notes_on
 from kinetograph.methods.performance.control import Control, read_control, walkable
 from kinetograph.methods.performance.control_points import GroundPath
@@ -25,7 +28,7 @@ from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
-from kinetograph.work import HERE, Workers
+from kinetograph.work import HERE, Workers, hands
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,18 +107,19 @@ class ShardedModel:
 @contextmanager
 def over_shards(
     method: PerformanceSettings,
-    libraries: Shards,
+    library: Library,
     workers: Workers | Executor = HERE,
     *,
     exclude: Iterable[str] = (),
     track: str | None = None,
 ) -> Iterator[ShardedModel]:
-    """Fit a method to libraries in shards, each in a process of its own for the block.
+    """Fit a method to a library in shards, each in a process of its own for the block.
 
     Parameters
     ----------
     method : PerformanceSettings
-    libraries : Shards
+    library : Library
+        Shards, or one library, which is divided into ranges of takes, one for each who works; they read its folder.
     workers : Workers or Executor
         With fewer processes than shards, one holds several.
     exclude : iterable of str
@@ -132,16 +136,43 @@ def over_shards(
     RequestError
         For a name to leave out that is not there, and where no take has a segment.
     """
-    chosen = choose_takes(libraries, method.bodies, exclude=exclude, track=track)
+    chosen = choose_takes(library, method.bodies, exclude=exclude, track=track)
     if chosen.others:
         raise RequestError(
             f"{len(chosen.others)} takes of other skeletons would be brought over, which shards do not; "
             "leave them out, or retarget them before they are added"
         )
-    taken = set(chosen.names)
-    names = [{own: name for own, name in part.items() if name in taken} for part in libraries.parts]
-    with fit_shards(method, libraries.libraries, workers, names=names, track=track) as sharded:
+    libraries, names = _divided(library, chosen.names, workers)
+    with fit_shards(method, libraries, workers, names=names, track=track) as sharded:
         fitted = sharded.fitted
         told = (*notes_on(chosen.left), *fitted.notes)
         whole = replace(fitted, notes=told, left_out=together(chosen.left, fitted.left_out))
         yield ShardedModel(replace(sharded, fitted=whole))
+
+
+def _divided(
+    library: Library, taken: Sequence[str], workers: Workers | Executor
+) -> tuple[list[Library], list[dict[str, str]]]:
+    """Libraries, and of each the takes that are used, by their names there their names here."""
+    if isinstance(library, Shards):
+        wanted = set(taken)
+        names = [{own: name for own, name in part.items() if name in wanted} for part in library.parts]
+        return list(library.libraries), names
+    seconds = dict.fromkeys(taken, 0.0)
+    for track in contents(library):
+        if track.take in seconds:
+            seconds[track.take] += track.duration
+    ranges = [part for part in ranges_of(list(seconds.values()), hands(workers)) if part]
+    return [library] * len(ranges), [{taken[i]: taken[i] for i in part} for part in ranges]
+
+
+def ranges_of(sizes: Sequence[float], count: int) -> list[range]:
+    """Neighbours together, in so many ranges of about the same size; some may be empty.
+
+    >>> ranges_of([1.0, 1.0, 1.0, 3.0], 2)
+    [range(0, 3), range(3, 4)]
+    """
+    middles = np.cumsum(sizes) - 0.5 * np.asarray(sizes)
+    borders = np.searchsorted(middles, np.arange(1, count) * sum(sizes) / count)
+    edges = [0, *borders.tolist(), len(sizes)]
+    return [range(low, high) for low, high in itertools.pairwise(edges)]

@@ -32,6 +32,7 @@ from kinetograph.post.elbows import elbow_speed
 from kinetograph.post.limits import extremes, joint_moments, joint_products, limbs_of
 from kinetograph.post.turning import turning_speed
 from kinetograph.skeleton import Skeleton
+from kinetograph.work import require_seen
 
 HELD_AT_ONCE = 16
 """Shards of which a process keeps the segments."""
@@ -137,6 +138,7 @@ _KEPT: OrderedDict[str, _Kept] = OrderedDict()
 
 def first_skeleton(shard: Shard) -> Skeleton | None:
     """The skeleton of the first take; None without takes."""
+    require_seen(shard.library.path)
     if not shard.names:
         return None
     return shard.library.take(shard.names[0]).named_motion(shard.track)[1].skeleton
@@ -316,6 +318,7 @@ class _Part:
 
 def _recordings(shard: Shard, told: _Told) -> Iterator[Source]:
     """The recordings one after the other."""
+    require_seen(shard.library.path)
     facts = facts_of(shard.library)
     for name in shard.names:
         take = shard.library.take(name)

@@ -246,7 +246,7 @@ def fit_shards(
     """
     if settings.cluster is not None:
         raise RequestError("segments of several shards cannot be clustered; leave the clustering of segments out")
-    with rooms(workers, [library.path for library in libraries]) as places:
+    with rooms(workers, [library.path.absolute() for library in libraries]) as places:
         shards = [
             Shard(uuid.uuid4().hex, library, tuple(own), settings, track)
             for library, own in zip(libraries, names, strict=True)

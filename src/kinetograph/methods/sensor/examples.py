@@ -220,12 +220,59 @@ def build_examples(
     Examples
     """
     made = _Made()
+    for part in example_parts(motions, setup, rng, recorded):
+        made.add(part)
+        if progress:
+            progress(len(made.takes), max(count, len(made.takes)))
+    return _joined(made, setup)
+
+
+@dataclass(frozen=True, eq=False)
+class ExamplePart:
+    """What one motion gives to examples, whatever the others are.
+
+    Parameters
+    ----------
+    key : (str, str)
+        Take and track.
+    readings : ndarray of float32, shape (F, C)
+        In the channels' units.
+    rotations : ndarray of float32, shape (F, J, 4)
+        Without the root's heading.
+    features : ndarray of float32, shape (F, A)
+    levels : FootLevels
+    moments : ndarray
+        Of the rotations, for the pose space.
+    skeleton : Skeleton
+    """
+
+    key: Key
+    readings: SingleArray
+    rotations: SingleArray
+    features: SingleArray
+    levels: FootLevels
+    moments: FloatArray
+    skeleton: Skeleton
+
+
+def example_parts(
+    motions: Iterable[tuple[Key, Motion]],
+    setup: SensorSetup,
+    rng: np.random.Generator,
+    recorded: Mapping[Key, Readings] = MappingProxyType({}),
+) -> Iterator[ExamplePart]:
+    """What each of some motions gives to examples; see `build_examples`."""
     for key, motion in motions:
         at_rate = resample(motion, setup.rate)
         rows = recorded.get(key) or simulate_kinds(motion, faultless(setup.layout), setup.kinds, rng)
-        made.add(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
-        if progress:
-            progress(len(made.takes), max(count, len(made.takes)))
+        yield _part(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
+
+
+def examples_of_parts(parts: Iterable[ExamplePart], setup: SensorSetup) -> Examples:
+    """The examples of some motions, one or more, from what each gives: the same as are built of these motions."""
+    made = _Made()
+    for part in parts:
+        made.add(part)
     return _joined(made, setup)
 
 
@@ -256,20 +303,32 @@ class _Made:
         self.moments: FloatArray | None = None
         self.skeleton: Skeleton | None = None
 
-    def add(self, key: Key, motion: Motion, readings: FloatArray) -> None:
-        """Take a motion at the examples' rate, and its readings ``(F, C)``."""
-        rotations = without_heading(motion.rotations, motion.skeleton)
-        second = moments(rotations)
-        contacts = detect_contacts(motion)
-        levels = foot_levels(motion, contacts)
-        self.takes.append(key)
-        self.lengths.append(len(motion))
-        self.readings.append(readings.astype(np.float32))
-        self.rotations.append(rotations.astype(np.float32))
-        self.features.append(features_over(motion, levels.ground, contacts).astype(np.float32))
-        self.levels.append(levels)
-        self.moments = second if self.moments is None else self.moments + second
-        self.skeleton = self.skeleton or motion.skeleton
+    def add(self, part: ExamplePart) -> None:
+        """Take what one motion gives."""
+        self.takes.append(part.key)
+        self.lengths.append(len(part.readings))
+        self.readings.append(part.readings)
+        self.rotations.append(part.rotations)
+        self.features.append(part.features)
+        self.levels.append(part.levels)
+        self.moments = part.moments if self.moments is None else self.moments + part.moments
+        self.skeleton = self.skeleton or part.skeleton
+
+
+def _part(key: Key, motion: Motion, readings: FloatArray) -> ExamplePart:
+    """What a motion at the examples' rate gives, with its readings ``(F, C)``."""
+    rotations = without_heading(motion.rotations, motion.skeleton)
+    contacts = detect_contacts(motion)
+    levels = foot_levels(motion, contacts)
+    return ExamplePart(
+        key,
+        readings.astype(np.float32),
+        rotations.astype(np.float32),
+        features_over(motion, levels.ground, contacts).astype(np.float32),
+        levels,
+        moments(rotations),
+        motion.skeleton,
+    )
 
 
 def _joined(made: _Made, setup: SensorSetup) -> Examples:
