@@ -73,8 +73,8 @@ def test_every_key_has_the_units_and_rate_of_its_own_file(tmp_path: Path):
 
 def test_a_key_is_written_in_a_line(pairs: kg.Library):
     sources = KeySources(pairs, track="slow")
-    text = "take:pair@1; time=2..3; position=1,2; heading=90; roles=left_hand,right_hand; left_hand=0.2,1.4,0.4; name=reach"
-    key = key_from_text(text, "--to", sources)
+    text = "take:pair@1; time=2..3; position=1,2; heading=90; roles=left_hand,right_hand; left_hand=0.2,1.4,0.4"
+    key = key_from_text(f"{text}; name=reach", "--to", sources)
     assert (key.label, key.time, key.position) == ("reach", (2.0, 3.0), (1.0, 2.0))
     assert key.heading == pytest.approx(np.pi / 2)
     assert key.parts == (PartFromRoot("left_hand", (0.2, 1.4, 0.4)),)

@@ -20,9 +20,9 @@ Attempt = Callable[[tuple[Key, ...]], tuple[Synthesis, Quality]]
 
 LATER = (0.15, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0)
 """Seconds later that are tried, one after another."""
-PLACED = LATER[1::2]
+FAR = LATER[2::2]
 """The same where a place is asked for, which takes longer to search."""
-SHARES = (0.97, 0.75, 0.5, 0.25, 0.0)
+SHARES = (0.97, 0.5, 0.0)
 """How far a path is bent from where it ends towards a place, as shares of how far it may be."""
 
 
@@ -56,18 +56,24 @@ def at_time(keys: tuple[Key, ...], number: int, second: float) -> tuple[Key, ...
 
 
 def least_time(
-    keys: tuple[Key, ...], start: float, stop: float, frame: float, attempt: Attempt
+    keys: tuple[Key, ...],
+    span: tuple[float, float],
+    frame: float,
+    attempt: Attempt,
+    steps: tuple[float, ...] = LATER,
 ) -> tuple[float, Found] | None:
     """The least second, of those tried, at which the last of some keys is met and nothing is worse than recorded.
 
     Parameters
     ----------
     keys : tuple of Key
-    start, stop : float
+    span : tuple of float
         Seconds from which on, itself included, and up to which it is looked for.
     frame : float
         Seconds of a frame, to which the result is exact.
     attempt : callable
+    steps : tuple of float
+        Seconds after the first that are tried, one after another.
 
     Returns
     -------
@@ -75,12 +81,12 @@ def least_time(
     found : Found
         None in place of both where there is none.
     """
-    last, bad = len(keys) - 1, start - frame
-    best, later = None, PLACED if keys[last].position is not None else LATER
-    if stop > start and keys[last].position is None:
+    (start, stop), last, best = span, len(keys) - 1, None
+    bad = start - frame
+    if stop > start and steps == LATER:
         known = tried((*keys[:last], replace(keys[last], time=(start, stop))), attempt)
         best = None if known is None else (known.result.met[last], known)
-    for second in _seconds(start, stop if best is None else best[0] - frame, frame, later):
+    for second in _seconds(start, stop if best is None else best[0] - frame, frame, steps):
         found = tried(at_time(keys, last, second), attempt)
         if found is not None:
             best = (second, found)

@@ -9,9 +9,18 @@ from typing import Protocol
 import numpy as np
 
 from kinetograph.errors import RequestError, TooSoonError, UnmetError
-from kinetograph.keys import Key
+from kinetograph.keys import Key, PartInWorld
 from kinetograph.learn import Goal, Route
-from kinetograph.methods.keyframe.feasible import Found, at_time, in_words, least_time, metres_between, nearest_place
+from kinetograph.methods.keyframe.feasible import (
+    FAR,
+    LATER,
+    Found,
+    at_time,
+    in_words,
+    least_time,
+    metres_between,
+    nearest_place,
+)
 from kinetograph.methods.keyframe.index import PoseIndex
 from kinetograph.methods.keyframe.key_goals import pinned
 from kinetograph.methods.keyframe.key_parts import Aim
@@ -73,6 +82,9 @@ class Searching(Protocol):
     def routes(self, goals: list[Goal], haste: float | None = None) -> Iterator[Route]:
         """Different routes, the best first."""
 
+    def narrowed(self) -> Searching:
+        """The same search, quicker and less thorough."""
+
 
 @dataclass(frozen=True, eq=False)
 class Request:
@@ -92,8 +104,13 @@ class Request:
 
     def attempt(self, keys: tuple[Key, ...]) -> tuple[Synthesis, Quality]:
         """The first good motion of a few through keys, or else the first. Raises RequestError where there is none."""
-        made = motions_through(self.search, keys, 1, self.post)
-        return next((each for each in made if each[1].good), made[0])
+        quick = _best(self.search.narrowed(), keys, self.post)
+        return _best(self.search, keys, self.post) if quick[1].good else quick
+
+    @property
+    def placed(self) -> bool:
+        """Whether it asks for places, which take longer to search for."""
+        return are_placed(self.keys)
 
     @property
     def frame(self) -> float:
@@ -111,6 +128,20 @@ class Request:
         """The latest second at which the last key was to be met; 0 where its time is free."""
         time = self.keys[-1].time
         return 0.0 if time is None else time[1]
+
+
+def _best(search: Searching, keys: tuple[Key, ...], post: PostSettings) -> tuple[Synthesis, Quality]:
+    made = motions_through(search, keys, 1, post)
+    return next((each for each in made if each[1].good), made[0])
+
+
+def are_placed(keys: tuple[Key, ...]) -> bool:
+    """Whether keys after the first ask for places."""
+    return any(key.position is not None or _in_world(key) for key in keys[1:])
+
+
+def _in_world(key: Key) -> bool:
+    return any(isinstance(part, PartInWorld) and part.position is not None for part in key.parts)
 
 
 def solve_or_refuse(search: Searching, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
@@ -164,7 +195,7 @@ def motions_through(
     """
     made = list[tuple[Synthesis, Quality]]()
     motions = search.motions(keys, post)
-    spare = PLACED if any(key.position is not None for key in keys[1:]) else SPARE
+    spare = PLACED if are_placed(keys) else SPARE
     for _ in range(count + spare - 1):
         try:
             made.append(next(motions))
@@ -190,16 +221,22 @@ def _at_other_times(
     stop = result.met[number - 1] + search.settings.longest
     if time is None or time[1] > when + request.frame:
         within = stop if time is None else min(time[1], stop)
-        later = least_time(request.keys, when + request.frame, within, request.frame, request.attempt)
+        later = _least(request, when + request.frame, within)
         if later is not None:
             return solve_or_refuse(search, at_time(keys, number, later[0]), 1, post)
     lasts = when - result.met[number - 1]
     what = f"from {keys[number - 1].label} to {keys[number].label} in {lasts:.2f} s {quality.words()}"
     found = None
     if time is not None:
-        found = least_time(request.keys, time[1] + request.frame, request.latest, request.frame, request.attempt)
+        found = _least(request, time[1] + request.frame, request.latest)
     place = _nearest_place(request)
     raise _error(request, what, found, place)
+
+
+def _least(request: Request, start: float, stop: float) -> tuple[float, Found] | None:
+    """The least second from ``start`` to ``stop`` at which the last key is met by what is no worse than recorded."""
+    steps = FAR if request.placed else LATER
+    return least_time(request.keys, (start, stop), request.frame, request.attempt, steps)
 
 
 def _up_to_the_first_unmet(search: Searching, keys: tuple[Key, ...], post: PostSettings) -> Request:
@@ -217,7 +254,7 @@ def _refused(request: Request, error: RequestError) -> RequestError:
     what = str(error)
     if isinstance(error, TooSoonError):
         start = request.asked + error.seconds
-        found = least_time(request.keys, start, request.latest, request.frame, request.attempt)
+        found = _least(request, start, request.latest)
         return _error(request, what.removesuffix("; give it more time"), found, _nearest_place(request))
     key, place = request.keys[-1], None
     if key.position is not None:
@@ -226,7 +263,7 @@ def _refused(request: Request, error: RequestError) -> RequestError:
     start_at = _earliest(request)
     found = None
     if start_at is not None:
-        found = least_time(request.keys, start_at, request.latest, request.frame, request.attempt)
+        found = _least(request, start_at, request.latest)
     return _error(request, what, found, place)
 
 
