@@ -12,11 +12,10 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.methods.keyframe.quality import Quality
 from kinetograph.synthesis import Synthesis
 
-Attempt = Callable[[tuple[Key, ...]], tuple[Synthesis, Quality]]
-"""Makes the best motion through keys; raises RequestError where there is none."""
+Attempt = Callable[[tuple[Key, ...]], tuple[Synthesis, bool]]
+"""Makes a motion through keys, and says whether it is good enough; raises RequestError where there is none."""
 
 LATER = (0.15, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0)
 """Seconds later that are tried, one after another."""
@@ -44,10 +43,10 @@ class Found:
 def tried(keys: tuple[Key, ...], attempt: Attempt) -> Found | None:
     """A request with its result, where it is met and no worse than recordings are."""
     try:
-        result, quality = attempt(keys)
+        result, good = attempt(keys)
     except RequestError:
         return None
-    return Found(keys, result) if quality.good else None
+    return Found(keys, result) if good else None
 
 
 def at_time(keys: tuple[Key, ...], number: int, second: float) -> tuple[Key, ...]:

@@ -102,10 +102,14 @@ class Request:
     keys: tuple[Key, ...]
     post: PostSettings
 
-    def attempt(self, keys: tuple[Key, ...]) -> tuple[Synthesis, Quality]:
-        """The first good motion of a few through keys, or else the first. Raises RequestError where there is none."""
-        quick = _best(self.search.narrowed(), keys, self.post)
-        return _best(self.search, keys, self.post) if quick[1].good else quick
+    def attempt(self, keys: tuple[Key, ...]) -> tuple[Synthesis, bool]:
+        """A motion through keys, and whether it would be given. Raises RequestError where there is none."""
+        if self.search.settings.force_timing:
+            return next(self.search.motions(keys, self.post))[0], True
+        result, quality = _best(self.search.narrowed(), keys, self.post)
+        if quality.good:
+            result, quality = _best(self.search, keys, self.post)
+        return result, quality.good
 
     @property
     def placed(self) -> bool:
@@ -168,11 +172,11 @@ def solve_or_refuse(search: Searching, keys: tuple[Key, ...], count: int, post: 
         if forced and isinstance(error, TooSoonError):
             raise
         raise _refused(_up_to_the_first_unmet(search, keys, post), error) from None
+    if forced:
+        return tuple(result if quality.good else _warned(result, quality) for result, quality in made)
     good = tuple(result for result, quality in made if quality.good)
     if good:
         return good[:count]
-    if forced:
-        return tuple(_warned(*each) for each in made[:count])
     return _at_other_times(search, keys, made[0], post)
 
 
@@ -195,7 +199,7 @@ def motions_through(
     """
     made = list[tuple[Synthesis, Quality]]()
     motions = search.motions(keys, post)
-    spare = PLACED if are_placed(keys) else SPARE
+    spare = 1 if search.settings.force_timing else PLACED if are_placed(keys) else SPARE
     for _ in range(count + spare - 1):
         try:
             made.append(next(motions))
