@@ -120,7 +120,7 @@ def test_parts_out_of_reach_are_refused_with_how_near_they_come(walks: kg.Librar
 def test_a_place_that_is_too_far_is_refused_with_one_that_is_met(walks: kg.Library, model: KeyframeModel):
     slow = walks.take("slow").motion()
     first = key_at(slow, 0.5)
-    for time in ((2.0, 2.0), (1.5, 2.0)):
+    for time in ((1.5, 2.0),):
         key = key_at(slow, 3.0, time=time, position=(0.5, 6.0), label="far")
         with pytest.raises(
             TooSoonError, match=r"far: no route .* \(0.50, 6.00\) .*; the nearest place then is"
