@@ -32,6 +32,7 @@ NOT_AFTER_THE_DEMO = {
     "evaluate performance -l dances --target follower": DANCES,
     "evaluate performance -l big --only 02/02_01 --no-baselines": CORPUS,
     "evaluate performance -l big --jobs 4": CORPUS,
+    "evaluate performance -l big --cluster tcp://HOST:8786": CORPUS,
     "library label dances --by partner": DANCES,
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,
     "sense swing.csv -l golf --layout mine.toml -o swing.bvh": SPORTS,
@@ -41,7 +42,7 @@ NOT_AFTER_THE_DEMO = {
     'evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*"': SPORTS,
     "reproduce xie2009 -l sports -o xie2009 --serves data/c3d": SPORTS,
     "calibrate worn.csv -l golf --still 0:3 -o mine.toml": "needs readings that begin with standing still",
-    'evaluate keyframe -l lafan1 --held-out "*subject5"': "needs the LAFAN1 recordings",
+    'evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2': "needs the LAFAN1 recordings",
     "library tap out/clips.library humanoid3d_punch --speed 0.5": "needs a person at a terminal",
     "reproduce hsu2004 -o out/hsu2004 --quick": "takes a minute; tested in tests/evaluation",
 }

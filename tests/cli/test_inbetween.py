@@ -74,13 +74,19 @@ def test_held_out_takes_are_named_or_refused(clips: Path):
 
 
 def test_the_papers_figures_are_drawn(tmp_path: Path, clips_folder: Path):
-    found = molina_tanco2000.reproduce(tmp_path / "paper", seeds=2, runs=6)
+    found = molina_tanco2000.reproduce(tmp_path / "paper", effort=molina_tanco2000.Effort(2, 8, 10))
     numbers = json.loads((tmp_path / "paper" / "numbers.json").read_text())["section 4"]
     assert numbers["examples_used"][0] == "getup_facedown"
     assert numbers["examples_used"][-1] == "run"
     assert numbers["share"] > 0.97
-    assert set(found) == {"section 4"}
-    for figure in (2, 5, 6, 8, 9):
+    assert set(found) == {"section 4", "figure 6", "own frames as keys"}
+    assert found["figure 6"]["runs"] == 8
+    assert found["own frames as keys"][2]["pairs"] == 20
+    assert found["own frames as keys"][2]["worst_mm"] < 1e-3
+    page = (tmp_path / "paper" / "index.html").read_text()
+    assert "interrupted" not in page
+    for figure in range(2, 10):
+        assert f"Figure {figure}: " in page
         assert (tmp_path / "paper" / f"figure{figure}.png").stat().st_size > 5_000
 
 
@@ -124,4 +130,4 @@ def test_a_part_is_met_and_the_result_says_how_good_it_is(clips: Path, tmp_path:
     refused = invoke("inbetween", *ends[:3], f"{ends[3]}; right_hand=0,3,0", "-l", clips, "-o", tmp_path / "no.bvh")
     assert "the right hand is out of reach: it comes within" in str(refused.exception)
     refused = invoke("evaluate", "keyframe", "-l", clips).exception
-    assert "name takes to fill gaps in with --held-out, or give --requests" in str(refused)
+    assert "a number of requests (--requests 100)" in str(refused)

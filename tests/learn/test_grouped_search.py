@@ -99,6 +99,23 @@ def test_what_is_proved_is_best_and_what_is_not_is_a_lower_bound(share: float) -
     assert proved > 0 if share > 0.01 else proved < 6, f"{proved} of 6 proved: the share decides nothing"
 
 
+@pytest.mark.parametrize(("width", "change"), [(8, 0.0), (12, 0.3), (5, 0.3)])
+def test_like_ones_together_score_as_one_by_one(width: int, change: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    for seed in range(3):
+        problem = wandering(seed, 5 * LANES + 17, 25, width)
+        origins = np.random.default_rng(seed).integers(-1, 4, len(problem.durations)) if change else None
+        search = SegmentalSearch(problem.durations, problem.continuity, origins=origins, change=change)
+        best = solve(search, problem.arrivals, problem.partial)
+        with monkeypatch.context() as patch:
+            patch.setattr(segmental, "GROUPED", 1)
+            for share in (0.01, 0.1, 1.0):
+                path = solve(replace(search, share=share), problem.arrivals, problem.partial)
+                assert path.score <= best.score * (1 + 1e-6)
+                if path.exact:
+                    assert path.score == pytest.approx(best.score, rel=1e-6)
+            assert path.proved
+
+
 @pytest.mark.usefixtures("grouped")
 def test_more_states_are_worked_out_until_the_best_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = next(p for p in (wandering(seed, 600, 30) for seed in range(20)) if not solved(p, 0.005).proved)
@@ -130,9 +147,33 @@ def test_a_beam_is_never_said_to_be_best() -> None:
     path = solve(search, problem.arrivals, problem.partial)
     assert not path.proved
     assert path.score >= solved(problem).score
-    assert prove(search, lambda: problem.arrivals, problem.partial).score == path.score
     few = replace(search, beam=None)
     assert solve(few, problem.arrivals, problem.partial).proved
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_beam_finds_the_same_among_like_ones_as_one_by_one(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = wandering(seed, 300, 25)
+    for beam in (0.0, 0.05, 0.3):
+        search = SegmentalSearch(problem.durations, problem.continuity, beam=beam)
+        plain = solve(search, problem.arrivals, problem.partial)
+        with monkeypatch.context() as patch:
+            patch.setattr(segmental, "GROUPED", 1)
+            path = solve(search, problem.arrivals, problem.partial)
+        assert path.score == pytest.approx(plain.score, rel=1e-6)
+        assert path.exact
+        assert path.pairs <= plain.pairs + LANES * len(problem.durations) * 25
+
+
+@pytest.mark.usefixtures("grouped")
+def test_a_beam_over_many_states_keeps_few_and_scores_what_its_sequence_does() -> None:
+    problem = wandering(2, 3000, 20)
+    search = SegmentalSearch(problem.durations, problem.continuity, beam=0.3)
+    path = prove(search, lambda: problem.arrivals, problem.partial)
+    assert path.exact
+    assert not path.proved
+    assert path.score >= solved(problem).score * (1 - 1e-9)
+    assert path.score == pytest.approx(naive.score(problem, sequence(path)), rel=1e-6)
 
 
 @given(st.lists(st.floats(-5, 5, width=32), min_size=1, max_size=60), st.data())

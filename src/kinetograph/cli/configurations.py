@@ -279,6 +279,16 @@ def _solver(search: InbetweenSearch, without: tuple[str, ...]) -> Solver:
     raise RequestError(f"mode must be one of search, paper, found {search.mode!r}")
 
 
+def own_control(mode: str, clusters: int, rate: float, mirror: bool) -> KeyframeControl:
+    """The configuration in a mode, all else as it is by default."""
+    from kinetograph.methods.keyframe import ClusterChain, KeyframeControl, TimedSearch
+
+    solvers: dict[str, Solver] = {"search": TimedSearch(), "paper": ClusterChain(clusters=clusters)}
+    if mode not in solvers:
+        raise RequestError(f"mode must be one of search, paper, found {mode!r}")
+    return KeyframeControl(solver=solvers[mode], rate=rate, mirror=mirror)
+
+
 def gap_filling_control(rate: float, mirror: bool) -> KeyframeControl:
     """The configuration that fills gaps in recordings."""
     from kinetograph.methods.keyframe import KeyframeControl

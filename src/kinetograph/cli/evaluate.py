@@ -15,6 +15,7 @@ from kinetograph.cli.configurations import (
     Search,
     Sensors,
     gap_filling_control,
+    own_control,
     performance_control,
     sensor_control,
     syntheses,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from kinetograph.cli.configurations import Synthesis
     from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
     from kinetograph.library import Library
-    from kinetograph.methods.keyframe import KeyframeControl
     from kinetograph.methods.performance import PerformanceControl
     from kinetograph.methods.sensor import SensorControl
     from kinetograph.work import Workers
@@ -205,15 +205,6 @@ class Gaps(Chosen):
         list[str] | None,
         typer.Option(help="Takes to hold out, by name or pattern; gaps in them are filled. Repeatable."),
     ] = None
-    requests: Annotated[
-        int,
-        typer.Option(
-            help="In place of filling gaps, ask for this many poses, parts of the body and places that people were in, "
-            "and took, in takes that are held out; every fifth take, drawn at random, without --held-out.",
-            min=0,
-        ),
-    ] = 0
-    seed: Annotated[int, typer.Option(help="Seed of the requests.")] = 0
     gap: Annotated[
         list[int] | None, typer.Option(help="Length of a gap in frames; default 5, 15, 30 and 45. Repeatable.")
     ] = None
@@ -222,8 +213,30 @@ class Gaps(Chosen):
     keep_copies: KeepCopies = False
 
 
-def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
+@options("Instead of the table of gaps")
+class OwnKeys:
+    """Frames of the library as keys."""
+
+    own_frames: Annotated[
+        int | None, typer.Option(help="How many random frames are keys: how far are they missed?", min=1)
+    ] = None
+    mode: Annotated[str, typer.Option(help="What goes between them: paper or search.")] = "paper"
+    clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
+    seed: Annotated[int, typer.Option(help="Seed of the frames, or requests, that are drawn.")] = 0
+    requests: Annotated[
+        int | None,
+        typer.Option(
+            help="How many poses, parts of the body and places that people were in, and took, in takes that are held "
+            "out are asked for; every fifth take, drawn at random, without --held-out.",
+            min=1,
+        ),
+    ] = None
+
+
+def keyframe(gaps: Gaps, working: Working, own: OwnKeys, as_json: AsJson = False) -> None:
     """Fill gaps in held-out takes from all others, by LAFAN1's protocol, and compare with its two baselines.
+
+    Or, with --own-frames: each of so many frames of the library is the first and the last key of a pair with another.
 
     On LAFAN1 itself: kinetograph library create lafan1 FOLDER, then hold out the fifth subject.
 
@@ -232,28 +245,66 @@ def keyframe(gaps: Gaps, working: Working, as_json: AsJson = False) -> None:
     Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
 
     Example: kinetograph evaluate keyframe -l out/walks.library --requests 6
+
+    Example: kinetograph evaluate keyframe -l out/clips.library --own-frames 20
     """
+    from kinetograph.errors import RequestError
+    from kinetograph.pipeline import open_library
+
+    if sum((own.own_frames is not None, own.requests is not None or bool(gaps.held_out))) != 1:
+        raise RequestError(
+            "give takes to fill gaps in (--held-out NAME), a number of requests (--requests 100), or of frames "
+            "(--own-frames 200)"
+        )
+    library = open_library(gaps.library, gaps.selection)
+    if own.own_frames:
+        table(_own_frames(library, gaps, own, as_json), as_json)
+    elif own.requests:
+        table(_requests(library, gaps, own, as_json), as_json)
+    else:
+        table(_filled(library, gaps, working), as_json)
+
+
+def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
+    """How recorded frames are held as keys."""
+    from dataclasses import asdict
+
+    import numpy as np
+
+    from kinetograph.evaluation import own_frames
+
+    method = own_control(own.mode, own.clusters, gaps.rate, gaps.mirrored)
+    with progress_bar("keys") as progress:
+        rows = own_frames(
+            library, own.own_frames or 0, method=method, rng=np.random.default_rng(own.seed), progress=progress
+        )
+    return [_measured(asdict(row), as_json) for row in rows]
+
+
+def _without_copies(takes: Library, gaps: Gaps, names: Sequence[str]) -> Library:
+    """The library without copies of some takes."""
+    from kinetograph.library import Selection
+
+    copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
+    return takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
+
+
+def _filled(takes: Library, gaps: Gaps, working: Working) -> list[dict[str, Any]]:
+    """Scores of the gaps in held-out takes."""
     from dataclasses import asdict
 
     from kinetograph.evaluation import Run, inbetween_held_out
-    from kinetograph.library import Selection
-    from kinetograph.pipeline import open_library
 
-    takes = open_library(gaps.library, gaps.selection)
-    names = _held_out(takes, gaps)
-    copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
-    takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
+    names = _held_out(takes, gaps, 0)
+    takes = _without_copies(takes, gaps, names)
     method = gap_filling_control(gaps.rate, gaps.mirrored)
-    if gaps.requests:
-        table([_measured(row, as_json) for row in _requests(takes, names, method, gaps)], as_json)
-        return
     with progress_bar("evaluating") as progress:
         run = Run(workers=working.workers, progress=progress)
         scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
-    table([{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()], as_json)
+    return [{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()]
 
 
-def _held_out(takes: Library, gaps: Gaps) -> list[str]:
+def _held_out(takes: Library, gaps: Gaps, seed: int) -> list[str]:
     """The takes that are held out by name, or every fifth."""
     import fnmatch
 
@@ -267,13 +318,11 @@ def _held_out(takes: Library, gaps: Gaps) -> list[str]:
         return names
     if wanted:
         raise RequestError(f"no take is called {', '.join(wanted)}; there are {', '.join(known[:6])}")
-    if not gaps.requests:
-        raise RequestError("name takes to fill gaps in with --held-out, or give --requests")
-    drawn = np.random.default_rng(gaps.seed).permutation(len(known))[: max(len(known) // 5, 1)]
+    drawn = np.random.default_rng(seed).permutation(len(known))[: max(len(known) // 5, 1)]
     return [known[i] for i in sorted(drawn)]
 
 
-def _requests(takes: Library, names: Sequence[str], method: KeyframeControl, gaps: Gaps) -> list[dict[str, Any]]:
+def _requests(takes: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
     """What becomes of requests made of takes that are held out, by kind; what was held out is said on stderr."""
     from dataclasses import asdict
 
@@ -281,11 +330,13 @@ def _requests(takes: Library, names: Sequence[str], method: KeyframeControl, gap
 
     from kinetograph.evaluation import key_requests
 
+    names = _held_out(takes, gaps, own.seed)
     note(f"held out: {', '.join(names)}")
-    rng = np.random.default_rng(gaps.seed)
+    method, rng = gap_filling_control(gaps.rate, gaps.mirrored), np.random.default_rng(own.seed)
+    takes = _without_copies(takes, gaps, names)
     with progress_bar("asking") as progress:
-        rows = key_requests(takes, gaps.requests, method=method, held_out=names, rng=rng, progress=progress)
-    return [asdict(row) for row in rows]
+        rows = key_requests(takes, own.requests or 0, method=method, held_out=names, rng=rng, progress=progress)
+    return [_measured(asdict(row), as_json) for row in rows]
 
 
 # ---- sensor control ----

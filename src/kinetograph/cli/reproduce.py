@@ -49,10 +49,12 @@ def hsu2004(
 
 def molina_tanco2000(
     output: Annotated[Path, typer.Option("-o", "--output", help="A new folder for figures and numbers.")],
-    data: Annotated[Path | None, typer.Option(help="Folder with actions/ and walks/; default the sample.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder with actions/ and corpus/; default the sample.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Keyframe control from lying or kneeling to running (figures 2, 5, 6, 8, 9 and the numbers).
+    """Keyframe control from lying or kneeling to running (figures 2 to 9 and the numbers).
+
+    The page is written after every section: an interrupted run leaves those that are done.
 
     Example: kinetograph reproduce molina-tanco2000 -o out/molina-tanco2000
     """
@@ -62,7 +64,7 @@ def molina_tanco2000(
         raise RequestError(f"{output} is not empty; name a new folder")
     results = paper.reproduce(output, data, note)
     values = dict(results["section 4"])  # type: ignore[call-overload]
-    result({**values, "results": str(output)}, as_json, title="Molina-Tanco and Hilton 2000, section 4:")
+    result({**values, "page": str(output / "index.html")}, as_json, title="Molina-Tanco and Hilton 2000, section 4:")
 
 
 def xie2009(

@@ -22,6 +22,7 @@ _ROOMS = {
     "MotionMatching": "motion_matching",
     "Nested": "nested",
     "Observer": "partner_names",
+    "OwnFrames": "recorded_keys",
     "PairFigures": "keyframe",
     "RequestFigures": "requested_keys",
     "Phase": "phase",
@@ -84,6 +85,7 @@ _ROOMS = {
     "nested_walks": "nested",
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
+    "own_frames": "recorded_keys",
     "phase_difference": "phase",
     "plant_phase": "phase",
     "pose_errors": "sensor_scores",
@@ -118,6 +120,7 @@ __all__ = [
     "MotionMatching",
     "Nested",
     "Observer",
+    "OwnFrames",
     "PairFigures",
     "Phase",
     "RealRow",
@@ -179,6 +182,7 @@ __all__ = [
     "nested_walks",
     "normalised_rms",
     "npss",
+    "own_frames",
     "phase_difference",
     "plant_phase",
     "pose_errors",
@@ -275,6 +279,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
+    from kinetograph.evaluation.recorded_keys import OwnFrames, own_frames
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.requested_keys import RequestFigures, key_requests
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without

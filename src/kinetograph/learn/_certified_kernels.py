@@ -32,14 +32,15 @@ Kept = tuple[IntArray, IntArray, IntArray, FloatArray, SingleArray, FloatArray, 
 
 
 def _gathered(
-    context: Any, tails: Any, at: Any, head: Any, first: Any, before: Any, start: Any, out: Any, bound: Any
+    context: Any, tails: Any, where: Any, head: Any, first: Any, before: Any, start: Any, out: Any, bound: Any
 ) -> Any:
     """Add four coordinates' squared distances to the totals of a block; the members under a bound, one bit each.
 
-    tails, head, before, out: flat float32; at, first, start: where the four coordinates of the block and of the head
-    begin, and the totals before. out ``(WIDE,)``: the totals after.
+    tails, head, before, out: flat float32; where: the place at which the four coordinates of the block begin, and how
+    far apart they lie; first, start: where those of the head begin, and the totals before. out ``(WIDE,)``: the totals
+    after.
     """
-    signature = nb.types.uint64(tails, at, head, first, before, start, out, bound)
+    signature = nb.types.uint64(tails, where, head, first, before, start, out, bound)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         vector, count = ir.VectorType(ir.FloatType(), WIDE), ir.IntType(32)
@@ -56,13 +57,13 @@ def _gathered(
             zeros = ir.Constant(ir.VectorType(count, WIDE), [0] * WIDE)
             return builder.shuffle_vector(builder.insert_element(nothing, value, ir.Constant(count, 0)), nothing, zeros)
 
-        total = builder.load(members(4, args[5]), align=4)
+        total, row = builder.load(members(4, args[5]), align=4), builder.extract_value(args[1], 0)
         for k in range(FOUR):
-            row = builder.add(args[1], ir.Constant(args[1].type, k * WIDE))
             value = builder.load(pointer(2, builder.add(args[3], ir.Constant(args[3].type, k))))
             gap = builder.fsub(builder.load(members(0, row), align=4), spread(value))
             total = builder.fadd(total, builder.fmul(gap, gap, flags=["contract"]), flags=["contract"])
-        builder.store(total, members(6, ir.Constant(args[1].type, 0)), align=4)
+            row = builder.add(row, builder.extract_value(args[1], 1))
+        builder.store(total, members(6, ir.Constant(args[3].type, 0)), align=4)
         less = builder.fcmp_ordered("<", total, spread(args[7]))
         return builder.zext(builder.bitcast(less, ir.IntType(WIDE)), ir.IntType(64))
 
@@ -191,9 +192,9 @@ def extend(
             if near[score_at + member] >= bound:
                 break
             pairs += WIDE
-            few, k = gathered(ends, tail_at, head, 0, near, score_at + member, totals, bound), FOUR
+            few, k = gathered(ends, (tail_at, WIDE), head, 0, near, score_at + member, totals, bound), FOUR
             while few != 0 and k < head.shape[0]:
-                few = gathered(ends, tail_at + k * WIDE, head, k, totals, 0, totals, bound)
+                few = gathered(ends, (tail_at + k * WIDE, WIDE), head, k, totals, 0, totals, bound)
                 k += FOUR
             while few != 0:
                 lane: Any = np.int64(first_bit(few))

@@ -8,9 +8,12 @@ Scores are relative to the least, heads and tails are multiplied by the root of 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray, SingleArray
+from kinetograph.learn._certified_kernels import FOUR, WIDE, first_bit, gathered
 from kinetograph.learn._kernels import (
     FAR,
     HUGE,
@@ -21,7 +24,6 @@ from kinetograph.learn._kernels import (
     Scored,
     StepCharge,
     change_between,
-    charge_lanes,
     compiled,
     end_of_span,
     exact_total,
@@ -192,18 +194,20 @@ def pack(
 
 @compiled
 def near_blocks(
-    heads: SingleArray, states: IntArray, bound: SingleArray, blocks: int, packed: Packed, near: Near
-) -> tuple[int, np.float32]:
+    heads: SingleArray, states: IntArray, cut: SingleArray, blocks: int, packed: Packed, near: Near
+) -> tuple[int, np.float32, np.float32]:
     """The blocks that some of the ``states`` cannot rule out; their number, and they and their boxes in ``near``.
 
-    Also the least that the total of any of the states with any predecessor can be.
+    cut: the total from which on a predecessor is of no interest to a state ``(S,)``. Also the least that the total of
+    any of the states with any predecessor can be, and with one outside these blocks.
     """
     _, _, least_scores, boxes = packed
     floor, kept, kept_least, kept_boxes = near
     width = heads.shape[1]
-    most, least = np.float32(0.0), FAR
+    most = np.float32(0.0)
     for j in states:
-        most, least = max(most, bound[j]), min(least, bound[j])
+        most = max(most, cut[j])
+    least = most
     for b in range(blocks):
         floor[b] = least_scores[b]
     for k in range(width):
@@ -222,7 +226,7 @@ def near_blocks(
             for k in range(width):
                 kept_boxes[0, k, count], kept_boxes[1, k, count] = boxes[0, k, b], boxes[1, k, b]
             count += 1
-    return count, least
+    return count, least, most
 
 
 @compiled
@@ -247,55 +251,52 @@ def block_floors(head: SingleArray, count: int, near: Near) -> int:
 
 
 @compiled
-def scan_group(heads: SingleArray, states: IntArray, count: int, near: Near, blocks: Blocks, room: Room) -> int:
-    """Lower the bounds of states with like heads to their minima over the near blocks; the pairs evaluated."""
+def scan_group(
+    heads: SingleArray, states: IntArray, left: tuple[int, np.float32], near: Near, blocks: Blocks, room: Room
+) -> int:
+    """Lower the bounds of states with like heads to their minima over the near blocks; the pairs evaluated.
+
+    left: how many these blocks are, and the least total with a predecessor outside them.
+    """
     (floor, kept), (packed, index, charge), (bound, limit, back) = near[:2], blocks, room
-    change, origins, packed_origins = charge
-    total, best = np.empty(LANES, np.float32), np.empty(1, np.float32)
-    bits, best_bits, pairs = total.view(np.int32), best.view(np.int32), 0
+    (count, outside), (change, origins, packed_origins), width = left, charge, heads.shape[1]
+    toll, head, totals = np.float32(change), np.empty(width, np.float32), np.empty(WIDE, np.float32)
+    scores, points, owners, pairs = packed[0].ravel(), packed[1].ravel(), packed_origins.ravel(), 0
     for j in states:
-        first = block_floors(heads[j], count, near)
-        if floor[first] >= bound[j]:
+        best, least, nearest, first = min(bound[j], limit[j]), outside, -1, 0
+        if count > 0:
+            first = block_floors(heads[j], count, near)
+            least = min(floor[first], outside)
+        if least >= best:
+            if bound[j] >= limit[j]:
+                bound[j], back[j] = least, marked(back[j])
             continue
-        if floor[first] >= limit[j]:
-            bound[j], back[j] = floor[first], marked(back[j])
-            continue
-        best[0] = bound[j]
-        h0, h1, h2, h3 = heads[j, 0], heads[j, 1], heads[j, 2], heads[j, 3]
-        h4, h5, h6, h7 = heads[j, 4], heads[j, 5], heads[j, 6], heads[j, 7]
+        head[:] = heads[j]
         for visit in range(-1, count):
             block = first if visit < 0 else visit
-            if floor[block] >= best[0]:
+            if floor[block] >= best:
                 continue
             floor[block] = FAR
             pairs += LANES
-            scores, t = packed[0][kept[block]], packed[1][kept[block]]
-            for lane in range(LANES):
-                a, b, c, d = t[0, lane] - h0, t[1, lane] - h1, t[2, lane] - h2, t[3, lane] - h3
-                e, f, g, h = t[4, lane] - h4, t[5, lane] - h5, t[6, lane] - h6, t[7, lane] - h7
-                total[lane] = scores[lane] + ((a * a + b * b + c * c + d * d) + (e * e + f * f + g * g + h * h))
-            if change > 0 and origins[j] >= 0:
-                charge_lanes(total, packed_origins[kept[block]], origins[j], np.float32(change))
-            least = NONE
-            for lane in range(LANES):
-                least = min(least, bits[lane])
-            if least >= best_bits[0]:
-                continue
-            for k in range(8, heads.shape[1], 4):
-                k0, k1, k2, k3 = heads[j, k], heads[j, k + 1], heads[j, k + 2], heads[j, k + 3]
-                for lane in range(LANES):
-                    a, b, c, d = t[k, lane] - k0, t[k + 1, lane] - k1, t[k + 2, lane] - k2, t[k + 3, lane] - k3
-                    total[lane] += a * a + b * b + c * c + d * d
-            least = NONE
-            for lane in range(LANES):
-                least = min(least, bits[lane])
-            if least < best_bits[0]:
-                best_bits[0] = least
-                place = 0
-                for lane in range(LANES):
-                    place = lane if bits[lane] == least else place
-                back[j] = index[kept[block] * LANES + place]
-        bound[j] = best[0]
+            at = kept[block] * LANES
+            for member in range(at, at + LANES, WIDE):
+                row, k = at * width + member - at, FOUR
+                few = gathered(points, (row, LANES), head, 0, scores, member, totals, best)
+                while few != 0 and k < width:
+                    few, k = gathered(points, (row + k * LANES, LANES), head, k, totals, 0, totals, best), k + FOUR
+                while few != 0:
+                    lane: Any = np.int64(first_bit(few))
+                    few &= few - np.uint64(1)
+                    total = totals[lane]
+                    if change > 0 and origins[j] >= 0 and owners[member + lane] >= 0:
+                        total += toll if owners[member + lane] != origins[j] else np.float32(0.0)
+                    if total < best:
+                        best, nearest = total, member + lane
+        if nearest >= 0:
+            back[j] = index[nearest]
+        elif best >= limit[j]:
+            back[j] = marked(back[j])
+        bound[j] = best
     return pairs
 
 
@@ -315,21 +316,20 @@ def not_ruled_out(states: IntArray, least: np.float32, room: Room) -> IntArray:
 
 
 @compiled
-def scan_groups(heads: SingleArray, order: IntArray, count: int, blocks: Blocks, room: Room) -> int:
+def scan_groups(heads: SingleArray, order: IntArray, cut: SingleArray, count: int, blocks: Blocks, room: Room) -> int:
     """Lower the bounds of the states ``order`` to their minima; returns how many pairs were evaluated.
 
-    order: states in runs of `GROUP` with like heads. count: the number of blocks. A state's minimum is of no interest
-    from its limit on: if it is known not to be below, the bound becomes what it is at least, and the back-pointer is
-    marked by `marked`.
+    order: states in runs of `GROUP` with like heads. cut: the lesser of a state's bound and limit. count: the number of
+    blocks. A state's minimum is of no interest from its limit on: if it is known not to be below, the bound becomes
+    what it is at least, and the back-pointer is marked by `marked`.
     """
     boxes = np.empty((2, heads.shape[1], count), np.float32)
     near = (np.empty(count, np.float32), np.empty(count, np.int64), np.empty(count, np.float32), boxes)
     pairs = 0
     for start in range(0, order.shape[0], GROUP):
         states = order[start : start + GROUP]
-        left, least = near_blocks(heads, states, room[0], count, blocks[0], near)
-        if left > 0:
-            pairs += scan_group(heads, not_ruled_out(states, least, room), left, near, blocks, room)
+        left, least, most = near_blocks(heads, states, cut, count, blocks[0], near)
+        pairs += scan_group(heads, not_ruled_out(states, least, room), (left, most), near, blocks, room)
     return pairs
 
 
@@ -394,7 +394,7 @@ def open_states(
         left = enough - least - costs[j]
         if costs[j] < HUGE and left > 0:
             order[count] = j
-            limit[j] = np.float32(min(left, 1e30))
+            limit[j] = np.float32(min(left * (1.0 + 3 * (1.0 - ROUNDED)), 1e30))
             count += 1
         elif costs[j] < HUGE:
             out_scores[j], out_back[j] = least + costs[j], marked(out_back[j])
@@ -418,8 +418,7 @@ def extend_groups(
     costs, heads, scaled, continuity = arriving
     (live, orders, seeds, scores, tails, packed_scores, packed_points, charge), least_scores, boxes = ring
     bound, enough, (out_scores, out_back) = out
-    limit = np.empty(costs.shape[0], np.float32)
-    pairs = 0
+    limit, cut, pairs = np.empty(costs.shape[0], np.float32), np.empty(costs.shape[0], np.float32), 0
     low, end = part
     while low < end:
         high = end_of_span(spans, low, end)
@@ -427,11 +426,13 @@ def extend_groups(
         if time > spans[low] and live[slot] > 0:
             least = scores[slot, seeds[slot, -1]]
             order = open_states(costs, (low, high), least, enough, limit, out[2])
-            group(bound, scaled, 1.0, order, (0, order.shape[0]), GROUP)
+            for j in order:
+                cut[j] = min(bound[j], limit[j])
+            group(cut, scaled, 1.0, order, (0, order.shape[0]), GROUP)
             packed = (packed_scores[slot], packed_points[slot], least_scores[slot], boxes[slot])
             room = (bound, limit, out_back)
             blocks = (packed, orders[slot], (charge[0], charge[1], charge[2][slot]))
-            pairs += scan_groups(scaled, order, -(-live[slot] // LANES), blocks, room)
+            pairs += scan_groups(scaled, order, cut, -(-live[slot] // LANES), blocks, room)
             for j in order:
                 if out_back[j] < -1:
                     out_scores[j] = least + np.float64(bound[j]) * ROUNDED + costs[j]

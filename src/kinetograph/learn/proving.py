@@ -20,6 +20,9 @@ PIECES = (4.5, 9.0)
 """Of fewer states, how many pieces' costs a predecessor may score above the best of its step to be looked at, until the
 best sequence is proved to be so; then all are."""
 
+IN_BEAM = 0.003
+"""Share of the states of a step that a beam keeps at most where there are many, as these are then most of the work."""
+
 DEARER = 1.5
 """How many times as many where reuse costs: its sequences take predecessors that score worse."""
 
@@ -54,7 +57,8 @@ def prove(
     """
     many, more = len(search.durations) >= segmental.GROUPED, 1.0 if search.reuse is None else DEARER
     if search.beam is not None:
-        return solve(search, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
+        few = replace(search, share=IN_BEAM)
+        return solve(few, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
     narrow = [replace(search, share=share) for share in SHARES[:-1]]
     for each in narrow if many else [replace(search, near=Near(more * pieces)) for pieces in PIECES]:
         path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)

@@ -84,8 +84,7 @@ def _lloyd(x: FloatArray, centres: FloatArray) -> Quantiser:
         if np.array_equal(before, labels):
             break
         counts = np.bincount(labels, minlength=len(centres))
-        sums = np.zeros_like(centres)
-        np.add.at(sums, labels, x)
+        sums = np.stack([np.bincount(labels, column, len(centres)) for column in x.T], axis=1)
         centres = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centres)
         for empty in np.flatnonzero(counts == 0):  # a cluster without rows takes the row furthest from its centre
             worst = int(distances[np.arange(len(x)), labels].argmax())

@@ -21,6 +21,8 @@ from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
 
 Change = tuple[IntArray, float]
 """The origins ``(S,)`` of states, and what a change of origin costs."""
+Few = tuple[float, float | None]
+"""The share of a step's states that are worked out, and the beam."""
 Room = tuple[
     IntArray,
     IntArray,
@@ -147,21 +149,24 @@ class GroupedRing(Ring):
     share : float
         Share of a step's states that are worked out. The others get a lower bound of their score, where that is
         cheaper, and back-pointers that say so (`inexact`).
+    beam : float, optional
+        Those that score above the best by more are not worked out either.
     """
 
     least_scores: SingleArray
     boxes: SingleArray
     share: float = 1.0
+    beam: float | None = None
 
     @classmethod
     def empty(
-        cls, reach: int, states: int, width: int, change: Change | None = None, share: float = 1.0
+        cls, reach: int, states: int, width: int, change: Change | None = None, few: Few = (1.0, None)
     ) -> GroupedRing:
-        """See `Ring.empty`."""
+        """See `Ring.empty`; ``few`` are the share and the beam."""
         blocks = -(-states // _kernels.LANES)
         least_scores = np.zeros((reach, blocks), dtype=np.float32)
         boxes = np.zeros((reach, 2, width, blocks), dtype=np.float32)
-        return cls(*room_for(reach, states, width, change), least_scores, boxes, share)
+        return cls(*room_for(reach, states, width, change), least_scores, boxes, *few)
 
     def record(self, time: int, scores: FloatArray, tails: SingleArray, limit: float, continuity: float) -> None:
         """See `Ring.record`."""
@@ -204,9 +209,14 @@ class GroupedRing(Ring):
         return sum(self.threads.map(lambda p: int(kernels.extend_groups(time, spans, given, ring, room, p)), parts))
 
     def _enough(self, seeded: FloatArray) -> float:
-        """The score from which on lower bounds do: that of the ``share`` of the states which score best so far."""
+        """The score from which on lower bounds do: that of the ``share`` of the states which score best so far.
+
+        With a beam, no state within it is left out unless the share leaves it out, as the best can only score less than
+        it does so far.
+        """
         rank = round(self.share * len(seeded))
-        return np.inf if rank >= len(seeded) else float(np.partition(seeded, rank)[rank])
+        enough = np.inf if rank >= len(seeded) else float(np.partition(seeded, rank)[rank])
+        return enough if self.beam is None else min(enough, float(seeded.min()) + self.beam)
 
     @property
     def workers(self) -> int:

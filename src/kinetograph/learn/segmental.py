@@ -228,7 +228,7 @@ def empty_ring(search: SegmentalSearch, states: int, width: int) -> Ring:
         return NearRing.of(search.near, search.durations, width, change, search.reuse is not None)
     if states < GROUPED:
         return Ring.empty(reach, states, width, change)
-    return GroupedRing.empty(reach, states, width, change, search.share)
+    return GroupedRing.empty(reach, states, width, change, (search.share, search.beam))
 
 
 def init(search: SegmentalSearch) -> SearchState:
@@ -256,6 +256,8 @@ def step(search: SegmentalSearch, state: SearchState, arrivals: Arrivals) -> Sea
     if search.reuse and state.memory is None:
         state.memory = Memory.empty(search.reuse, len(state.ring.live))
     scores, back, pairs = _extended(search, state, arrivals, time, search.durations)
+    if search.beam is not None and isinstance(state.ring, GroupedRing):
+        scores[inexact(back)] = np.inf  # outside the beam
     if state.memory:
         state.memory.remember(time, search.durations, back)
     record(search, state.ring, time, scores, arrivals.tails)

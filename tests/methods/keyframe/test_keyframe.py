@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from kinetograph import rotations as rot
 from kinetograph.errors import FormatError, RequestError
 from kinetograph.evaluation.keyframe import key_miss
 from kinetograph.formats import read_keys
-from kinetograph.keys import key_at
+from kinetograph.keys import Key, key_at
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods.keyframe import (
     ClusterChain,
@@ -24,6 +25,7 @@ from kinetograph.methods.keyframe import (
     TimedSearch,
     adopt_named,
     collect_examples,
+    nearest_frame,
     pose_vectors,
     state_sequence,
 )
@@ -142,6 +144,75 @@ def test_the_cluster_chain_goes_from_lying_to_running(clips: kg.Library):
     assert sequence.examples[-1] == sequence.nearest[1][0]
     assert (np.diff(sequence.clusters) != 0).all()
     assert len(result.motion) == round(sum(p.stop - p.start for p in result.pieces) * 30)
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_the_cluster_chain_knows_its_own_frames_however_they_face(walks: kg.Library, alone: bool):
+    chain = ClusterChain(clusters=6).fit(collect_examples(walks, 30.0), np.random.default_rng(0))
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        example = int(rng.integers(3))
+        motion, frame = chain.model.examples[example].motion, int(rng.integers(180))
+        moved = place(motion, rng.uniform(-np.pi, np.pi), (1.0, 0.0, 2.0))
+        key = Key(cut(moved, frame, frame + 1)) if alone else key_at(moved, frame / 30)
+        found, at, offset = nearest_frame(chain.model, key)
+        assert abs(offset) < 1e-6
+        nearest = chain.model.examples[found].motion.rotations[at]  # a made-up walk repeats its poses
+        assert rot.angle_between(nearest[1:], motion.rotations[frame, 1:]).max() < 1e-6
+        upright = [rot.without_heading(q) for q in (nearest[0], motion.rotations[frame, 0])]
+        assert rot.angle_between(*upright) < 1e-6
+
+
+def test_the_cluster_chain_holds_its_keys(clips: kg.Library):
+    model = kg.KeyframeControl(solver=ClusterChain(clusters=8)).fit(clips)
+    rng, solved = np.random.default_rng(0), 0
+    for _ in range(60):
+        keys = [_random_key(model, rng) for _ in range(2)]
+        try:
+            result = model.synthesize(keys)
+        except RequestError:
+            continue
+        solved += 1
+        assert result.met == (0.0, pytest.approx(result.motion.duration))
+        assert key_miss(result, keys[0], 0) < 1e-6
+        assert key_miss(result, keys[1], len(result.motion) - 1) < 1e-6
+    assert solved > 40
+
+
+def test_the_cluster_chain_meets_keys_between_two_frames(walks: kg.Library):
+    model = kg.KeyframeControl(solver=ClusterChain(clusters=6)).fit(walks, exclude=("turning",))
+    rng, misses = np.random.default_rng(3), []
+    for _ in range(20):
+        takes = rng.choice(["slow", "quick"], 3)
+        keys = [key_at(walks.take(str(name)).motion(), rng.uniform(0.0, 5.9)) for name in takes]
+        result = model.synthesize(keys)
+        nearest = [round(second * 30) for second in result.met]
+        misses += [key_miss(result, key, frame) for key, frame in zip(keys, nearest, strict=True)]
+        # a recording is never played backwards, nor at twice its speed
+        steps = np.linalg.norm(np.diff(result.motion.translation[:, [0, 2]], axis=0), axis=1) * 30
+        assert steps.min() > 0.3
+        assert steps.max() < 1.6
+
+
+def test_the_cluster_chain_goes_through_several_keys(walks: kg.Library):
+    model = kg.KeyframeControl(solver=ClusterChain(clusters=6)).fit(walks, exclude=("turning",))
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        keys = [_random_key(model, rng) for _ in range(4)]
+        result = model.synthesize(keys)
+        assert len(result.met) == 4
+        for key, second in zip(keys, result.met, strict=True):
+            assert key_miss(result, key, round(second * 30)) < 1e-6
+        pairs = [model.synthesize(pair) for pair in itertools.pairwise(keys)]
+        assert result.cost == pytest.approx(sum(pair.cost for pair in pairs))
+        # the key between two pairs is one frame, played through
+        assert len(result.motion) == sum(len(pair.motion) for pair in pairs) - 2
+        assert result.pieces[-1].stop == pytest.approx(len(result.motion) / 30)
+
+
+def _random_key(model: KeyframeModel, rng: np.random.Generator) -> Key:
+    example = model.examples[rng.integers(len(model.examples))]
+    return key_at(example.motion, int(rng.integers(len(example.motion))) / 30, label=example.take)
 
 
 def test_the_cluster_chain_names_clusters_that_can_be_reached(walks: kg.Library, tmp_path: Path):
@@ -265,10 +336,8 @@ def test_the_solver_is_chosen_by_its_class(walks: kg.Library):
 def test_the_cluster_chain_says_what_it_cannot_do(walks: kg.Library):
     model = kg.KeyframeControl(solver=ClusterChain()).fit(walks)
     slow = walks.take("slow").motion()
-    one, two, three = (key_at(slow, float(t), label=f"key {t}") for t in range(3))
+    one, two = (key_at(slow, float(t), label=f"key {t}") for t in range(2))
     remedy = r"the timed search \(--mode search\)"
-    with pytest.raises(RequestError, match=f"goes between two keys, found 3; use {remedy}"):
-        model.synthesize([one, two, three])
     with pytest.raises(RequestError, match=f"has one answer; for alternatives use {remedy}"):
         model.alternatives([one, two])
     with pytest.raises(RequestError, match=f"key 0: .* leave roles out, or use {remedy}"):
@@ -276,6 +345,11 @@ def test_the_cluster_chain_says_what_it_cannot_do(walks: kg.Library):
     assert model.synthesize([one, replace(two, time=(1.0, 1.0))]).warnings == (
         "key 1: the cluster chain leaves times and places free",
     )
+    raised = slow.rotations.copy()
+    raised[:, slow.skeleton.index("left_shoulder")] = rot.about("x", -3.0)
+    (said,) = model.synthesize([one, key_at(replace(slow, rotations=raised), 2.0, label="waving")]).warnings
+    assert "waving: the nearest recorded pose is" in said
+    assert "--mode search" in said
 
 
 def test_takes_that_are_read_are_counted(walks: kg.Library):

@@ -8,14 +8,17 @@ examples.
 
 from kinetograph.methods.keyframe.cluster_chain import ClusterChain, FittedClusterChain
 from kinetograph.methods.keyframe.examples import Example, adopt_named, collect_examples
+from kinetograph.methods.keyframe.key_states import nearest_frame, state_sequence
 from kinetograph.methods.keyframe.model import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe.motion_segments import Excerpt, excerpts_through
 from kinetograph.methods.keyframe.solver import FittedSolver, Solver
 from kinetograph.methods.keyframe.timed_search import FittedTimedSearch, TimedSearch
-from kinetograph.methods.keyframe.two_levels import TwoLevelModel, pose_vectors, state_sequence
+from kinetograph.methods.keyframe.two_levels import TwoLevelModel, pose_vectors
 
 __all__ = [
     "ClusterChain",
     "Example",
+    "Excerpt",
     "FittedClusterChain",
     "FittedSolver",
     "FittedTimedSearch",
@@ -26,6 +29,8 @@ __all__ = [
     "TwoLevelModel",
     "adopt_named",
     "collect_examples",
+    "excerpts_through",
+    "nearest_frame",
     "pose_vectors",
     "state_sequence",
 ]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.methods.keyframe.cluster_motion import realize_sequence
+from kinetograph.methods.keyframe.cluster_motion import realize_sequences
 from kinetograph.methods.keyframe.examples import Example
-from kinetograph.methods.keyframe.two_levels import TwoLevelModel, fit_two_levels, state_sequence
+from kinetograph.methods.keyframe.key_states import nearest_frame, states_between
+from kinetograph.methods.keyframe.two_levels import TwoLevelModel, fit_two_levels
 from kinetograph.post.assemble import PostSettings
 from kinetograph.synthesis import Synthesis
 
@@ -19,7 +21,7 @@ from kinetograph.synthesis import Synthesis
 class ClusterChain:
     """Configuration of the paper's solver: its parameters and, where it gives none, this project's.
 
-    It goes between two keys, and leaves times and places free.
+    It leaves times and places free.
 
     Parameters
     ----------
@@ -34,7 +36,7 @@ class ClusterChain:
     overlap : float
         T, seconds of a blend (section 3.5).
     around : float
-        Seconds either side of a border within which the closest point is looked for (section 3.5).
+        Seconds on either side of a border within which the closest point is looked for (section 3.5).
 
     Raises
     ------
@@ -47,7 +49,7 @@ class ClusterChain:
     restarts: int = 10
     stay: float = 0.95
     overlap: float = 0.3
-    around: float = 0.25
+    around: float = 1.0
 
     def __post_init__(self) -> None:
         if not 0 < self.stay < 1:
@@ -90,12 +92,12 @@ class FittedClusterChain:
         return False
 
     def solve(self, keys: tuple[Key, ...], count: int, post: PostSettings) -> tuple[Synthesis, ...]:
-        """The motion from one key to the other.
+        """The motion from key to key: the paper's two stages between every two, played as one.
 
         Parameters
         ----------
         keys : tuple of Key
-            Two.
+            Two or more.
         count : int
             1: the chain has one answer.
         post : PostSettings
@@ -104,16 +106,14 @@ class FittedClusterChain:
         Raises
         ------
         RequestError
-            For other than two keys, for a ``count`` above 1, and where no path leads from key to key.
+            For a ``count`` above 1, and where no path leads from key to key.
         """
-        if len(keys) != 2:
-            raise RequestError(
-                f"the cluster chain goes between two keys, found {len(keys)}; use the timed search (--mode search)"
-            )
         if count > 1:
             raise RequestError(
                 "the cluster chain has one answer; for alternatives use the timed search (--mode search)"
             )
-        sequence = state_sequence(self.model, keys[0], keys[1])
+        nearest = [nearest_frame(self.model, key) for key in keys]
+        named = zip(itertools.pairwise(nearest), itertools.pairwise(keys), strict=True)
+        sequences = [states_between(self.model, *ends, (a.label, b.label)) for ends, (a, b) in named]
         overlap, around = self.settings.overlap, self.settings.around
-        return (realize_sequence(self.model, sequence, (keys[0], keys[1]), overlap=overlap, around=around),)
+        return (realize_sequences(self.model, sequences, keys, overlap=overlap, around=around),)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray, IntArray
-from kinetograph.errors import RequestError
 from kinetograph.learn import squared_distances
-from kinetograph.methods.keyframe.two_levels import StateSequence, TwoLevelModel
+from kinetograph.methods.keyframe.key_states import Frame, StateSequence
+from kinetograph.methods.keyframe.two_levels import TwoLevelModel
 
 _JUMP = 1e3  # weighs a seam against a distance in the space of components: fewer seams come first
 
@@ -33,9 +34,9 @@ class Segment:
     start: int
     stop: int
 
-    def holds(self, frame: tuple[int, int]) -> bool:
-        """Whether a frame, given as its example and its number there, is in the segment."""
-        return self.example == frame[0] and self.start <= frame[1] < self.stop
+    def holds(self, frame: Frame) -> bool:
+        """Whether a frame is in the segment."""
+        return self.example == frame.example and self.start <= frame.number < self.stop
 
     def follows(self, before: Segment) -> bool:
         """Whether this is the next segment of the same example."""
@@ -44,11 +45,22 @@ class Segment:
 
 @dataclass(frozen=True)
 class Excerpt:
-    """Frames ``start`` to ``stop - 1`` of an example, played without a seam."""
+    """Frames ``start`` to ``stop - 1`` of an example, played without a seam.
+
+    Parameters
+    ----------
+    example, start, stop : int
+    keys : tuple of int
+        Frames of the example that are nearest to keys, in order.
+    offsets : tuple of float
+        Frames by which each of these keys is later than its frame.
+    """
 
     example: int
     start: int
     stop: int
+    keys: tuple[int, ...] = ()
+    offsets: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return self.stop - self.start
@@ -63,29 +75,27 @@ def segments_of(labels: IntArray, example: int) -> list[Segment]:
 def choose_segments(model: TwoLevelModel, sequence: StateSequence) -> list[Segment]:
     """One segment for every state: an example may visit a cluster more than once, which the paper does not decide.
 
-    Segments that follow one another in their example come first, then the least distance in the space of components
-    from the end of one to the start of the next; the first and last hold the frames nearest to the keys where they can.
+    The first and last are those that hold the frames nearest to the keys. Between them, segments that follow one
+    another in their example come first, then the least distance in the space of components from the end of one to the
+    start of the next.
     """
     segments = {e: segments_of(model.labels[e], e) for e in set(sequence.examples.tolist())}
     options = [
         [segment for segment in segments[e] if model.labels[e][segment.start] == cluster]
         for cluster, e in zip(sequence.clusters.tolist(), sequence.examples.tolist(), strict=True)
     ]
-    first, last = sequence.nearest
-    scores = _off_key(options[0], first)
+    for end, frame in zip((0, -1), sequence.nearest, strict=True):
+        options[end] = [segment for segment in options[end] if segment.holds(frame)]
+    scores = np.zeros(len(options[0]))
     links = []
     for before, after in itertools.pairwise(options):
         total = scores[:, None] + _seam_costs(model, before, after)
         links.append(total.argmin(axis=0))
         scores = total.min(axis=0)
-    chosen = [int((scores + _off_key(options[-1], last)).argmin())]
+    chosen = [int(scores.argmin())]
     for link in reversed(links):
         chosen.append(int(link[chosen[-1]]))
     return [ours[i] for ours, i in zip(options, reversed(chosen), strict=True)]
-
-
-def _off_key(segments: list[Segment], frame: tuple[int, int]) -> FloatArray:
-    return np.array([_JUMP * (not segment.holds(frame)) for segment in segments], dtype=np.float64)
 
 
 def _seam_costs(model: TwoLevelModel, before: list[Segment], after: list[Segment]) -> FloatArray:
@@ -95,14 +105,9 @@ def _seam_costs(model: TwoLevelModel, before: list[Segment], after: list[Segment
     return np.where(follows, 0.0, _JUMP + np.sqrt(squared_distances(tails, heads)))
 
 
-def excerpts_of(model: TwoLevelModel, segments: list[Segment], sequence: StateSequence) -> list[Excerpt]:
-    """Segments joined where they follow one another, begun and ended at the frames nearest to the keys.
-
-    Raises
-    ------
-    RequestError
-        Where that leaves nothing: both keys are in one segment, and the later one is recorded first.
-    """
+def excerpts_of(model: TwoLevelModel, sequence: StateSequence) -> list[Excerpt]:
+    """The chosen segments, joined where they follow one another, from the first key's frame to the last one's."""
+    segments = choose_segments(model, sequence)
     excerpts = [Excerpt(segments[0].example, segments[0].start, segments[0].stop)]
     for before, after in itertools.pairwise(segments):
         if after.follows(before):
@@ -110,13 +115,25 @@ def excerpts_of(model: TwoLevelModel, segments: list[Segment], sequence: StateSe
         else:
             excerpts.append(Excerpt(after.example, after.start, after.stop))
     first, last = sequence.nearest
-    if segments[0].holds(first):
-        excerpts[0] = replace(excerpts[0], start=first[1])
-    if segments[-1].holds(last):
-        excerpts[-1] = replace(excerpts[-1], stop=last[1] + 1)
-    if any(excerpt.stop <= excerpt.start for excerpt in excerpts):
-        raise RequestError(
-            f"both keys lie in one cluster of {model.examples[first[0]].take!r} and the later one is recorded before "
-            "the earlier; take more clusters, or use the timed search (--mode search)"
-        )
+    excerpts[0] = replace(excerpts[0], start=first.number, keys=(first.number,), offsets=(first.offset,))
+    final = excerpts[-1]
+    keys, offsets = (*final.keys, last.number), (*final.offsets, last.offset)
+    return [*excerpts[:-1], replace(final, stop=last.number + 1, keys=keys, offsets=offsets)]
+
+
+def excerpts_through(model: TwoLevelModel, sequences: Sequence[StateSequence]) -> list[Excerpt]:
+    """The excerpts from key to key, joined in the keys: each is played through the frame of its keys.
+
+    Parameters
+    ----------
+    model : TwoLevelModel
+    sequences : sequence of StateSequence
+        Each begins with the frame with which the one before ends.
+    """
+    excerpts = excerpts_of(model, sequences[0])
+    for sequence in sequences[1:]:
+        after, *others = excerpts_of(model, sequence)
+        before = excerpts.pop()
+        keys, offsets = before.keys + after.keys[1:], before.offsets + after.offsets[1:]
+        excerpts += [replace(before, stop=after.stop, keys=keys, offsets=offsets), *others]
     return excerpts

@@ -21,19 +21,15 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.errors import RequestError
-from kinetograph.keys import Key
 from kinetograph.learn import (
     Pca,
     Quantiser,
-    UnreachableError,
     count_transitions,
     fit_pca,
     kmeans,
-    likeliest_path,
     outputs_by_bayes,
-    viterbi,
 )
-from kinetograph.methods.keyframe.examples import Example, adopt_named, mean_heading
+from kinetograph.methods.keyframe.examples import Example, mean_heading
 from kinetograph.motion import Motion, headings
 
 
@@ -52,6 +48,10 @@ class TwoLevelModel:
         Each example's frames in the space of components.
     labels : tuple of ndarray of int, shape (F,)
         The cluster of each example's frames.
+    roots : tuple of ndarray, shape (F, 3)
+        The root's part of each example's pose vectors.
+    facings : tuple of ndarray, shape (F,)
+        The root's headings in them, radians.
     transitions : ndarray, shape (K, K)
         P(q_b | q_a), indexed ``[a, b]``.
     outputs : ndarray, shape (E, K)
@@ -65,31 +65,11 @@ class TwoLevelModel:
     quantiser: Quantiser
     coordinates: tuple[FloatArray, ...]
     labels: tuple[IntArray, ...]
+    roots: tuple[FloatArray, ...]
+    facings: tuple[FloatArray, ...]
     transitions: FloatArray
     outputs: FloatArray
     changes: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class StateSequence:
-    """What the two stages of the synthesis give.
-
-    Parameters
-    ----------
-    nearest : tuple of (int, int)
-        For either key, the example and frame that are closest to it.
-    clusters : ndarray of int, shape (T,)
-        The states of the Markov chain.
-    examples : ndarray of int, shape (T,)
-        The hidden state of each.
-    likelihoods : tuple of float
-        Log-likelihood of either stage.
-    """
-
-    nearest: tuple[tuple[int, int], tuple[int, int]]
-    clusters: IntArray
-    examples: IntArray
-    likelihoods: tuple[float, float]
 
 
 def fit_two_levels(
@@ -131,6 +111,8 @@ def fit_two_levels(
         quantiser,
         coordinates,
         labels,
+        tuple(v[:, :3].copy() for v in vectors),
+        tuple(headings(example.motion) - mean_heading(headings(example.motion)) for example in examples),
         transitions=count_transitions(labels, clusters),
         outputs=outputs_by_bayes(counts),
         changes=_changes(len(examples), stay),
@@ -157,84 +139,3 @@ def pose_vectors(motion: Motion) -> FloatArray:
     back = rot.about("y", -mean_heading(headings(motion)))
     aligned[:, 0] = rot.multiply(back, aligned[:, 0])
     return rot.log(aligned).reshape(len(motion), -1)
-
-
-def key_coordinates(model: TwoLevelModel, key: Key) -> FloatArray:
-    """A key in the space of components, shape ``(M,)``; the mean heading is that of the key's clip.
-
-    Raises
-    ------
-    RequestError
-        For a key of another skeleton, or one of which only some parts count.
-    """
-    if key.roles is not None:
-        raise RequestError(
-            f"{key.label}: the cluster chain compares whole poses; leave roles out, or use the timed search "
-            "(--mode search)"
-        )
-    clip = adopt_named(key.clip, model.examples[0].motion.skeleton, key.label)
-    return model.reduction.encode(pose_vectors(clip)[key.frame])
-
-
-def state_sequence(model: TwoLevelModel, first: Key, last: Key) -> StateSequence:
-    """Both stages of section 3.5: the states from key to key, and the examples that they are most likely seen in.
-
-    Parameters
-    ----------
-    model : TwoLevelModel
-    first, last : Key
-
-    Returns
-    -------
-    StateSequence
-
-    Raises
-    ------
-    RequestError
-        Where no path leads from one key's cluster to the other's.
-    """
-    ends = [key_coordinates(model, key) for key in (first, last)]
-    nearest = (_nearest(model, ends[0]), _nearest(model, ends[1]))
-    start, stop = (_cluster(model, at, near) for at, near in zip(ends, nearest, strict=True))
-    try:
-        clusters, likelihood = likeliest_path(model.transitions, start, stop)
-    except UnreachableError as error:
-        raise RequestError(_unreachable(model, error)) from None
-    initial = np.zeros(len(model.examples))
-    initial[nearest[0][0]] = 1.0
-    last_state = nearest[1][0]
-    if len(clusters) == 1 and nearest[0][0] != last_state:
-        # both keys in one cluster, but in two examples: one observation cannot show the change, two can
-        clusters = np.repeat(clusters, 2)
-    examples, score = viterbi(model.changes, model.outputs, clusters, initial=initial, last=last_state)
-    return StateSequence(nearest, clusters, examples, (likelihood, score))
-
-
-def _nearest(model: TwoLevelModel, at: FloatArray) -> tuple[int, int]:
-    """The example and frame closest to a point."""
-    squares = [((c - at) ** 2).sum(axis=1) for c in model.coordinates]
-    example = int(np.argmin([s.min() for s in squares]))
-    return example, int(squares[example].argmin())
-
-
-def _cluster(model: TwoLevelModel, at: FloatArray, nearest: tuple[int, int]) -> int:
-    """A key's cluster; that of the nearest frame, where the nearest example does not visit the key's own."""
-    cluster, (example, frame) = int(model.quantiser.assign(at[None])[0]), nearest
-    return cluster if model.outputs[example, cluster] > 0 else int(model.labels[example][frame])
-
-
-def _unreachable(model: TwoLevelModel, error: UnreachableError) -> str:
-    """The error of an unreachable pair, with the reachable clusters that are nearest to the one asked for."""
-    centres = model.quantiser.centres
-    gaps = np.linalg.norm(centres[error.reachable] - centres[error.stop], axis=1)
-    order = error.reachable[np.argsort(gaps)][:3]
-    named = ", ".join(f"{c} (in {', '.join(_visitors(model, int(c))[:3])})" for c in order)
-    return (
-        f"no recording leads from the first key's cluster {error.start} to the last one's {error.stop} "
-        f"(in {', '.join(_visitors(model, error.stop)[:3])}); the nearest that can be reached: {named}; "
-        "take fewer clusters, add a recording that goes between, or use the timed search (--mode search)"
-    )
-
-
-def _visitors(model: TwoLevelModel, cluster: int) -> list[str]:
-    return [model.examples[e].take for e in np.flatnonzero(model.outputs[:, cluster] > 0)] or ["no example"]

@@ -51,7 +51,8 @@ class PerformanceSettings:
     targets : mapping of str to float
         Weights of the roles whose positions are compared across seams.
     beam : float, optional
-        Width of the beam search (section 4.4.1); None searches exactly.
+        Width of the beam search (section 4.4.1); None searches exactly. From 5,000 states on, the best 0.3 % of a step
+        are kept at most.
     cluster : float, optional
         Segments closer than this to one another are represented by one of them, metres (section 4.4.2).
     mirror : bool

@@ -18,8 +18,10 @@ CLIPS = (
     *("humanoid3d_walk", "humanoid3d_jump", "0walk_forward"),
 )
 """Clips of the sample that are used where there are no such files."""
-SECONDS = 4
-"""Length of the pieces of the next stage."""
+FOLDERS = ("actions", "corpus")
+"""Folders of the recordings of the next stage."""
+LONGEST = 15.0
+"""Seconds of a recording that counts as one action."""
 
 
 def takes(data: Path | None) -> list[Take]:
@@ -32,19 +34,18 @@ def takes(data: Path | None) -> list[Take]:
     return [Take(name.removeprefix("humanoid3d_"), take.tracks, take.annotations) for name, take in loaded]
 
 
-def pieces(data: Path) -> list[tuple[str, Motion]]:
-    """Pieces of `SECONDS` of all recordings of a folder, with names."""
-    files = [*sorted((data / "actions").glob("*.bvh")), *sorted((data / "walks").glob("15_*.bvh"))]
-    named = []
-    for file in files:
-        motion = load(file).motion()
-        length = int(SECONDS * motion.fps)
-        starts = range(0, max(len(motion) - length, 0) + 1, length)
-        named += [(f"{file.stem}+{a}", cut(motion, a, min(a + length, len(motion)))) for a in starts]
-    return named
+def actions(data: Path) -> list[tuple[str, Motion]]:
+    """All recordings of one action, whole, of the folders of recordings, with names."""
+    named: dict[str, Motion] = {}
+    for folder in FOLDERS:
+        for file in sorted((data / folder).rglob("*.bvh")):
+            motion = load(file, up="z").motion()
+            if motion.duration <= LONGEST:
+                named.setdefault(file.stem.removesuffix("_poses"), motion)
+    return list(named.items())
 
 
 def key_within(library: Library, name: str, share: float) -> Key:
-    """The pose of a take at a share of its duration, 0 to 1."""
+    """The frame of a take at a share of its duration, 0 to 1."""
     motion = library.take(name).motion()
-    return key_at(motion, share * motion.duration, label=name)
+    return key_at(motion, round(share * (len(motion) - 1)) / motion.fps, label=name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetograph.arrays import FloatArray
+from kinetograph.keys import Key
+from kinetograph.kinematics import joint_positions
+from kinetograph.methods.keyframe import Excerpt, TwoLevelModel
+from kinetograph.motion import cut, heading_at, place
+from kinetograph.synthesis import Synthesis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,6 +68,91 @@ def draw_space(
     _save(figure, path)
 
 
+def draw_states(model: TwoLevelModel, path: Path, *, passed: Sequence[int] = ()) -> None:
+    """Figure 3: the states of the Markov chain in the plane of two components, and the transitions between them.
+
+    Parameters
+    ----------
+    model : TwoLevelModel
+    path : Path
+        Picture to write.
+    passed : sequence of int
+        The states that a synthesis passes, which are drawn in colour.
+    """
+    figure = _figure(7.5, 6.5)
+    axes = figure.add_subplot()
+    points, labels = np.concatenate(model.coordinates), np.concatenate(model.labels)
+    axes.scatter(points[:, 0], points[:, 1], c=[_COLOURS[k % len(_COLOURS)] for k in labels], s=4, alpha=0.35)
+    steps = set(itertools.pairwise(passed))
+    for a, b in np.argwhere(model.transitions > 0):
+        if a == b:
+            continue
+        passes = (int(a), int(b)) in steps
+        style = {"color": "#d55e00" if passes else "#888888", "lw": 2.5 if passes else 1.0}
+        bent = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.15", "shrinkA": 9, "shrinkB": 9, **style}
+        ends = model.quantiser.centres[[b, a], :2]
+        axes.annotate("", xy=ends[0], xytext=ends[1], arrowprops=bent, zorder=3 if passes else 2)
+    for number, (x, y) in enumerate(model.quantiser.centres[:, :2]):
+        colour = "#d55e00" if number in passed else "#555555"
+        box = {"boxstyle": "circle", "fc": "white", "ec": colour}
+        axes.text(x, y, str(number), ha="center", va="center", fontsize=9, color=colour, bbox=box, zorder=4)
+    axes.set(xlabel="first component", ylabel="second component", title="level 1: clusters and their transitions")
+    _save(figure, path)
+
+
+def draw_examples(model: TwoLevelModel, names: Sequence[str], path: Path, *, used: Sequence[Excerpt] = ()) -> None:
+    """Figure 4: the hidden states of the HMM are the examples; what they put out, and the segments that clusters cut.
+
+    Parameters
+    ----------
+    model : TwoLevelModel
+    names : sequence of str
+        Of the examples.
+    path : Path
+        Picture to write.
+    used : sequence of Excerpt
+        What a synthesis is made of, which is framed.
+    """
+    figure = _figure(11, 1.6 + 0.5 * len(names))
+    left, right = figure.subplots(1, 2, width_ratios=(2, 3))
+    shown = left.imshow(model.outputs, aspect="auto", cmap="Blues", vmin=0)
+    left.set(title="b(cluster | example)", xlabel="cluster", yticks=range(len(names)), yticklabels=list(names))
+    figure.colorbar(shown, ax=left)
+    for row, labels in enumerate(model.labels):
+        edges = [0, *(np.flatnonzero(np.diff(labels)) + 1), len(labels)]
+        for start, stop in itertools.pairwise(edges):
+            cluster = int(labels[start])
+            right.barh(row, stop - start, left=start, color=_COLOURS[cluster % len(_COLOURS)], ec="white", alpha=0.6)
+            right.text((start + stop) / 2, row, str(cluster), ha="center", va="center", fontsize=7)
+    for excerpt in used:
+        right.barh(excerpt.example, len(excerpt), left=excerpt.start, fc="none", ec="black", lw=2.5)
+    right.set(title="motion segments by cluster; framed: what is used", xlabel="frame", yticks=[])
+    right.set_ylim(len(names) - 0.5, -0.5)
+    _save(figure, path)
+
+
+def draw_keys(keys: Sequence[Key], path: Path) -> None:
+    """Figure 7: the keys, seen from their side.
+
+    Parameters
+    ----------
+    keys : sequence of Key
+    path : Path
+        Picture to write.
+    """
+    figure = _figure(4 * len(keys), 4)
+    for number, (key, axes) in enumerate(zip(keys, np.atleast_1d(figure.subplots(1, len(keys))), strict=True)):
+        pose = cut(key.clip, key.frame, key.frame + 1)
+        points = joint_positions(place(pose, -heading_at(pose, 0), (0.0, 0.0, 0.0)))[0]
+        points = points - [0.0, points[:, 1].min(), points[0, 2]]
+        for joint, parent in enumerate(key.clip.skeleton.parents):
+            if parent >= 0:
+                axes.plot(*points[[parent, joint]][:, [2, 1]].T, "-o", color=_COLOURS[number], lw=3, ms=3)
+        axes.axhline(0, color="#bbbbbb", lw=1)
+        axes.set(title=key.label, xlim=(-1.1, 1.1), ylim=(-0.1, 2.1), xlabel="forward (m)", aspect="equal")
+    _save(figure, path)
+
+
 def draw_errors(errors: Mapping[int, Sequence[float]], path: Path) -> None:
     """Figure 6: the accumulated quantisation error of single runs of K-means by K, their mean and spread.
 
@@ -82,6 +173,14 @@ def draw_errors(errors: Mapping[int, Sequence[float]], path: Path) -> None:
     axes.set(xlabel="K", ylabel="accumulated quantisation error", ylim=(0, None))
     axes.legend(frameon=False)
     _save(figure, path)
+
+
+def draw_transition(result: Synthesis, path: Path) -> None:
+    """Figure 9: poses of the result, and its seams."""
+    from kinetograph.drawing import contact_sheet
+
+    seams = [piece.start for piece in result.pieces[1:]]
+    contact_sheet(result.motion, path, contacts=result.annotations, seams=seams, title="figure 9: the transition")
 
 
 def _three(points: FloatArray) -> FloatArray:

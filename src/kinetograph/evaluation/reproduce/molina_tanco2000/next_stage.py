@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.keyframe import recorded_jumps, seam_jump
-from kinetograph.evaluation.reproduce.molina_tanco2000.database import key_within, pieces
+from kinetograph.evaluation.keyframe import key_miss, recorded_jumps, seam_jump
+from kinetograph.evaluation.reproduce.molina_tanco2000.database import LONGEST, actions, key_within
+from kinetograph.keys import Key
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import ClusterChain, KeyframeControl, KeyframeModel
 from kinetograph.synthesis import Synthesis
@@ -33,9 +34,9 @@ class Stage:
     clusters : int
         K.
     fit_seconds : float
-        Time to learn the database.
+        Processor time to learn the database.
     pair_seconds : float
-        Time for one pair of keys.
+        Processor time for one pair of keys.
     pairs : int
     solved : float
         Share of the pairs.
@@ -43,6 +44,8 @@ class Stage:
         Mean over the results.
     seam_jump : float
         Median over the results, see ``kinetograph.evaluation.keyframe.seam_jump``.
+    worst_miss_mm : float
+        Of all results, the furthest that a key is from the result, in millimetres.
     """
 
     examples: int
@@ -54,25 +57,27 @@ class Stage:
     solved: float
     examples_used: float
     seam_jump: float
+    worst_miss_mm: float
 
 
 def next_stage(folder: Path, data: Path, say: Callable[[str], None]) -> list[Stage]:
-    """The same with more examples, short pieces of recordings; K grows with their number.
+    """The same with more examples, each a whole recording of one action; K is their number.
 
     Parameters
     ----------
     folder : Path
         Where libraries are made.
     data : Path
-        A folder with ``actions/`` and ``walks/``; a stage for which it has too few recordings is left out.
+        A folder with ``actions/`` and ``corpus/``; a stage for which it has too few recordings is left out.
     say : callable
         Called with one line about each stage.
     """
-    named = pieces(data)
+    named = actions(data)
     stages = []
     for count in SIZES:
         if len(named) < count:
-            break
+            say(f"{count} examples: left out, {data} has {len(named)} recordings of at most {LONGEST:g} s")
+            continue
         library = Library.create(folder / f"library{count}")
         for i in np.linspace(0, len(named) - 1, count).astype(int):
             name, motion = named[i]
@@ -83,12 +88,13 @@ def next_stage(folder: Path, data: Path, say: Callable[[str], None]) -> list[Sta
 
 
 def _judge(library: Library, clusters: int) -> Stage:
-    began = time.perf_counter()
+    began = time.process_time()
     model = KeyframeControl(solver=ClusterChain(clusters=clusters, restarts=3)).fit(library)
-    fitted = time.perf_counter()
+    fitted = time.process_time()
     results = _random_pairs(library, model)
-    taken = time.perf_counter() - fitted
+    taken = time.process_time() - fitted
     recorded = recorded_jumps(model.examples)
+    made = [result for result, _ in results]
     return Stage(
         examples=len(model.examples),
         frames=sum(len(e.motion) for e in model.examples),
@@ -96,20 +102,27 @@ def _judge(library: Library, clusters: int) -> Stage:
         fit_seconds=fitted - began,
         pair_seconds=taken / PAIRS,
         pairs=PAIRS,
-        solved=len(results) / PAIRS,
-        examples_used=float(np.mean([r.statistics["examples"] for r in results])) if results else 0.0,
-        seam_jump=float(np.median([seam_jump(r, recorded) for r in results])) if results else 0.0,
+        solved=len(made) / PAIRS,
+        examples_used=float(np.mean([r.statistics["examples"] for r in made])) if made else np.nan,
+        seam_jump=float(np.median([seam_jump(r, recorded) for r in made])) if made else np.nan,
+        worst_miss_mm=max((_worst_miss(*pair) for pair in results), default=np.nan),
     )
 
 
-def _random_pairs(library: Library, model: KeyframeModel) -> list[Synthesis]:
-    """The results of the pairs that are solved."""
+def _worst_miss(result: Synthesis, keys: list[Key]) -> float:
+    """Millimetres between the keys and the result, rounded to what arithmetic can tell."""
+    frames = (0, len(result.motion) - 1)
+    return round(1000 * max(key_miss(result, k, f) for k, f in zip(keys, frames, strict=True)), 6)
+
+
+def _random_pairs(library: Library, model: KeyframeModel) -> list[tuple[Synthesis, list[Key]]]:
+    """The pairs that are solved: random frames of two examples each."""
     rng, names = np.random.default_rng(0), library.names()
     results = []
     for _ in range(PAIRS):
         keys = [key_within(library, names[i], rng.random()) for i in rng.choice(len(names), 2, replace=False)]
         try:
-            results.append(model.synthesize(keys))
+            results.append((model.synthesize(keys), keys))
         except RequestError:
             continue
     return results

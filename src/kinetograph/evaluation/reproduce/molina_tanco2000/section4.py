@@ -120,11 +120,12 @@ def numbers_of(solved: FirstSolved, keys: tuple[Key, Key]) -> Numbers:
 
 
 def quantisation_errors(model: TwoLevelModel, runs: int) -> dict[int, list[float]]:
-    """Accumulated errors by K (figure 6); ``runs`` single runs of K-means are shared among `SIZES`."""
+    """Accumulated errors by K (figure 6); ``runs`` single runs of K-means are shared evenly among `SIZES`."""
     x = np.concatenate(model.coordinates)
     rng = np.random.default_rng(0)
     sizes = [k for k in SIZES if k <= len(x)]
-    return {k: [kmeans(x, k, rng, restarts=1).error for _ in range(runs // len(sizes))] for k in sizes}
+    shares = [runs // len(sizes) + (number < runs % len(sizes)) for number in range(len(sizes))]
+    return {k: [kmeans(x, k, rng, restarts=1).error for _ in range(n)] for k, n in zip(sizes, shares, strict=True)}
 
 
 def two_facings(examples: tuple[Example, ...]) -> tuple[list[FloatArray], list[FloatArray]]:
