@@ -33,8 +33,8 @@ contact_sheet(chain.motion, picture("cluster_chain.png"), title="by the paper's 
 # How fast the body moves
 # -----------------------
 #
-# The mean speed of all joints: where the chain crosses from one recording to another, within three tenths of a second,
-# the body is swung up.
+# The mean speed of all joints: where the chain crosses from one recording to another it blends them over three tenths
+# of a second, whatever their speeds.
 
 figure, axes = plt.subplots(figsize=(9, 3), layout="constrained")
 for result, name in ((chain, "cluster chain"), (search, "timed search")):

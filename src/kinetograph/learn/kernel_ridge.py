@@ -46,7 +46,8 @@ class KernelRegression:
 
     def kernel(self, queries: SingleArray) -> SingleArray:
         """Values of the kernel ``(N, M)`` between queries ``(N, F)`` and the centres."""
-        away = queries @ (-2.0 * self.centres.T)
+        away = queries @ self.centres.T
+        away *= np.float32(-2.0)
         away += self.squares
         away += np.einsum("nf,nf->n", queries, queries)[:, None]
         np.maximum(away, 0.0, out=away)

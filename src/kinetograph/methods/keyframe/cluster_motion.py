@@ -16,7 +16,7 @@ import numpy as np
 from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.keys import Key
-from kinetograph.kinematics import on_ground
+from kinetograph.kinematics import joint_positions, on_ground
 from kinetograph.learn import squared_distances
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.key_states import StateSequence
@@ -28,6 +28,8 @@ from kinetograph.post.crossfading import crossfade, smooth_weights
 from kinetograph.sampling import REACH
 from kinetograph.synthesis import Piece, Synthesis
 
+FAR = 0.05
+"""Metres of mean joint distance between a key and what is recorded above which a result says so."""
 FADE = 0.5
 """Seconds before and after a key between two frames in which a recording is ahead or late."""
 
@@ -85,6 +87,7 @@ def realize_sequences(
     examples = [model.examples[excerpt.example] for excerpt in excerpts]
     pieces = _pieces(links, examples)
     motion, weights = _blend(links)
+    met = frames_of_keys(excerpts)
     levels = [-sum(sequence.likelihoods[level] for sequence in sequences) for level in (0, 1)]
     return Synthesis(
         motion,
@@ -99,12 +102,33 @@ def realize_sequences(
             "pieces": len(pieces),
             "untouched": float((weights == 1).mean()),
         },
-        warnings=tuple(
-            f"{k.label}: the cluster chain leaves times and places free" for k in keys if k.time or k.position
-        ),
+        warnings=_warnings(motion, keys, met),
         weights=weights,
-        met=tuple(frame / motion.fps for frame in frames_of_keys(excerpts)),
+        met=tuple(frame / motion.fps for frame in met),
     )
+
+
+def _warnings(motion: Motion, keys: tuple[Key, ...], met: Sequence[int]) -> tuple[str, ...]:
+    """What a person should know of keys: what they ask for in vain, and how far they are from what is recorded."""
+    free = [f"{k.label}: the cluster chain leaves times and places free" for k in keys if k.time or k.position]
+    gaps = [
+        float(np.linalg.norm(_in_place(motion, frame) - _in_place(key.clip, key.frame), axis=1).mean())
+        for key, frame in zip(keys, met, strict=True)
+    ]
+    far = [
+        f"{key.label}: the nearest recorded pose is {100 * gap:.0f} cm away; the cluster chain does not edit it, "
+        "the timed search does (--mode search)"
+        for key, gap in zip(keys, gaps, strict=True)
+        if gap > FAR
+    ]
+    return (*free, *far)
+
+
+def _in_place(motion: Motion, frame: int) -> FloatArray:
+    """The joints of a frame that faces along z over the origin, ``(J, 3)``."""
+    pose = cut(motion, frame, frame + 1)
+    points = joint_positions(place(pose, -heading_at(pose, 0), (0.0, 0.0, 0.0)))[0]
+    return np.asarray(points - on_ground(points[0]))
 
 
 def frames_of_keys(excerpts: Sequence[Excerpt]) -> list[int]:

@@ -158,18 +158,13 @@ class GuidedEstimator:
     ) -> None:
         self.lag = regression.lag + paths.lag
         self._regression, self._paths, self._averages = regression, paths, averages
-        self._space, self._share, self._guided = space, blend.share, blend.guided
+        self._space, self._share = space, blend.share
         self._strengths = blend.strengths[space.joint_of_component]
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
         """The pose ``lag`` frames ago."""
         path, other = self._paths.step(self._regression.step(readings, valid))
-        return self._shrunk(blended(self._space, path, other.estimate, self._share_of(other)))
-
-    def _share_of(self, made: Regressed) -> float:
-        """The regression's share: the more of the sensors are missing, the less the paths say."""
-        there = float(made.valid.mean()) if self._guided else 1.0
-        return (1.0 - (1.0 - self._share) * there) * made.trust
+        return self._shrunk(blended(self._space, path, other.estimate, self._share * other.trust))
 
     def _shrunk(self, estimate: Estimate) -> Estimate:
         """Towards the mean pose by each joint's strength; the variance is that of a mixture of both."""

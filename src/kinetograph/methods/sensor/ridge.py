@@ -199,7 +199,7 @@ def regression_of_some(fit: RidgeFit, examples: Examples, sensors: BoolArray) ->
         columns = fit.columns(sensors)
         some = np.unique(np.linspace(0, len(fit.rows) - 1, min(len(fit.rows), OF_SOME)).astype(np.int64))
         centres, targets = fit.centres[some][:, columns], fit.targets[some]
-        judged = _judged(examples, centres, targets, _among(fit.groups, some), CHOOSING // 2)
+        judged = _judged(examples, centres, targets, _among(fit.groups, some), CHOOSING // 4)
         made = fit_kernel_ridge(centres.astype(np.float64), targets.astype(np.float64), judged.ridge)
         fit.of_some[key] = OfSome(columns, fit.rows[some], made, judged.expected)
     return fit.of_some[key]
