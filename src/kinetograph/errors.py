@@ -29,7 +29,31 @@ class ExistsError(RequestError):
     """An output that exists already and may not be overwritten."""
 
 
-class TooSoonError(RequestError):
+class UnmetError(RequestError):
+    """A key that cannot be met as it is asked for, and what is nearest to it that can.
+
+    Parameters
+    ----------
+    message : str
+    label : str
+        What the key is called.
+    time : float, optional
+        The second of the result at which it can be met, else as asked for.
+    position : tuple of float, (x, z), optional
+        The place in metres at which it can be met, else as asked for.
+    """
+
+    def __init__(
+        self, message: str, label: str, time: float | None = None, position: tuple[float, float] | None = None
+    ) -> None:
+        self.label, self.time, self.position = label, time, position
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return UnmetError, (self.args[0], self.label, self.time, self.position)
+
+
+class TooSoonError(UnmetError):
     """A key that is to be met sooner than recordings lead to it.
 
     Parameters
@@ -39,15 +63,25 @@ class TooSoonError(RequestError):
         What the key is called.
     seconds : float
         How much later it can be met.
+    time : float, optional
+        The second of the result at which it can be met; not known where nothing was tried.
+    position : tuple of float, (x, z), optional
+        The place in metres at which it can be met in time, where it asks for a place.
     """
 
-    def __init__(self, message: str, label: str, seconds: float) -> None:
-        self.label = label
+    def __init__(
+        self,
+        message: str,
+        label: str,
+        seconds: float,
+        time: float | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> None:
         self.seconds = seconds
-        super().__init__(message)
+        super().__init__(message, label, time, position)
 
-    def __reduce__(self) -> tuple[type[TooSoonError], tuple[str, str, float]]:
-        return TooSoonError, (self.args[0], self.label, self.seconds)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TooSoonError, (self.args[0], self.label, self.seconds, self.time, self.position)
 
 
 class WorkError(KinetographError):

@@ -10,6 +10,61 @@ from kinetograph.errors import RequestError
 from kinetograph.motion import Motion, sample
 
 
+@dataclass(frozen=True)
+class PartFromRoot:
+    """Where a part of the body is to be, as seen from the root.
+
+    Parameters
+    ----------
+    role : str
+        The part, one of `kinetograph.skeleton.ROLES`.
+    position : tuple of float, (x, y, z), optional
+        Metres from the root's place on the ground, in the frame of the root's heading: x to the left, z ahead. As in
+        the key's pose unless given.
+    orientation : tuple of float, (w, x, y, z), optional
+        Unit quaternion of the part's joint in the same frame, the identity as at rest. Free unless given.
+
+    Raises
+    ------
+    RequestError
+        For neither of both, and for numbers that are not finite.
+    """
+
+    role: str
+    position: tuple[float, float, float] | None = None
+    orientation: tuple[float, float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.position is None and self.orientation is None:
+            raise RequestError(f"{self.role}: expected a position, an orientation or both, found neither")
+        for name, count in (("position", 3), ("orientation", 4)):
+            value = getattr(self, name)
+            if value is not None and (len(value) != count or not np.isfinite(value).all()):
+                raise RequestError(f"{self.role}: a part's {name} is {count} finite numbers, found {value}")
+        if self.orientation is not None:
+            size = float(np.linalg.norm(self.orientation))
+            if abs(size - 1.0) > 1e-2:
+                raise RequestError(
+                    f"{self.role}: an orientation is a unit quaternion (w, x, y, z), found {size:g} long"
+                )
+            object.__setattr__(self, "orientation", tuple(float(v) / size for v in self.orientation))
+
+
+@dataclass(frozen=True)
+class PartInWorld(PartFromRoot):
+    """Where a part of the body is to be in the world of the result.
+
+    Parameters
+    ----------
+    role : str
+        The part, one of `kinetograph.skeleton.ROLES`.
+    position : tuple of float, (x, y, z), optional
+        Metres, Y up. As in the key's pose unless given.
+    orientation : tuple of float, (w, x, y, z), optional
+        Unit quaternion of the part's joint, the identity as at rest. Free unless given.
+    """
+
+
 @dataclass(frozen=True, eq=False)
 class Key:
     """A pose to be met.
@@ -27,14 +82,18 @@ class Key:
     heading : float, optional
         Heading of the root in radians, see `kinetograph.rotations.heading`; free unless given.
     roles : tuple of str, optional
-        The parts of the body that count; the whole pose unless given.
+        The parts of the body that count: each is met where it is in the pose as seen from the root, and rotated as
+        there. The whole pose unless given.
     label : str, optional
         What messages call it.
+    parts : tuple of PartFromRoot or PartInWorld, optional
+        Parts that are to be elsewhere than in the pose.
 
     Raises
     ------
     RequestError
-        If the frame is outside the clip, times are negative or out of order, or no joint plays one of the roles.
+        If the frame is outside the clip, times are negative or out of order, no joint plays one of the roles, or a
+        part is given twice.
     """
 
     clip: Motion
@@ -44,6 +103,7 @@ class Key:
     heading: float | None = None
     roles: tuple[str, ...] | None = None
     label: str = "key"
+    parts: tuple[PartFromRoot, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0 <= self.frame < len(self.clip):
@@ -55,8 +115,11 @@ class Key:
             if not (np.isfinite(low) and np.isfinite(high) and 0 <= low <= high):
                 raise RequestError(f"{self.label}: a time window is 0 <= earliest <= latest seconds, found {self.time}")
             object.__setattr__(self, "time", (low, high))
-        for role in self.roles or ():
+        for role in (*(self.roles or ()), *(part.role for part in self.parts)):
             self.clip.skeleton.landmark(role)
+        named = [part.role for part in self.parts]
+        if twice := [role for role in named if named.count(role) > 1]:
+            raise RequestError(f"{self.label}: {twice[0]} is given two places; leave one out")
 
 
 def key_at(
@@ -68,6 +131,7 @@ def key_at(
     heading: float | None = None,
     roles: tuple[str, ...] | None = None,
     label: str = "key",
+    parts: tuple[PartFromRoot, ...] = (),
 ) -> Key:
     """A key from the pose of a clip at a given second, with the half second on either side of it.
 
@@ -76,7 +140,7 @@ def key_at(
     clip : Motion
     second : float
         Seconds in the clip.
-    time, position, heading, roles, label
+    time, position, heading, roles, label, parts
         As those of `Key`.
 
     Returns
@@ -93,7 +157,7 @@ def key_at(
     before = int(np.floor(min(second, 0.5) * clip.fps + 1e-6))
     after = int(np.floor(min(clip.duration - second, 0.5) * clip.fps + 1e-6))
     times = second + np.arange(-before, max(after, 0) + 1) / clip.fps
-    return Key(sample(clip, times, clip.fps), before, time, position, heading, roles, label)
+    return Key(sample(clip, times, clip.fps), before, time, position, heading, roles, label, parts)
 
 
 def check_order(keys: tuple[Key, ...]) -> None:

@@ -116,3 +116,18 @@ def test_the_report_tells_each_frames_share(clips: Path, tmp_path: Path, mode: s
     else:  # around a seam the piece that a frame belongs to has the greater share
         assert 0.4 < shares.min() < 0.6
         assert np.mean(shares == 1.0) > 0.5
+
+
+def test_a_part_is_met_and_the_result_says_how_good_it_is(clips: Path, tmp_path: Path):
+    ends = ("--from", "take:humanoid3d_walk@0.2", "--to", "take:humanoid3d_punch@0.5; roles=right_hand; time=2")
+    report = tmp_path / "reach.json"
+    made = answer("inbetween", *ends, "-l", clips, "-o", tmp_path / "reach.bvh", "--json", "--report", report)
+    summary = json.loads(made.stdout)
+    assert summary["jump"] <= summary["jump_in_recordings"]
+    assert summary["skate"] <= summary["skate_in_recordings"]
+    statistics = json.loads(report.read_text())["statistics"]
+    assert statistics["furthest edit"] == pytest.approx(summary["furthest_edit"])
+    refused = invoke("inbetween", *ends[:3], f"{ends[3]}; right_hand=0,3,0", "-l", clips, "-o", tmp_path / "no.bvh")
+    assert "the right hand is out of reach: it comes within" in str(refused.exception)
+    refused = invoke("evaluate", "keyframe", "-l", clips).exception
+    assert "a number of requests (--requests 100)" in str(refused)

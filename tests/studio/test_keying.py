@@ -97,7 +97,9 @@ def test_motions_are_those_of_inbetween(room: Room) -> None:
         key_at(takes.take("quick").motion(), 2.5, time=(2.0, 3.0), label="key 2"),
         key_at(takes.take("turning").motion(), 4.0, label="key 3"),
     )
-    expected = inbetween(keys, takes, keyframe_control(InbetweenSearch(), mirror=True, footskate=True), 3)
+    expected = inbetween(
+        keys, takes, keyframe_control(InbetweenSearch(force_timing=True), mirror=True, footskate=True), 3
+    )
     assert [each.cost for each in made.syntheses] == [each.cost for each in expected]
     for found, wanted in zip(made.syntheses, expected, strict=True):
         assert np.array_equal(found.motion.rotations, wanted.motion.rotations)
@@ -107,8 +109,12 @@ def test_motions_are_those_of_inbetween(room: Room) -> None:
 @pytest.mark.parametrize(
     ("fields", "search", "without"),
     [
-        ({"filler": True}, InbetweenSearch(filler=True), ()),
-        ({"moves": ("slow",), "without": ("turning",)}, InbetweenSearch(move=["slow"]), ("turning",)),
+        ({"filler": True}, InbetweenSearch(filler=True, force_timing=True), ()),
+        (
+            {"moves": ("slow",), "without": ("turning",)},
+            InbetweenSearch(move=["slow"], force_timing=True),
+            ("turning",),
+        ),
     ],
 )
 def test_the_configuration_is_that_of_the_command(

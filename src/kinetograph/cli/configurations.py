@@ -245,6 +245,9 @@ class InbetweenSearch:
         ),
     ] = None
     filler: Annotated[bool, typer.Option(help="Let any recording fill in, at no cost.")] = False
+    force_timing: Annotated[
+        bool, typer.Option("--force-timing", help="Make motion that is worse than the recordings, with a warning.")
+    ] = False
     clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
     seed: Annotated[int, typer.Option(help="Seed of the clusters in the paper's mode.")] = 0
 
@@ -264,7 +267,8 @@ def _solver(search: InbetweenSearch, without: tuple[str, ...]) -> Solver:
     from kinetograph.methods.keyframe import ClusterChain, TimedSearch
 
     if search.mode == "search":
-        named = TimedSearch(meet=search.meet, moves=tuple(search.move or ()), without=without)
+        moves = tuple(search.move or ())
+        named = TimedSearch(meet=search.meet, moves=moves, without=without, force_timing=search.force_timing)
         return replace(named, begin_unasked=0.0, unasked=0.0) if search.filler else named
     if search.mode == "paper":
         if search.move or without:

@@ -201,7 +201,8 @@ class Gaps(Chosen):
 
     library: LibraryOption
     held_out: Annotated[
-        list[str] | None, typer.Option(help="Takes to fill gaps in, by name or pattern. Repeatable.")
+        list[str] | None,
+        typer.Option(help="Takes to hold out, by name or pattern; gaps in them are filled. Repeatable."),
     ] = None
     gap: Annotated[
         list[int] | None, typer.Option(help="Length of a gap in frames; default 5, 15, 30 and 45. Repeatable.")
@@ -220,7 +221,15 @@ class OwnKeys:
     ] = None
     mode: Annotated[str, typer.Option(help="What goes between them: paper or search.")] = "paper"
     clusters: Annotated[int, typer.Option(help="Number of clusters in the paper's mode.")] = 15
-    seed: Annotated[int, typer.Option(help="Seed of the frames that are drawn.")] = 0
+    seed: Annotated[int, typer.Option(help="Seed of the frames, or requests, that are drawn.")] = 0
+    requests: Annotated[
+        int | None,
+        typer.Option(
+            help="How many poses, parts of the body and places that people were in, and took, in takes that are held "
+            "out are asked for; every fifth take, drawn at random, without --held-out.",
+            min=1,
+        ),
+    ] = None
 
 
 def keyframe(gaps: Gaps, working: Working, own: OwnKeys, as_json: AsJson = False) -> None:
@@ -234,16 +243,25 @@ def keyframe(gaps: Gaps, working: Working, own: OwnKeys, as_json: AsJson = False
 
     Example: kinetograph evaluate keyframe -l lafan1 --held-out "*subject5" --jobs 2
 
+    Example: kinetograph evaluate keyframe -l out/walks.library --requests 6
+
     Example: kinetograph evaluate keyframe -l out/clips.library --own-frames 20
     """
     from kinetograph.errors import RequestError
     from kinetograph.pipeline import open_library
 
-    if (own.own_frames is None) == (not gaps.held_out):
-        raise RequestError("give takes to fill gaps in (--held-out NAME), or a number of frames (--own-frames 200)")
+    if sum((own.own_frames is not None, own.requests is not None or bool(gaps.held_out))) != 1:
+        raise RequestError(
+            "give takes to fill gaps in (--held-out NAME), a number of requests (--requests 100), or of frames "
+            "(--own-frames 200)"
+        )
     library = open_library(gaps.library, gaps.selection)
-    rows = _own_frames(library, gaps, own, as_json) if own.own_frames else _filled(library, gaps, working)
-    table(rows, as_json)
+    if own.own_frames:
+        table(_own_frames(library, gaps, own, as_json), as_json)
+    elif own.requests:
+        table(_requests(library, gaps, own, as_json), as_json)
+    else:
+        table(_filled(library, gaps, working), as_json)
 
 
 def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
@@ -262,26 +280,62 @@ def _own_frames(library: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> li
     return [_measured(asdict(row), as_json) for row in rows]
 
 
-def _filled(takes: Library, gaps: Gaps, working: Working) -> list[dict[str, Any]]:
-    """Scores of the gaps in held-out takes."""
-    import fnmatch
-    from dataclasses import asdict
-
-    from kinetograph.errors import RequestError
-    from kinetograph.evaluation import Run, inbetween_held_out
+def _without_copies(takes: Library, gaps: Gaps, names: Sequence[str]) -> Library:
+    """The library without copies of some takes."""
     from kinetograph.library import Selection
 
-    held_out = gaps.held_out or []
-    names = [name for name in takes.names() if any(fnmatch.fnmatch(name, wanted) for wanted in held_out)]
-    if not names:
-        raise RequestError(f"no take is called {', '.join(held_out)}; there are {', '.join(takes.names()[:6])}")
     copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
-    takes = takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
+    return takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
+
+
+def _filled(takes: Library, gaps: Gaps, working: Working) -> list[dict[str, Any]]:
+    """Scores of the gaps in held-out takes."""
+    from dataclasses import asdict
+
+    from kinetograph.evaluation import Run, inbetween_held_out
+
+    names = _held_out(takes, gaps, 0)
+    takes = _without_copies(takes, gaps, names)
     method = gap_filling_control(gaps.rate, gaps.mirrored)
     with progress_bar("evaluating") as progress:
         run = Run(workers=working.workers, progress=progress)
         scores = inbetween_held_out(takes, names, tuple(gaps.gap or (5, 15, 30, 45)), method, run)
     return [{"method": name, "gap": frames, **asdict(score)} for (name, frames), score in scores.items()]
+
+
+def _held_out(takes: Library, gaps: Gaps, seed: int) -> list[str]:
+    """The takes that are held out by name, or every fifth."""
+    import fnmatch
+
+    import numpy as np
+
+    from kinetograph.errors import RequestError
+
+    known, wanted = takes.names(), gaps.held_out or ()
+    names = [name for name in known if any(fnmatch.fnmatch(name, each) for each in wanted)]
+    if names:
+        return names
+    if wanted:
+        raise RequestError(f"no take is called {', '.join(wanted)}; there are {', '.join(known[:6])}")
+    drawn = np.random.default_rng(seed).permutation(len(known))[: max(len(known) // 5, 1)]
+    return [known[i] for i in sorted(drawn)]
+
+
+def _requests(takes: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[dict[str, Any]]:
+    """What becomes of requests made of takes that are held out, by kind; what was held out is said on stderr."""
+    from dataclasses import asdict
+
+    import numpy as np
+
+    from kinetograph.evaluation import key_requests
+
+    names = _held_out(takes, gaps, own.seed)
+    note(f"held out: {', '.join(names)}")
+    method, rng = gap_filling_control(gaps.rate, gaps.mirrored), np.random.default_rng(own.seed)
+    takes = _without_copies(takes, gaps, names)
+    with progress_bar("asking") as progress:
+        rows = key_requests(takes, own.requests or 0, method=method, held_out=names, rng=rng, progress=progress)
+    return [_measured(asdict(row), as_json) for row in rows]
 
 
 # ---- sensor control ----

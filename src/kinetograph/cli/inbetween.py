@@ -36,7 +36,7 @@ from kinetograph.errors import RequestError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kinetograph.formats import ReadOptions
+    from kinetograph.formats import KeySources
     from kinetograph.keys import Key
     from kinetograph.library import Library
     from kinetograph.methods.bodies import Bodies
@@ -54,6 +54,15 @@ class Ends(Skeletons, Chosen):
 
     first: Annotated[str | None, typer.Option("--from", help="First pose: FILE@SECOND or take:NAME@SECOND.")] = None
     last: Annotated[str | None, typer.Option("--to", help="Last pose: FILE@SECOND or take:NAME@SECOND.")] = None
+    between: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--key",
+            help="A pose in between. Here, and after --from and --to, what else is asked for may follow: 'take:walk@1; "
+            "time=3; position=1,2; heading=60; roles=left_hand; left_hand=0.2,1.4,0.4; head@world=0,1.6,2'. "
+            "Repeatable.",
+        ),
+    ] = None
     seconds: Annotated[
         float | None, typer.Option(help="Duration from --from to --to; without it, as long as the recordings take.")
     ] = None
@@ -95,14 +104,17 @@ def inbetween(
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/b.bvh
 
     Example: kinetograph inbetween out/keys.json -l out/clips.library -o out/c.bvh --move walk --without punch
+
+    Example: kinetograph inbetween --from take:humanoid3d_walk@0 --to "take:humanoid3d_punch@0.5; roles=left_hand"
+    -l out/clips.library -o out/d.bvh
     """
-    from kinetograph.formats import together
+    from kinetograph.formats import KeySources, together
     from kinetograph.pipeline import fit_keyframe, inbetween_with, open_without_labels
 
     refuse_unknown_formats(answers.output)
     refuse_existing(answers.every_file(answers.alternatives), answers.force)
     library, without = open_without_labels(ends.library, ends.selection)
-    wanted = _keys(keys, ends, library, reading.read_options)
+    wanted = _keys(keys, ends, KeySources(library, reading.read_options, ends.track, note=note))
     method = keyframe_control(search, without, mirror=ends.mirror, footskate=finish.footskate, floor=finish.floor)
     method = replace(method, bodies=_bodies(ends, wanted, library))
     model = fit_keyframe(method, library, track=ends.track, seed=search.seed, note=note)
@@ -120,27 +132,30 @@ def inbetween(
 
 
 def _bodies(ends: Ends, keys: Sequence[Key], library: Library) -> Bodies:
-    """The skeleton that is named, or that of the first key where the library has it."""
+    """The skeleton that is named, or that of the first key whose joints the library has."""
     from kinetograph.methods.bodies import skeleton_like
 
-    return replace(ends.bodies, like=ends.bodies.like or skeleton_like(library, keys[0].clip.skeleton, ends.track))
+    known = (skeleton_like(library, key.clip.skeleton, ends.track) for key in keys)
+    return replace(ends.bodies, like=ends.bodies.like or next(filter(None, known), ""))
 
 
-def _keys(keys: Path | None, ends: Ends, library: Library, options: ReadOptions) -> tuple[Key, ...]:
-    """The keys of a file, or the two that are named."""
-    from kinetograph.formats.keys_json import find_pose, read_keys
-    from kinetograph.keys import key_at
+def _keys(keys: Path | None, ends: Ends, sources: KeySources) -> tuple[Key, ...]:
+    """The keys of a file, or those that are named."""
+    from kinetograph.formats import key_from_text, read_keys_from
 
-    if keys is not None and (ends.first or ends.last or ends.seconds is not None):
-        raise RequestError("give keys as a JSON file or with --from and --to, not both")
+    if keys is not None and (ends.first or ends.last or ends.between or ends.seconds is not None):
+        raise RequestError("give keys as a JSON file or with --from, --key and --to, not both")
     if keys is not None:
-        return read_keys(keys, library, options)
+        return read_keys_from(keys, sources)
     if not ends.first or not ends.last:
         raise RequestError("give --from and --to, or a JSON file of keys")
-    time = None if ends.seconds is None else (ends.seconds, ends.seconds)
-    first = find_pose(ends.first, "--from", Path(), library, options)
-    last = find_pose(ends.last, "--to", Path(), library, options)
-    return key_at(*first, label="--from"), key_at(*last, time=time, label="--to")
+    first, last = (
+        key_from_text(text, f"--{name}", sources) for name, text in (("from", ends.first), ("to", ends.last))
+    )
+    between = [key_from_text(text, f"--key {number}", sources) for number, text in enumerate(ends.between or (), 1)]
+    if ends.seconds is not None:
+        last = replace(last, time=(ends.seconds, ends.seconds))
+    return first, *between, last
 
 
 def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
@@ -148,16 +163,35 @@ def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
     return {
         "made of": summary["pieces"],
         "as recorded": f"{100 * summary['untouched_share']:.0f} % of the frames are untouched",
+        **_quality_in_words(summary),
         "length": f"{summary['seconds']:.1f} s, {summary['frames']} frames",
         "cost": f"{summary['cost']:.3g}; it compares results of one set of keys only",
     }
 
 
+def _quality_in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """How good the result is, next to the recordings; nothing in the paper's mode, which does not measure it."""
+    if "jump" not in summary:
+        return {}
+    lines = {
+        "velocities jump": ("jump", "what is usual in the recordings"),
+        "planted feet slide": ("skate", "the usual speed"),
+    }
+    said = {
+        words: f"{summary[name]:.2f} x {of}; in 1 of 1,000 recorded frames {summary[f'{name}_in_recordings']:.2f} x"
+        for words, (name, of) in lines.items()
+    }
+    return {**said, "furthest edit": f"{100 * summary['furthest_edit']:.1f} cm, the mean over the joints"}
+
+
 def _summary(synthesis: Synthesis) -> dict[str, Any]:
+    known = ("jump", "jump in recordings", "skate", "skate in recordings", "furthest edit")
+    quality = {name.replace(" ", "_"): synthesis.statistics[name] for name in known if name in synthesis.statistics}
     return {
         "seconds": synthesis.motion.duration,
         "frames": len(synthesis.motion),
         "pieces": [f"{p.take} {p.source_start:.2f}-{p.source_stop:.2f} s" for p in synthesis.pieces],
         "cost": synthesis.cost,
         "untouched_share": synthesis.statistics["untouched"],
+        **quality,
     }

@@ -24,6 +24,7 @@ _ROOMS = {
     "Observer": "partner_names",
     "OwnFrames": "recorded_keys",
     "PairFigures": "keyframe",
+    "RequestFigures": "requested_keys",
     "Phase": "phase",
     "RealRow": "real_sensors",
     "Run": "leaving_out",
@@ -65,6 +66,7 @@ _ROOMS = {
     "jerk": "metrics",
     "joint_error": "metrics",
     "judge_pair": "keyframe",
+    "key_requests": "requested_keys",
     "key_miss": "keyframe",
     "label_errors": "labels",
     "leave_one_dance_out": "dance",
@@ -122,6 +124,7 @@ __all__ = [
     "PairFigures",
     "Phase",
     "RealRow",
+    "RequestFigures",
     "Run",
     "Score",
     "SeenErrors",
@@ -161,6 +164,7 @@ __all__ = [
     "joint_error",
     "judge_pair",
     "key_miss",
+    "key_requests",
     "label_errors",
     "leave_one_dance_out",
     "leave_one_take_out",
@@ -277,6 +281,7 @@ if TYPE_CHECKING:
     from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
     from kinetograph.evaluation.recorded_keys import OwnFrames, own_frames
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
+    from kinetograph.evaluation.requested_keys import RequestFigures, key_requests
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
     from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
     from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors

@@ -329,7 +329,7 @@ def _for_gap(method: KeyframeControl, gap: int) -> KeyframeControl:
     if not isinstance(method.solver, TimedSearch):
         raise RequestError(f"gaps are filled by TimedSearch, which meets keys at their times, found {method.solver!r}")
     shortest = min(method.solver.shortest, (gap + 1) / 3 / method.rate)
-    return replace(method, solver=replace(method.solver, shortest=shortest))
+    return replace(method, solver=replace(method.solver, shortest=shortest, force_timing=True))
 
 
 def _fill(model: KeyframeModel, window: Motion, gap: int) -> Motion:

@@ -18,7 +18,7 @@ from kinetograph.formats.options import Loaded, ReadOptions, WriteOptions
 from kinetograph.formats.stances import with_stances
 
 if TYPE_CHECKING:
-    from kinetograph.formats.keys_json import find_pose, read_keys
+    from kinetograph.formats.keys_json import KeySources, find_pose, key_from_text, read_keys, read_keys_from
     from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
     from kinetograph.formats.report_json import write_report
     from kinetograph.formats.sensor_recordings import (
@@ -31,9 +31,12 @@ if TYPE_CHECKING:
     )
 
 _LATER = {
+    "KeySources": "keys_json",
     "find_pose": "keys_json",
+    "key_from_text": "keys_json",
     "merge_sensors": "sensor_recordings",
     "read_keys": "keys_json",
+    "read_keys_from": "keys_json",
     "read_kinect": "sensor_recordings",
     "read_layout": "readings",
     "read_qmt": "sensor_recordings",
@@ -50,6 +53,7 @@ __all__ = [
     "READERS",
     "WRITERS",
     "Capsule",
+    "KeySources",
     "Loaded",
     "ReadOptions",
     "WriteOptions",
@@ -59,11 +63,13 @@ __all__ = [
     "capsule_character",
     "dressed",
     "find_pose",
+    "key_from_text",
     "load",
     "merge_sensors",
     "read",
     "read_character",
     "read_keys",
+    "read_keys_from",
     "read_kinect",
     "read_layout",
     "read_qmt",

@@ -63,6 +63,8 @@ class Goal:
         Metres that a route may end away from the place; its path is then shifted to meet it.
     tolls : Tolls, optional
         What the frames on the way to the goal cost.
+    offset : complex
+        What is to be at the place, z + i x in metres from the root, in the frame of its heading.
     """
 
     frames: IntArray
@@ -72,6 +74,7 @@ class Goal:
     heading: float | None = None
     reach: float = 0.5
     tolls: Tolls | None = None
+    offset: complex = 0j
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def lower_bounds(problem: TimedProblem, routes: OpenRoutes, step: int) -> FloatA
         return np.asarray(bound)
     for stage, goal in enumerate(problem.goals):
         if goal.place is not None:
-            gap = np.abs(goal.place - places(problem, routes))
+            gap = np.abs(goal.place - places(problem, routes)) - abs(goal.offset)
             short = np.maximum(gap - problem.options.speed * np.maximum(left, 0), 0.0)
             extra = np.where(short > goal.reach, np.inf, (short / problem.options.place_scale) ** 2)
             bound = np.where(routes.stage == stage, bound + extra, bound)
@@ -139,7 +139,8 @@ def meet_places(problem: TimedProblem, routes: OpenRoutes) -> tuple[FloatArray, 
             extra, routes = _meet_heading(problem, routes, goal.heading, here)
             cost = np.where(here, cost + extra, cost)
         if goal.place is not None:
-            gap = goal.place - places(problem, routes)
+            aside = routes.rotation * problem.facing[routes.frame] * goal.offset
+            gap = goal.place - places(problem, routes) - aside
             extra = np.where(np.abs(gap) > goal.reach, np.inf, (np.abs(gap) / problem.options.place_scale) ** 2)
             cost = np.where(here, cost + extra, cost)
             routes = routes.with_values(shift=np.where(here, routes.shift + gap, routes.shift))

@@ -22,6 +22,7 @@ from kinetograph.post.joint_tables import JointTable, joint_table, parse_table, 
 from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
+from kinetograph.post.part_targets import PartTarget, misses_of_parts
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.retargeting_error import RetargetingError, pooled, retargeting_error
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
@@ -42,6 +43,7 @@ __all__ = [
     "LockSettings",
     "Moving",
     "Part",
+    "PartTarget",
     "Player",
     "Pose",
     "PostSettings",
@@ -78,6 +80,7 @@ __all__ = [
     "limit_limbs",
     "meet_poses",
     "merge",
+    "misses_of_parts",
     "moving",
     "overlaps",
     "parse_table",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray, IntArray
+from kinetograph.arrays import FloatArray
 from kinetograph.motion import Motion, heading_at
 from kinetograph.post.blend import quintic_decay
 
@@ -25,20 +25,20 @@ class Waypoint:
         Holds the pose; None leaves the pose as it is.
     source : int
         The frame of the pose in the clip.
-    joints : ndarray of int, optional
-        Indices of the joints that count; all and the root's height unless given.
     place : complex, optional
         z + i x on the ground in metres; left as it is unless given.
     heading : float, optional
         Radians; left as it is unless given.
+    offset : complex
+        What is to be at the place, in metres from the root, in the frame of its heading.
     """
 
     frame: int
     clip: Motion | None
     source: int
-    joints: IntArray | None = None
     place: complex | None = None
     heading: float | None = None
+    offset: complex = 0j
 
 
 def bend(motion: Motion, points: list[Waypoint]) -> Motion:
@@ -79,7 +79,8 @@ def _bend_between(motion: Motion, start: int, goal: Waypoint) -> Motion:
         root[start:] = np.stack([path[start:, 0], root[start:, 1], path[start:, 2]], axis=1)
         rotations[:, 0] = rot.multiply(about, rotations[:, 0])
     if goal.place is not None:
-        gap = goal.place - complex(root[stop, 2], root[stop, 0])
+        aside = np.exp(1j * heading_at(replace(motion, rotations=rotations), stop)) * goal.offset
+        gap = goal.place - aside - complex(root[stop, 2], root[stop, 0])
         root[:, 2] += gap.real * done
         root[:, 0] += gap.imag * done
     return replace(motion, translation=root, rotations=rot.normalize(rotations))
@@ -140,8 +141,4 @@ def _missing(motion: Motion, point: Waypoint) -> tuple[float, FloatArray]:
     wanted[0] = rot.multiply(rot.about("y", angle), wanted[0])
     gap = rot.log(rot.multiply(rot.conjugate(now), wanted))
     height = float(point.clip.translation[point.source, 1] - motion.translation[point.frame, 1])
-    if point.joints is not None:
-        kept = np.zeros((len(gap), 1))
-        kept[point.joints] = 1.0
-        return 0.0, gap * kept
     return height, gap

@@ -260,7 +260,7 @@ def test_only_some_joints_may_be_keyed(walks: kg.Library, model):
     keys = [key_at(source, 0.5), key_at(waving, 3.0, time=(2.5, 2.5), roles=("left_shoulder",))]
     result = model.synthesize(keys)
     shoulder = source.skeleton.index("left_shoulder")
-    assert rot.angle_between(result.motion.rotations[-1, shoulder], raised[90, shoulder]) < 1e-6
+    assert rot.angle_between(result.motion.rotations[-1, shoulder], raised[90, shoulder]) < np.radians(0.5)
     assert rot.angle_between(result.motion.rotations[45, shoulder], raised[90, shoulder]) > 1.0
 
 
@@ -297,7 +297,7 @@ def test_bad_keys_are_refused(walks: kg.Library, model):
         model.synthesize([one, kg.Key(replace(motion, skeleton=bare), label="robot")])
     with pytest.raises(RequestError, match="no joint plays the role 'tail'"):
         key_at(motion, 1.0, roles=("tail",))
-    with pytest.raises(RequestError, match="no route through the recordings meets the places of far"):
+    with pytest.raises(RequestError, match=r"far: no route through the recordings leads to \(50.00, 0.00\) at 2 s; "):
         model.synthesize([one, key_at(motion, 3.0, time=(2.0, 2.0), position=(50.0, 0.0), label="far")])
 
 
@@ -411,7 +411,7 @@ def test_bending_meets_places_and_leaves_standing_feet():
         np.concatenate([steps.rotations, steps.rotations[[-1] * 30]]),
         30.0,
     )
-    bent = bend(motion, [Waypoint(0, None, 0), Waypoint(len(motion) - 1, None, 0, None, 5.0 + 1.0j, 0.5)])
+    bent = bend(motion, [Waypoint(0, None, 0), Waypoint(len(motion) - 1, None, 0, 5.0 + 1.0j, 0.5)])
     assert bent.translation[-1, [2, 0]] == pytest.approx([5.0, 1.0])
     assert rot.heading(bent.rotations[-1, 0]) == pytest.approx(0.5)
     assert np.ptp(joint_positions(bent)[125:], axis=0).max() < 1e-9

@@ -188,11 +188,20 @@ def joined(parts: list[Synthesis]) -> Synthesis:
         pieces,
         cost=sum(part.cost for part in parts),
         annotations=merge(note for part in parts for note in part.annotations),
-        statistics=edit_statistics(edited, len(pieces), len({(p.take, p.mirrored) for p in pieces})),
+        statistics={
+            **edit_statistics(edited, len(pieces), len({(p.take, p.mirrored) for p in pieces})),
+            **_worst(parts),
+        },
         warnings=tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
         edited=edited,
         met=tuple(time for part in parts for time in part.met),
     )
+
+
+def _worst(parts: list[Synthesis]) -> dict[str, float]:
+    """The figures of quality of several results: the worst of each."""
+    names = [n for n in ("jump", "jump in recordings", "skate", "skate in recordings") if n in parts[0].statistics]
+    return {name: max(part.statistics.get(name, 0.0) for part in parts) for name in names}
 
 
 def _closed(pieces: list[Piece]) -> tuple[Piece, ...]:

@@ -200,10 +200,10 @@ def _least_distances(wanted: list[_Wanted]) -> FloatArray:
 def _compared(features: PoseFeatures, key: Key) -> tuple[str, ...]:
     """The roles by which a key is compared."""
     asked = key.roles or features.roles
-    roles = tuple(role for role in features.roles if role in asked)
+    roles = tuple(role for role in features.roles if role in asked) or features.roles
     missing = [role for role in roles if role not in key.clip.skeleton.roles]
-    if missing or not roles:
-        named = ", ".join(missing or asked)
+    if missing:
+        named = ", ".join(missing)
         raise RequestError(
             f"{key.label}: the library's poses are compared by roles that do not map to this key: {named}; "
             f"name its joints with --role, or key only some of {', '.join(features.roles)}"

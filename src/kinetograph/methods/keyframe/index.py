@@ -11,6 +11,7 @@ from kinetograph.learn import Graph, find_transitions, keep_transitions, last_fr
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.falls import falls_freely
 from kinetograph.methods.keyframe.features import PoseFeatures, fastest_step, pose_features
+from kinetograph.methods.keyframe.quality import Ordinary, ordinary_of
 from kinetograph.skeleton import Skeleton
 
 
@@ -30,6 +31,8 @@ class PoseIndex:
         Metres that a recording moves in a frame at most.
     barred : ndarray of bool, shape (N,)
         The frames that are not used.
+    ordinary : Ordinary
+        What is ordinary in the examples, by which results are judged.
     """
 
     examples: tuple[Example, ...]
@@ -38,6 +41,7 @@ class PoseIndex:
     offsets: IntArray
     speed: float
     barred: BoolArray
+    ordinary: Ordinary
 
     @property
     def fps(self) -> float:
@@ -64,4 +68,4 @@ def build_index(examples: tuple[Example, ...], *, meet: float, shortest: float, 
     graph = keep_transitions(graph, falls_freely(examples, graph))
     offsets = np.concatenate([[0], np.cumsum(lengths)])
     barred = np.zeros(len(graph), dtype=np.bool_)
-    return PoseIndex(examples, features, graph, offsets, fastest_step(examples), barred)
+    return PoseIndex(examples, features, graph, offsets, fastest_step(examples), barred, ordinary_of(examples))

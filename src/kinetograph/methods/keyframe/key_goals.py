@@ -6,17 +6,24 @@ import itertools
 
 import numpy as np
 
-from kinetograph.errors import RequestError, TooSoonError
+from kinetograph.arrays import BoolArray, IntArray
+from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.keys import Key
 from kinetograph.learn import Goal, least_interval
 from kinetograph.methods.keyframe.features import nearest_frames
 from kinetograph.methods.keyframe.index import PoseIndex
-from kinetograph.motion import heading_at
+from kinetograph.methods.keyframe.key_parts import Aim, out_of_reach
+from kinetograph.motion import Motion, heading_at
+from kinetograph.post.part_targets import MISSED, TWISTED, are_met, misses
+from kinetograph.post.reaching import reach_parts
+
+MORE = 4
+"""How many times more frames are tried for a key of a few parts."""
 
 
 def goals_of(
     index: PoseIndex,
-    keys: tuple[Key, ...],
+    aims: tuple[Aim, ...],
     *,
     candidates: int,
     slack: float,
@@ -28,9 +35,10 @@ def goals_of(
     Parameters
     ----------
     index : PoseIndex
-    keys : tuple of Key
+    aims : tuple of Aim
+        One per key.
     candidates : int
-        Frames tried for each key.
+        Frames tried for each key; `MORE` times as many for one of a few parts, which are moved to where it has them.
     slack : float
         Metres by which a candidate may be further off than the nearest frame.
     scale : float
@@ -44,21 +52,49 @@ def goals_of(
         One per key.
     nearest : list of float
         Metres between each key and the recorded pose that is nearest to it.
+
+    Raises
+    ------
+    RequestError
+        Where no recorded pose brings a key's parts to their places, with how near they come.
     """
     goals, nearest = [], []
     before: complex | None = None
-    for number, key in enumerate(keys):
-        frames, distances = nearest_frames(
-            index.features, key, index.skeleton, index.barred, most=candidates, slack=slack
-        )
+    for number, aim in enumerate(aims):
+        key, most = aim.key, candidates * (1 if aim.whole else MORE)
+        frames, distances = nearest_frames(index.features, key, index.skeleton, index.barred, most=most, slack=slack)
         nearest.append(float(distances.min()))
+        if aim.targets and not aim.whole:
+            met = _that_reach(index, aim, frames)
+            frames, distances = frames[met], distances[met]
         costs = (distances / scale) ** 2
         place, heading = pinned(key, first=number == 0)
         path = 0.0 if place is None or before is None else abs(place - before)
         window = _window(key, index.fps, first=number == 0)
-        goals.append(Goal(frames, costs, window, place, heading, reach[0] + reach[1] * path))
+        goals.append(Goal(frames, costs, window, place, heading, reach[0] + reach[1] * path, offset=aim.offset))
         before = place if place is not None else before
     return goals, nearest
+
+
+def _that_reach(index: PoseIndex, aim: Aim, frames: IntArray) -> BoolArray:
+    """Which frames have poses that bring the parts of a key to their places."""
+    apart, twisted = misses(reach_parts(poses_at(index, frames), aim.targets), aim.targets)
+    met = are_met(apart, twisted)
+    if not met.any():
+        least = int(np.argmin(np.maximum(apart / MISSED, twisted / TWISTED).max(axis=1)))
+        what = out_of_reach(aim.key.label, index.skeleton, aim.targets, apart[least], twisted[least])
+        raise UnmetError(what, aim.key.label)
+    return met
+
+
+def poses_at(index: PoseIndex, frames: IntArray) -> Motion:
+    """The poses of some frames of an index, one after another."""
+    owner = np.searchsorted(index.offsets, frames, side="right") - 1
+    at = frames - index.offsets[owner]
+    pairs = list(zip((index.examples[o].motion for o in owner), at, strict=True))
+    root = np.stack([motion.translation[frame] for motion, frame in pairs])
+    rotations = np.stack([motion.rotations[frame] for motion, frame in pairs])
+    return Motion(index.skeleton, root, rotations, index.fps)
 
 
 def pinned(key: Key, *, first: bool) -> tuple[complex | None, float | None]:

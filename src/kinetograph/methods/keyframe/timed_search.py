@@ -7,6 +7,7 @@ and places.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +20,11 @@ from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
 from kinetograph.methods.keyframe.index import PoseIndex, build_index
 from kinetograph.methods.keyframe.key_goals import goals_of, require_time
+from kinetograph.methods.keyframe.key_parts import SHAPE, Aim, aim_of
 from kinetograph.methods.keyframe.named import named_frames
-from kinetograph.methods.keyframe.realize import SHAPE, realize_route
+from kinetograph.methods.keyframe.quality import Quality
+from kinetograph.methods.keyframe.realize import realize_route
+from kinetograph.methods.keyframe.refusing import NoRouteError, solve_or_refuse
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import same_shape
 from kinetograph.synthesis import Synthesis
@@ -74,6 +78,8 @@ class TimedSearch:
         these, or patterns. Other motion counts as unasked.
     without : tuple of str
         What not to use, named likewise.
+    force_timing : bool
+        Make a motion that is worse than the recordings all the same, with a warning, where there is no better one.
 
     Raises
     ------
@@ -99,6 +105,7 @@ class TimedSearch:
     unasked: float = 10.0
     moves: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    force_timing: bool = False
 
     def __post_init__(self) -> None:
         for name in ("meet", "shortest", "scale", "pose_scale", "longest", "decay"):
@@ -162,7 +169,7 @@ class TimedSearch:
         compared = self._familiar(examples, index)
         fitted = FittedTimedSearch(self, index, compared)
         # compiled kernels are loaded by their first call: not while someone waits for an answer
-        fitted.goals((Key(examples[0].motion),))
+        fitted.goals((Aim(Key(examples[0].motion)),))
         goal, features = Goal(np.zeros(1, dtype=np.int64), np.zeros(1)), index.features
         find_route(index.graph, [goal, goal], features.ground, features.facing, SearchOptions(longest=0))
         return fitted
@@ -217,25 +224,45 @@ class FittedTimedSearch:
         Raises
         ------
         RequestError
+            Where the times and places asked for leave none, or none that is not worse than the recordings, with the
+            nearest that can be asked for.
+        """
+        return solve_or_refuse(self, keys, count, post)
+
+    def motions(self, keys: tuple[Key, ...], post: PostSettings) -> Iterator[tuple[Synthesis, Quality]]:
+        """Different motions from key to key, however good they are, the best first; each is made when it is asked for.
+
+        Parameters
+        ----------
+        keys : tuple of Key
+        post : PostSettings
+            How the pieces are joined.
+
+        Raises
+        ------
+        RequestError
             Where the times and places asked for leave none, with the reason.
         """
         settings = self.settings
-        goals, nearest = self.goals(keys)
+        aims = self.aims(keys)
+        goals, nearest = self.goals(aims)
         require_time(self.index, keys, goals, warp=settings.warp, longest=settings.longest, meet=settings.meet)
-        routes = self._routes(goals, count)
-        if not routes:
-            raise RequestError(_no_route(keys))
-        warnings = _warnings(keys, nearest, self.index)
-        return tuple(
-            realize_route(self.index, keys, route, post, decay=settings.decay, warnings=warnings) for route in routes
-        )
+        warnings, number = _warnings(keys, nearest, self.index), -1
+        for number, route in enumerate(self.routes(goals)):  # noqa: B007
+            yield realize_route(self.index, aims, route, post, decay=settings.decay, warnings=warnings)
+        if number < 0:
+            raise NoRouteError(_no_route(keys))
 
-    def goals(self, keys: tuple[Key, ...]) -> tuple[list[Goal], list[float]]:
+    def aims(self, keys: tuple[Key, ...]) -> tuple[Aim, ...]:
+        """What is to be met at each key."""
+        return tuple(aim_of(key, self.index.skeleton, first=number == 0) for number, key in enumerate(keys))
+
+    def goals(self, aims: tuple[Aim, ...]) -> tuple[list[Goal], list[float]]:
         """What keys ask of the search, and the metres between each and the recorded pose that is nearest to it."""
         settings = self.settings
         goals, nearest = goals_of(
             self.index,
-            keys,
+            aims,
             candidates=settings.candidates,
             slack=settings.slack,
             scale=settings.pose_scale,
@@ -247,18 +274,30 @@ class FittedTimedSearch:
             goals = [goals[0], *(replace(goal, tolls=toll) for goal, toll in zip(goals[1:], tolls, strict=True))]
         return goals, nearest
 
-    def _routes(self, goals: list[Goal], count: int) -> list[Route]:
-        """Up to ``count`` different routes, the best first."""
+    def routes(self, goals: list[Goal], haste: float | None = None) -> Iterator[Route]:
+        """Different routes, the best first.
+
+        Parameters
+        ----------
+        goals : list of Goal
+        haste : float, optional
+            Cost of a second, in place of that of the settings.
+        """
         options, features, fps = self._options(goals), self.index.features, self.index.fps
-        graph, routes = self.index.graph, list[Route]()
-        for _ in range(count):
+        options = options if haste is None else replace(options, step_fee=haste / fps)
+        graph, known = self.index.graph, list[Route]()
+        while True:
             route = find_route(graph, goals, features.ground, features.facing, options)
-            if route is None or route.segments in [other.segments for other in routes]:
-                break
-            routes.append(route)
+            if route is None or route.segments in [other.segments for other in known]:
+                return
+            known.append(route)
+            yield route
             used = np.array([segment.edge for segment in route.segments if segment.edge >= 0], dtype=np.int64)
-            graph = discourage(graph, used, UNLIKE, round(AROUND * fps)) if count > 1 else graph
-        return routes
+            graph = discourage(graph, used, UNLIKE, round(AROUND * fps))
+
+    def narrowed(self) -> FittedTimedSearch:
+        """The same search with a quarter of the beam."""
+        return replace(self, settings=replace(self.settings, beam=max(self.settings.beam // 4, 1)))
 
     def _options(self, goals: list[Goal]) -> SearchOptions:
         settings, fps = self.settings, self.index.fps

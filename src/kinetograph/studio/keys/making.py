@@ -178,8 +178,8 @@ def _learn_names(keys: Keys, base: _Learned) -> _Learned:
 
 
 def control_of(keys: Keys) -> KeyframeControl:
-    """The configuration by which keys are gone through, that of the command ``inbetween``."""
-    search = TimedSearch(moves=keys.moves, without=keys.without)
+    """The configuration by which keys are gone through: that of ``inbetween --force-timing``, as it is seen."""
+    search = TimedSearch(moves=keys.moves, without=keys.without, force_timing=True)
     search = replace(search, begin_unasked=0.0, unasked=0.0) if keys.filler else search
     return KeyframeControl(solver=search, mirror=keys.mirror)
 
