@@ -12,8 +12,8 @@ from kinetograph.synthesis import Synthesis
 
 MANY_MISSING = 0.05
 """Share of missing readings beyond which there is a warning."""
-MUCH = 1.25
-"""Times the usual error beyond which there is a warning of what one can expect."""
+MUCH, MORE = 1.25, 3.0
+"""Times the usual error, and degrees above it, beyond which there is a warning of what one can expect."""
 MANY_FAR = 0.2
 """Share of frames with unusual readings beyond which there is a warning."""
 
@@ -62,7 +62,7 @@ def warnings_of(statistics: Mapping[str, float], names: Iterable[str], heard: se
     elif statistics["missing"] > MANY_MISSING and not silent:
         lines.append(f"{statistics['missing']:.0%} of the readings were missing for longer than the gap allowed")
     expected = statistics.get("expected")
-    if expected is not None and expected > MUCH * statistics["usual"]:
+    if expected is not None and expected > max(MUCH * statistics["usual"], statistics["usual"] + MORE):
         lines.append(
             f"readings far from the library's: expect errors of about {expected:.0f} degrees a joint, where the "
             f"library's own people, left out, have {statistics['usual']:.0f}; add recordings of such movement, or "

@@ -74,7 +74,7 @@ export interface Sensors {
   readings?: string;
   layout?: string;
   use?: string[];
-  synthesis?: "guided" | "ridge" | "continuity" | "interpolation" | "optimisation";
+  synthesis?: "continuity" | "guided" | "interpolation" | "optimisation" | "ridge";
   track?: string;
   source?: string;
   names?: Record<string, string>;
