@@ -128,4 +128,6 @@ def test_a_stream_that_stops_is_held_and_a_missing_joint_is_named(folder: Path):
 def test_evaluating_prints_a_row_for_each_method(folder: Path):
     done = run("evaluate", "sensor", "-l", folder / "lib", "--synthesis", "continuity", "--only", "a", "--json")
     assert done.returncode == 0, done.stderr
-    assert [row["method"] for row in json.loads(done.stdout)][-1] == "continuity"
+    numbers = json.loads(done.stdout)
+    assert [row["method"] for row in numbers["means"]][-1] == "continuity"
+    assert {row["take"] for row in numbers["takes"]} == {"a"}

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,9 @@ def test_the_page_has_a_row_for_each_method_and_its_pictures(tmp_path: Path):
     assert "<td>thesis<td>tennis forehand<td>256<td>0.21<td>4.9" in page
     assert "<td>thesis<td>tennis backhand<td>206<td>0.057" in page
     assert all(f"{row.rms:.3f}" in page for row in rows)
+    numbers = json.loads((tmp_path / "out" / "numbers.json").read_text())
+    assert [row["angle"] for row in numbers["takes"]] == [row.angle for row in rows]
+    assert all(row.least == row.angle == row.most for row in rows)  # of one seed
     assert "Tennis is left out: no folder" in page
     for picture in ("b_rms.png", "b_interpolation.png", "b_optimisation.png", "b_optimisation_ahead.png"):
         assert picture in page
@@ -79,11 +83,13 @@ def test_strokes_are_a_library_of_their_own(tmp_path: Path, monkeypatch: pytest.
     motions = {(f"serve_{i}", "motion"): walk(1.5, speed=0.9 + 0.2 * i) for i in (1, 2)}
     monkeypatch.setattr(run, "find_strokes", lambda folder: Strokes({"serve": motions}, ("x.c3d is left out: y",)))
     small = LocalModelSettings(runs=1, clusters=2, frames=100, centres=30)
-    rows = reproduce(tmp_path / "out", library, takes=("b",), serves=tmp_path, local=small)
+    rows = reproduce(tmp_path / "out", library, takes=("b",), serves=tmp_path, local=small, seeds=2)
+    assert all(row.least <= row.angle <= row.most for row in rows)
     assert [row.take for row in rows[:: len(METHODS)]] == ["b", "serve_1", "serve_2"]
     page = (tmp_path / "out" / "index.html").read_text()
     assert "x.c3d is left out: y" in page
     assert "<td>here<td>serve_1<td>" in page
+    assert "<td>strokes<td>PCA, interpolation<td>2" in page
     assert "degrees, 24 g" in page
     assert (tmp_path / "out" / "serve_2_rms.png").exists()
 
@@ -94,3 +100,20 @@ def test_real_serves(data_folder: Path) -> None:
     assert len(serves) == 5
     assert len({serve.skeleton for serve in serves.values()}) == 1
     assert sum("is left out: no five markers of any known set" in note for note in strokes.notes) == 4
+
+
+def test_a_run_that_is_stopped_keeps_what_it_has(tmp_path: Path) -> None:
+    library = Library.create(tmp_path / "lib")
+    for name, speed in (("a", 0.8), ("b", 1.0)):
+        library.add(Take(name, {"motion": walk(1.5, speed=speed)}))
+
+    def report(text: str) -> None:
+        if text.startswith("b:"):
+            raise KeyboardInterrupt
+
+    small = LocalModelSettings(runs=1, clusters=2, frames=100, centres=30)
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path / "out", library, takes=("a", "b"), local=small, report=report)
+    numbers = json.loads((tmp_path / "out" / "numbers.json").read_text())
+    assert {row["take"] for row in numbers["takes"]} == {"a"}
+    assert "<td>here<td>a<td>" in (tmp_path / "out" / "index.html").read_text()

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kinetograph.evaluation import HeldOut, evaluate
-from kinetograph.evaluation.sensor import folds
+from kinetograph.evaluation import HeldOut, evaluate, together
+from kinetograph.evaluation.sensor_folds import folds
 from kinetograph.library import Library
 from kinetograph.methods.sensor import SYNTHESES, SensorControl, build_examples, example_motions
 from kinetograph.sensing import faultless, simulate_kinds
@@ -40,9 +40,9 @@ def test_a_fold_has_the_examples_that_are_built_of_the_others(library: Library) 
 
 def test_processes_give_the_same_rows(library: Library) -> None:
     syntheses = {"continuity": SYNTHESES["continuity"]}
-    here, joints = evaluate(library, SensorControl(), syntheses=syntheses)
-    there, theirs = evaluate(library, SensorControl(), syntheses=syntheses, workers=Workers(2))
-    untimed = [[repr(replace(row, p50_ms=0.0, p99_ms=0.0)) for row in rows] for rows in (here, there)]
+    here = together(list(evaluate(library, SensorControl(), syntheses=syntheses)))
+    there = together(list(evaluate(library, SensorControl(), syntheses=syntheses, workers=Workers(2))))
+    untimed = [[repr(replace(row, p50_ms=0.0, p99_ms=0.0)) for row in one.rows] for one in (here, there)]
     assert untimed[0] == untimed[1]
-    assert {row.takes for row in here} == {4}
-    assert np.array_equal(joints["continuity"], theirs["continuity"])
+    assert len({row.take for row in here.rows}) == 4
+    assert np.array_equal(here.joints["continuity"], there.joints["continuity"])

@@ -14,10 +14,8 @@ from kinetograph.errors import RequestError
 if TYPE_CHECKING:
     from kinetograph.methods.keyframe import KeyframeControl, Solver
     from kinetograph.methods.performance import Alignment, PerformanceControl
-    from kinetograph.methods.sensor import Continuity, Interpolation, Optimisation, SensorControl
+    from kinetograph.methods.sensor import PoseSynthesis, SensorControl
     from kinetograph.work import Workers
-
-    Synthesis = Continuity | Interpolation | Optimisation
 
 # ---- performance control ----
 
@@ -331,7 +329,7 @@ def sensor_control(
     estimation : Estimation
         How poses are estimated.
     synthesis : str
-        ``"continuity"``, ``"interpolation"`` or ``"optimisation"``.
+        One of `kinetograph.methods.sensor.SYNTHESES`.
     kinds : sequence of str
         The kinds of columns to use where none are named.
     rate : float
@@ -349,7 +347,7 @@ def sensor_control(
     )
 
 
-def syntheses(estimation: Estimation, names: Iterable[str] | None) -> dict[str, Synthesis]:
+def syntheses(estimation: Estimation, names: Iterable[str] | None) -> dict[str, PoseSynthesis]:
     """The syntheses of some names, or all."""
     from kinetograph.methods.sensor import SYNTHESES, synthesis_named
 

@@ -2,44 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import (
-    Estimation,
     Partner,
     Search,
-    Sensors,
     gap_filling_control,
     own_control,
     performance_control,
-    sensor_control,
-    syntheses,
 )
-from kinetograph.cli.options import (
-    AsJson,
-    Chosen,
-    Jobs,
-    LibraryOption,
-    Mirror,
-    TargetTrack,
-    Track,
-    Working,
-    add,
-    options,
-)
+from kinetograph.cli.copies import KeepCopies, copies_left_out
+from kinetograph.cli.evaluate_sensor import sensor
+from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Working, add, options
 from kinetograph.cli.output import note, progress_bar, table
 
 if TYPE_CHECKING:
-    from kinetograph.cli.configurations import Synthesis
-    from kinetograph.evaluation import DanceRow, HeldOut, WalkRow
+    from kinetograph.evaluation import DanceRow, WalkRow
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.methods.sensor import SensorControl
     from kinetograph.work import Workers
 
 
@@ -53,26 +37,6 @@ def register(app: typer.Typer) -> None:
     for command in (performance, keyframe, sensor):
         add(group, command)
     app.add_typer(group, name="evaluate", rich_help_panel="Evidence")
-
-
-KeepCopies = Annotated[
-    bool, typer.Option("--keep-copies", help="Keep copies of the held-out take in the library (library duplicates).")
-]
-
-
-def _copies(library: Library, keep: bool, takes: Sequence[str] = ()) -> dict[str, tuple[str, ...]]:
-    """The copies that are left out, by held-out take; said on stderr, kept or not."""
-    from kinetograph.pipeline import copies_among
-
-    known = tuple(take for take in takes if take in library.names())
-    found = copies_among(library, known) if known or not takes else {}
-    names = set(library.names())
-    alone = {take for take, copies in found.items() if names == {take, *copies}}
-    for take, copies in found.items():
-        what = "left out of the library (--keep-copies keeps it)"
-        what = "stays in the library" + ", which has no other take" * (take in alone) if keep or take in alone else what
-        note(f"{take} is held out; its copy {', '.join(copies)} {what}")
-    return {} if keep else {take: copies for take, copies in found.items() if take not in alone}
 
 
 # ---- performance control ----
@@ -132,7 +96,7 @@ def _performance_rows(
 
     target, baselines = compared.target, compared.baselines
     only = full_names(library, compared.only or ())
-    repeats, copies = _near_repeats(library, target), _copies(library, compared.keep_copies, only)
+    repeats, copies = _near_repeats(library, target), copies_left_out(library, compared.keep_copies, only)
     with progress_bar("evaluating") as progress:
         run = Run(only, workers, True, progress, note)
         if target is not None and partners:
@@ -285,7 +249,7 @@ def _without_copies(takes: Library, gaps: Gaps, names: Sequence[str]) -> Library
     """The library without copies of some takes."""
     from kinetograph.library import Selection
 
-    copies = {copy for of in _copies(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
+    copies = {copy for of in copies_left_out(takes, gaps.keep_copies, names).values() for copy in of} - set(names)
     return takes.only(Selection(tuple(name for name in takes.names() if name not in copies))) if copies else takes
 
 
@@ -337,110 +301,3 @@ def _requests(takes: Library, gaps: Gaps, own: OwnKeys, as_json: bool) -> list[d
     with progress_bar("asking") as progress:
         rows = key_requests(takes, own.requests or 0, method=method, held_out=names, rng=rng, progress=progress)
     return [_measured(asdict(row), as_json) for row in rows]
-
-
-# ---- sensor control ----
-
-
-@options("Instead of the table of errors")
-class Instead:
-    """What else is measured."""
-
-    sweep: Annotated[
-        str | None, typer.Option(help="Errors as one thing gets worse: loss, offset, span or sensors.")
-    ] = None
-    recordings: Annotated[Path | None, typer.Option(help="Errors on a folder of recordings of real sensors.")] = None
-    joints: Annotated[bool, typer.Option("--joints", help="The error of each joint in degrees.")] = False
-
-
-@options()
-class Takes(Chosen):
-    """What is held out, and how results are averaged."""
-
-    library: LibraryOption
-    only: Annotated[list[str] | None, typer.Option(help="Take to hold out; default each. Repeatable.")] = None
-    group: Annotated[list[str] | None, typer.Option(help="Average by action: name=pattern. Repeatable.")] = None
-    track: Track = None
-    keep_copies: KeepCopies = False
-
-    def held(self, library: Library) -> HeldOut:
-        """The same for an evaluation."""
-        from kinetograph.evaluation import HeldOut, grouped
-        from kinetograph.library import full_names
-
-        groups = grouped(library.names(), tuple(self.group or ()))
-        only = full_names(library, self.only or ())
-        return HeldOut(only, self.track, groups, _copies(library, self.keep_copies, only))
-
-
-@options("Estimation")
-class Estimations(Estimation):
-    """How poses are estimated, in one or several ways."""
-
-    synthesis: Annotated[
-        list[str] | None,
-        typer.Option(help="Synthesis: continuity, interpolation or optimisation; default all. Repeatable."),
-    ] = None
-
-
-def sensor(
-    takes: Takes,
-    sensors: Sensors,
-    estimation: Estimations,
-    instead: Instead,
-    working: Working,
-    as_json: AsJson = False,
-) -> None:
-    """Leave one take out: virtual sensors on it are the control, the other takes the library.
-
-    Example: kinetograph evaluate sensor -l out/walks.library --synthesis continuity --group "turns=turn_*"
-
-    Example: kinetograph evaluate sensor -l sports --group "golf=64_*" --group "karate=1[34]*" --jobs 2
-    """
-    from kinetograph.pipeline import open_library
-
-    library = open_library(takes.library, takes.selection)
-    wanted = syntheses(estimation, estimation.synthesis)
-    method = sensor_control(sensors, estimation, next(iter(wanted)), kinds=("force",))
-    held, workers = takes.held(library), working.workers
-    if instead.recordings or instead.sweep:
-        table(_conditions(library, method, held, instead), as_json)
-    else:
-        rows = _errors((library, method), wanted, held, workers, instead.joints)
-        table([_measured(row, as_json) for row in rows], as_json)
-
-
-def _conditions(library: Library, method: SensorControl, held: HeldOut, instead: Instead) -> list[dict[str, Any]]:
-    """One row per recording of real sensors, or per step of a sweep."""
-    from dataclasses import asdict
-
-    from kinetograph.evaluation import evaluate_recordings, sweep
-
-    rows: Sequence[Any]
-    with progress_bar("evaluating") as progress:
-        if instead.recordings:
-            rows = evaluate_recordings(instead.recordings, library, progress)
-        else:
-            rows = sweep(library, method, str(instead.sweep), held=held, progress=progress)
-    return [asdict(row) for row in rows]
-
-
-def _errors(
-    given: tuple[Library, SensorControl],
-    wanted: Mapping[str, Synthesis],
-    held: HeldOut,
-    workers: Workers,
-    joints: bool,
-) -> list[dict[str, Any]]:
-    """One row per method and group, or per joint."""
-    from dataclasses import asdict
-
-    from kinetograph.evaluation import evaluate
-
-    with progress_bar("evaluating") as progress:
-        rows, by_joint = evaluate(*given, syntheses=wanted, held=held, workers=workers, progress=progress)
-    if not joints:
-        return [asdict(row) for row in rows]
-    library = given[0]
-    names = library.take(library.names()[0]).motion(held.track).skeleton.names
-    return [{"joint": name, **{k: float(v[i]) for k, v in by_joint.items()}} for i, name in enumerate(names)]

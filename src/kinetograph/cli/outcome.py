@@ -148,9 +148,14 @@ def sensed_in_words(summary: dict[str, Any]) -> dict[str, str]:
     """
     lost = f"{100 * summary['missing']:.0f} % missing, {summary['spikes']:.0f} spikes left out"
     held = f", none for {summary['held']:.1f} s" if summary["held"] else ""
+    like = f"{100 * (1 - summary['far']):.0f} % of the frames have readings near recorded ones"
+    expected = {"like the library": like}
+    if "expected" in summary:
+        usual = f"the library's own people, left out: {summary['usual']:.0f}"
+        expected = {"expected error": f"{summary['expected']:.0f} degrees at a joint in the mean ({usual})"}
     return {
         "uncertainty": f"{summary['uncertainty_degrees']:.1f} degrees at a joint in the mean",
-        "like the library": f"{100 * (1 - summary['far']):.0f} % of the frames have readings near recorded ones",
+        **expected,
         "readings": lost + held,
         "look-ahead": f"{1000 * summary['latency']:.0f} ms",
         **_made_of(summary),

@@ -73,9 +73,12 @@ def xie2009(
     chosen: Chosen,
     take: Annotated[list[str] | None, typer.Option(help="Take to hold out; default four. Repeatable.")] = None,
     serves: Annotated[Path | None, typer.Option(help="A folder of C3D files of tennis strokes' markers.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of the mixture; figures are means over them.")] = 1,
     as_json: AsJson = False,
 ) -> None:
     """Sensor control: PCA against LLE, interpolation against optimisation (tables 7.1 and 7.2, figures 7.5 and 7.6).
+
+    The page and numbers.json are written anew after every take.
 
     Example: kinetograph reproduce xie2009 -l out/walks.library -o out/xie2009 --take turn_left1
 
@@ -87,6 +90,11 @@ def xie2009(
     from kinetograph.pipeline import open_library
 
     rows = paper.reproduce(
-        output, open_library(library, chosen.selection), takes=tuple(take or ()), serves=serves, report=note
+        output,
+        open_library(library, chosen.selection),
+        takes=tuple(take or ()),
+        serves=serves,
+        seeds=seeds,
+        report=note,
     )
     table([asdict(row) for row in rows], as_json, title=f"Xie 2009, in {output / 'index.html'}:")

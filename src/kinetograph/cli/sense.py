@@ -46,7 +46,9 @@ class Recordings(Skeletons, Chosen):
 class PoseEstimation(Estimation):
     """How poses are estimated."""
 
-    synthesis: Annotated[str, typer.Option(help="Synthesis: continuity, interpolation or optimisation.")] = "continuity"
+    synthesis: Annotated[
+        str, typer.Option(help="Synthesis: guided, ridge, continuity, interpolation or optimisation.")
+    ] = "guided"
     rate: Annotated[float, typer.Option(help="Frames per second of the motion.")] = 60.0
 
 

@@ -12,10 +12,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Against": "sensor_against",
+    "CalibrationRow": "sensor_calibrations",
     "Candidate": "nested",
     "DanceRow": "dance",
     "Guide": "baselines",
-    "HeldOut": "sensor",
+    "HeldOut": "sensor_folds",
+    "Interval": "intervals",
     "LabelErrors": "labels",
     "Locking": "phase",
     "MatchingWeights": "motion_matching",
@@ -26,12 +29,14 @@ _ROOMS = {
     "PairFigures": "keyframe",
     "RequestFigures": "requested_keys",
     "Phase": "phase",
-    "RealRow": "real_sensors",
+    "RealRow": "real_rows",
     "Run": "leaving_out",
     "SWEEPS": "sensor_sweep",
     "Score": "inbetweening",
     "SeenErrors": "partner_names",
+    "SensorMean": "sensor_means",
     "SensorRow": "sensor_scores",
+    "SensorScores": "sensor",
     "Steered": "steering",
     "SteeringScores": "steering",
     "StickScript": "steering",
@@ -39,7 +44,6 @@ _ROOMS = {
     "WalkRow": "protocol",
     "accelerations": "metrics",
     "ankles_apart": "phase",
-    "averaged": "sensor_scores",
     "below_pieces": "plausibility",
     "below_recordings": "plausibility",
     "cadence_ratio": "phase",
@@ -51,18 +55,21 @@ _ROOMS = {
     "deepest_overlap": "metrics",
     "distinct_share": "metrics",
     "evaluate": "sensor",
+    "evaluate_calibrations": "sensor_calibrations",
     "evaluate_recordings": "real_sensors",
-    "fastest_low_toe": "metrics",
     "fall_ratio": "plausibility",
     "fastest_fall": "plausibility",
+    "fastest_low_toe": "metrics",
     "foot_agreement": "phase",
     "gait_phase": "phase",
-    "grouped": "sensor",
+    "group_means": "sensor_means",
+    "grouped": "sensor_folds",
     "guide_of_partner": "baselines",
     "guide_of_path": "baselines",
     "held_out_motion": "protocol",
     "hold_errors": "metrics",
     "inbetween_held_out": "keyframe",
+    "interval": "intervals",
     "jerk": "metrics",
     "joint_error": "metrics",
     "judge_pair": "keyframe",
@@ -86,6 +93,7 @@ _ROOMS = {
     "normalised_rms": "sensor_scores",
     "npss": "inbetweening",
     "own_frames": "recorded_keys",
+    "people_among": "sensor_folds",
     "phase_difference": "phase",
     "plant_phase": "phase",
     "pose_errors": "sensor_scores",
@@ -93,27 +101,32 @@ _ROOMS = {
     "recorded_jumps": "keyframe",
     "repeat_distances": "repeats",
     "ridge_regression": "baselines",
+    "score_against": "sensor_against",
     "score_steering": "steering",
+    "seam_falls": "plausibility",
     "seam_jump": "keyframe",
     "skate_ratio": "keyframe",
     "slips": "phase",
     "sole_level": "metrics",
-    "seam_falls": "plausibility",
     "speed_jumps": "keyframe",
     "steer_by": "steering",
     "sticks": "steering",
     "sweep": "sensor_sweep",
     "take_errors": "labels",
     "timed": "sensor",
+    "together": "sensor",
     "walk_row": "protocol",
 }
 
 __all__ = [
     "SWEEPS",
+    "Against",
+    "CalibrationRow",
     "Candidate",
     "DanceRow",
     "Guide",
     "HeldOut",
+    "Interval",
     "LabelErrors",
     "Locking",
     "MatchingWeights",
@@ -128,7 +141,9 @@ __all__ = [
     "Run",
     "Score",
     "SeenErrors",
+    "SensorMean",
     "SensorRow",
+    "SensorScores",
     "Steered",
     "SteeringScores",
     "StickScript",
@@ -136,7 +151,6 @@ __all__ = [
     "WalkRow",
     "accelerations",
     "ankles_apart",
-    "averaged",
     "below_pieces",
     "below_recordings",
     "cadence_ratio",
@@ -148,18 +162,21 @@ __all__ = [
     "deepest_overlap",
     "distinct_share",
     "evaluate",
+    "evaluate_calibrations",
     "evaluate_recordings",
     "fall_ratio",
     "fastest_fall",
     "fastest_low_toe",
     "foot_agreement",
     "gait_phase",
+    "group_means",
     "grouped",
     "guide_of_partner",
     "guide_of_path",
     "held_out_motion",
     "hold_errors",
     "inbetween_held_out",
+    "interval",
     "jerk",
     "joint_error",
     "judge_pair",
@@ -183,6 +200,7 @@ __all__ = [
     "normalised_rms",
     "npss",
     "own_frames",
+    "people_among",
     "phase_difference",
     "plant_phase",
     "pose_errors",
@@ -190,6 +208,7 @@ __all__ = [
     "recorded_jumps",
     "repeat_distances",
     "ridge_regression",
+    "score_against",
     "score_steering",
     "seam_falls",
     "seam_jump",
@@ -202,6 +221,7 @@ __all__ = [
     "sweep",
     "take_errors",
     "timed",
+    "together",
     "walk_row",
 ]
 
@@ -227,6 +247,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.evaluation.dance import DanceRow, leave_one_dance_out
     from kinetograph.evaluation.inbetweening import Score, npss
+    from kinetograph.evaluation.intervals import Interval, interval
     from kinetograph.evaluation.keyframe import (
         PairFigures,
         inbetween_held_out,
@@ -278,12 +299,17 @@ if TYPE_CHECKING:
         seam_falls,
     )
     from kinetograph.evaluation.protocol import WalkRow, held_out_motion, leave_one_take_out, mean_walks, walk_row
-    from kinetograph.evaluation.real_sensors import RealRow, evaluate_recordings
+    from kinetograph.evaluation.real_rows import RealRow
+    from kinetograph.evaluation.real_sensors import evaluate_recordings
     from kinetograph.evaluation.recorded_keys import OwnFrames, own_frames
     from kinetograph.evaluation.repeats import near_repeats, repeat_distances
     from kinetograph.evaluation.requested_keys import RequestFigures, key_requests
     from kinetograph.evaluation.rows import mean_known, mean_rows, means_with_and_without
-    from kinetograph.evaluation.sensor import HeldOut, evaluate, grouped, timed
-    from kinetograph.evaluation.sensor_scores import SensorRow, averaged, normalised_rms, pose_errors
+    from kinetograph.evaluation.sensor import SensorScores, evaluate, timed, together
+    from kinetograph.evaluation.sensor_against import Against, score_against
+    from kinetograph.evaluation.sensor_calibrations import CalibrationRow, evaluate_calibrations
+    from kinetograph.evaluation.sensor_folds import HeldOut, grouped, people_among
+    from kinetograph.evaluation.sensor_means import SensorMean, group_means
+    from kinetograph.evaluation.sensor_scores import SensorRow, normalised_rms, pose_errors
     from kinetograph.evaluation.sensor_sweep import SWEEPS, SweepRow, sweep
     from kinetograph.evaluation.steering import Steered, SteeringScores, StickScript, score_steering, steer_by, sticks

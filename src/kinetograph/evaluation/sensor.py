@@ -1,180 +1,40 @@
-"""Held-out evaluation of sensor control: whole takes are left out, never random frames.
-
-Frames of one take that are neighbours in time are nearly the same; a random split would test on what it was trained on.
-"""
+"""Held-out evaluation of sensor control, from virtual readings; see `kinetograph.evaluation.sensor_folds`."""
 
 from __future__ import annotations
 
 import functools
-import itertools
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor_baselines import BASELINES, baseline
-from kinetograph.evaluation.sensor_scores import SensorRow, averaged, score, with_feet
+from kinetograph.evaluation.sensor_baselines import baselines
+from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
+from kinetograph.evaluation.sensor_nested import candidates, choose
+from kinetograph.evaluation.sensor_scores import SensorRow, score, with_feet
 from kinetograph.library import Library, folders_of
 from kinetograph.library.fingerprints import digest, of_takes, state
 from kinetograph.methods.sensor import (
     SYNTHESES,
-    Continuity,
     Examples,
     Interpolation,
     LocalModels,
     LocalModelSettings,
-    Motions,
     Optimisation,
+    PoseSynthesis,
     SensorControl,
     SensorModel,
     SensorSynthesis,
-    example_motions,
     fit_examples,
 )
-from kinetograph.methods.sensor.examples import ExamplePart, example_parts, examples_of_parts
-from kinetograph.motion import Motion, cut, resample
 from kinetograph.progress import Progress
-from kinetograph.sensing import Readings, select_rows, simulate_kinds, uniform
+from kinetograph.sensing import Readings, select_rows, uniform
 from kinetograph.work import HERE, Workers, in_shards, require_seen
-
-
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """A held-out take, and examples of all others.
-
-    Parameters
-    ----------
-    take : str
-    group : str
-    truth : Motion
-        The held-out motion at the method's rate.
-    examples : Examples
-    """
-
-    take: str
-    group: str
-    truth: Motion
-    examples: Examples
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """Which takes are held out, one at a time.
-
-    Parameters
-    ----------
-    only : sequence of str
-        Names of takes; all by default.
-    track : str, optional
-        Name of the motions' track; needed where takes have several motions.
-    groups : mapping
-        A name for each take, by which rows are averaged over frames; ``"all"`` by default.
-    copies : mapping
-        By held-out take the takes that it is not estimated from.
-    """
-
-    only: Sequence[str] = ()
-    track: str | None = None
-    groups: Mapping[str, str] = field(default_factory=dict)
-    copies: Mapping[str, Sequence[str]] = field(default_factory=dict)
-
-
-def folds(library: Library, method: SensorControl, held: HeldOut) -> list[Callable[[], Fold]]:
-    """One fold per take; a library of one take is cut into five blocks with gaps of a second.
-
-    Parameters
-    ----------
-    library : Library
-    method : SensorControl
-    held : HeldOut
-
-    Returns
-    -------
-    list of callable
-        Each builds its fold when called.
-    """
-    motions = example_motions(library, track=held.track)
-    if len(motions) == 1:
-        motions = blocks(*next(iter(motions.items())))
-    return folds_of(motions, method, held)
-
-
-def folds_of(motions: Motions, method: SensorControl, held: HeldOut | None = None) -> list[Callable[[], Fold]]:
-    """One fold per motion, of one skeleton all, each built when called.
-
-    Parameters
-    ----------
-    motions : mapping of (str, str) to Motion
-        By take and track.
-    method : SensorControl
-    held : HeldOut, optional
-
-    Raises
-    ------
-    RequestError
-        For a take to hold out that is not there.
-    """
-    held = held or HeldOut()
-    names, parts = [take for take, _ in motions], _Parts(motions, method)
-    if unknown := sorted(set(held.only) - set(names)):
-        raise RequestError(f"no take {unknown[0]!r} to hold out; there are {', '.join(dict.fromkeys(names))}")
-    return [
-        partial(_fold, parts, key, held.copies.get(key[0], ()), held.groups.get(key[0], "all"))
-        for key in motions
-        if not held.only or key[0] in held.only
-    ]
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """What motions give to examples, simulated once for all folds."""
-
-    motions: Motions
-    method: SensorControl
-
-    @cached_property
-    def of_motions(self) -> tuple[ExamplePart, ...]:
-        rng = np.random.default_rng(self.method.seed)
-        return tuple(example_parts(self.motions.items(), self.method.setup, rng))
-
-
-def _fold(parts: _Parts, key: tuple[str, str], away: Sequence[str], group: str) -> Fold:
-    rest = (part for part in parts.of_motions if part.key != key and part.key[0] not in away)
-    examples = examples_of_parts(rest, parts.method.setup)
-    return Fold(key[0], group, resample(parts.motions[key], parts.method.rate), examples)
-
-
-def blocks(key: tuple[str, str], motion: Motion, count: int = 5, gap: float = 1.0) -> dict[tuple[str, str], Motion]:
-    """A motion in several parts.
-
-    Parameters
-    ----------
-    key : (str, str)
-        Take and track.
-    motion : Motion
-    count : int
-        Number of parts.
-    gap : float
-        Seconds left out between them.
-
-    Returns
-    -------
-    dict
-        Parts by take and track; the takes are called ``name[0]``, ``name[1]``, ...
-    """
-    edges = np.linspace(0, len(motion), count + 1).astype(np.int64)
-    away = round(0.5 * gap * motion.fps)
-    return {
-        (f"{key[0]}[{i}]", key[1]): cut(motion, int(a) + away * (i > 0), int(b) - away * (i < count - 1))
-        for i, (a, b) in enumerate(itertools.pairwise(edges))
-    }
 
 
 def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Iterator[tuple[str, SensorModel]]:
@@ -195,7 +55,8 @@ def fitted_to(methods: Mapping[str, SensorControl], examples: Examples) -> Itera
     """
     learnt: dict[LocalModelSettings, LocalModels] = {}
     for name, method in methods.items():
-        settings = None if isinstance(method.synthesis, Continuity) else method.synthesis.local
+        synthesis = method.synthesis
+        settings = synthesis.local if isinstance(synthesis, Interpolation | Optimisation) else None
         known = learnt.get(settings) if settings else None
         model = fit_examples(method, examples, np.random.default_rng(method.seed), known)
         if settings and model.fitted.local:
@@ -235,15 +96,43 @@ def timed(
     return live.finish(), times
 
 
+@dataclass(frozen=True, eq=False)
+class SensorScores:
+    """The scores of held-out takes.
+
+    Parameters
+    ----------
+    rows : tuple of SensorRow
+        One a take and method, baselines and syntheses alike.
+    joints : mapping
+        The error of each joint in degrees, shape (T, J), by synthesis.
+    chosen : tuple of str
+        What was chosen for each that was left out, where settings were chosen anew.
+    """
+
+    rows: tuple[SensorRow, ...]
+    joints: Mapping[str, FloatArray]
+    chosen: tuple[str, ...] = ()
+
+
+def together(parts: Sequence[SensorScores]) -> SensorScores:
+    """The scores of several parts of an evaluation."""
+    names = dict.fromkeys(name for part in parts for name in part.joints)
+    joints = {name: np.concatenate([part.joints[name] for part in parts if name in part.joints]) for name in names}
+    rows = tuple(row for part in parts for row in part.rows)
+    return SensorScores(rows, joints, tuple(line for part in parts for line in part.chosen))
+
+
 def evaluate(
     library: Library,
     method: SensorControl,
     *,
-    syntheses: Mapping[str, Continuity | Interpolation | Optimisation] = SYNTHESES,
+    syntheses: Mapping[str, PoseSynthesis] = SYNTHESES,
     held: HeldOut | None = None,
+    nested: bool = False,
     workers: Workers | Executor = HERE,
     progress: Progress | None = None,
-) -> tuple[list[SensorRow], dict[str, FloatArray]]:
+) -> Iterator[SensorScores]:
     """Hold takes out, and estimate each from virtual readings by the others.
 
     Parameters
@@ -254,31 +143,25 @@ def evaluate(
     syntheses : mapping
         By name.
     held : HeldOut, optional
+    nested : bool
+        Whether settings are also chosen anew for each that is left out, on the others, see
+        `kinetograph.evaluation.sensor_nested`; such rows are called ``"..., nested"``.
     workers : Workers or Executor
-        Who estimates. Rows are the same, but for the times that they give.
+        Who works, take by take or person by person; figures do not depend on it, but for the times of frames.
     progress : Progress, optional
-        Called with the takes done and their number.
+        Called with the folds done and their number.
 
-    Returns
-    -------
-    rows : list of SensorRow
-        By method and group, baselines and syntheses alike.
-    joints : dict
-        The error of each joint in degrees, shape (J,), by synthesis.
+    Yields
+    ------
+    SensorScores
+        Those of one fold after another, for `together`.
     """
     held = held or HeldOut()
     content = digest(*map(str, folders_of(library)), of_takes(library), state(method), state(held))
     whole = _Whole(library, method, held, content)
-    methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
     count = len(_folds_of(whole))
-    rows: list[SensorRow] = []
-    joints: dict[str, list[FloatArray]] = {name: [] for name in methods}
-    estimate = partial(_estimated, whole, methods)
-    for some, by_joint in in_shards(estimate, range(count), workers, count=count, progress=progress):
-        rows += some
-        for name, errors in by_joint.items():
-            joints[name].append(errors)
-    return averaged(rows), {name: np.mean(errors, axis=0) for name, errors in joints.items()}
+    estimate = partial(_scores, whole, dict(syntheses), nested)
+    yield from in_shards(estimate, range(count), workers, count=count, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -304,59 +187,40 @@ def _kept_folds(whole: _Whole) -> list[Callable[[], Fold]]:
     return folds(whole.library, whole.method, whole.held)
 
 
-def _estimated(
-    whole: _Whole, methods: Mapping[str, SensorControl], number: int
-) -> tuple[list[SensorRow], dict[str, FloatArray]]:
-    """Rows of one held-out take, and the error of each joint by synthesis."""
+def _scores(whole: _Whole, syntheses: Mapping[str, PoseSynthesis], nested: bool, number: int) -> SensorScores:
+    """The scores of one fold."""
     require_seen(*folders_of(whole.library))
     fold, method = _folds_of(whole)[number](), whole.method
-    readings = simulate_kinds(fold.truth, method.layout, method.kinds, np.random.default_rng(1001 + number))
-    rows, joints = _baseline_rows(fold, method, readings), {}
+    wanted, chosen = dict(syntheses), []
+    for name, synthesis in syntheses.items():
+        among = candidates(synthesis) if nested else {}
+        if among:
+            best = choose(method, fold.examples, among)
+            wanted[f"{name}, nested"] = among[best]
+            chosen.append(f"{fold.unit}: {name}: {best}, chosen on the others")
+    return replace(scores_of(fold, method, wanted, whole.held), chosen=tuple(chosen))
+
+
+def scores_of(fold: Fold, method: SensorControl, syntheses: Mapping[str, PoseSynthesis], held: HeldOut) -> SensorScores:
+    """The scores of the takes of one fold, see `evaluate`."""
+    readings = {take: fold.readings(take, method) for take in fold.truths}
+    rows = [row for take in fold.truths for row in _baseline_rows(fold, take, method, readings[take])]
+    joints: dict[str, list[FloatArray]] = {name: [] for name in syntheses}
+    methods = {name: replace(method, synthesis=synthesis) for name, synthesis in syntheses.items()}
     for name, model in fitted_to(methods, fold.examples):
-        made, times = timed(model, readings)
-        row, joints[name] = score(name, fold.group, made.motion.rotations, fold.truth, times)
-        rows.append(with_feet(row, made, fold.truth))
-    return rows, joints
+        for take, truth in fold.truths.items():
+            made, times = timed(model, readings[take])
+            row, by_joint = score(name, "all", made.motion.rotations, truth, times)
+            rows.append(replace(with_feet(row, made.motion, made.annotations, truth), take=take))
+            joints[name].append(by_joint)
+    rows = [replace(row, group=held.groups.get(row.take, "all"), person=held.person(row.take)) for row in rows]
+    return SensorScores(tuple(rows), {name: np.array(errors) for name, errors in joints.items()})
 
 
-def _baseline_rows(fold: Fold, method: SensorControl, readings: Readings) -> list[SensorRow]:
-    signal = uniform(readings, method.rate, fold.truth.duration, method.resampling, method.kinds)
-    rows = []
-    for name in BASELINES:
-        poses = baseline(name, fold.examples, signal.values / fold.examples.scale)
-        rows.append(score(name, fold.group, fold.examples.space.decode(poses), fold.truth)[0])
-    return rows
-
-
-def grouped(names: Sequence[str], patterns: Sequence[str]) -> dict[str, str]:
-    """The group of each take.
-
-    Parameters
-    ----------
-    names : sequence of str
-        The takes.
-    patterns : sequence of str
-        Each ``group=glob``.
-
-    Returns
-    -------
-    dict
-        Groups by take; takes that no pattern matches are of the group ``other``.
-
-    Raises
-    ------
-    RequestError
-        For what is no such pattern.
-
-    Examples
-    --------
-    >>> grouped(["64_01", "86_14"], ["golf=64_*"])
-    {'64_01': 'golf', '86_14': 'other'}
-    """
-    groups: dict[str, str] = {}
-    for item in patterns:
-        group, separator, pattern = item.partition("=")
-        if not separator or not pattern:
-            raise RequestError(f"a group is name=pattern, as in golf=64_*; found {item!r}")
-        groups |= {name: group for name in names if name not in groups and fnmatchcase(name, pattern)}
-    return {name: groups.get(name, "other" if patterns else "all") for name in names}
+def _baseline_rows(fold: Fold, take: str, method: SensorControl, readings: Readings) -> list[SensorRow]:
+    truth, examples = fold.truths[take], fold.examples
+    signal = uniform(readings, method.rate, truth.duration, method.resampling, method.kinds)
+    return [
+        replace(score(name, "all", examples.space.decode(poses), truth)[0], take=take)
+        for name, poses in baselines(examples, signal.values / examples.scale)
+    ]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from kinetograph import rotations as rot
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import FloatArray, IntArray
 from kinetograph.evaluation.metrics import contact_speed, fastest_low_toe, sole_level
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods.sensor import without_heading
 from kinetograph.motion import Motion
 from kinetograph.post import floor_height
 from kinetograph.segmentation import detect_contacts
-from kinetograph.synthesis import Synthesis
+from kinetograph.take import Annotation
 
 _FEET = ("slide_cm_s", "recorded_cm_s", "low_toe_cm_s", "sole_cm")
 _AVERAGED = ("angle", "rms", "position_cm", "jitter", "p50_ms", "p99_ms", *_FEET)
@@ -46,6 +47,8 @@ class SensorRow:
     sole_cm : float
         How far the lowest toe is over the recorded one, in the median over frames with planted feet: characters would
         float or sink by that.
+    take, person : str
+        The held-out take, and who moves in it; empty in means.
     """
 
     method: str
@@ -62,6 +65,8 @@ class SensorRow:
     recorded_cm_s: float = float("nan")
     low_toe_cm_s: float = float("nan")
     sole_cm: float = float("nan")
+    take: str = ""
+    person: str = ""
 
 
 def pose_errors(result: FloatArray, truth: FloatArray) -> FloatArray:
@@ -69,7 +74,7 @@ def pose_errors(result: FloatArray, truth: FloatArray) -> FloatArray:
     return np.degrees(rot.angle_between(without_heading(result), without_heading(truth)))
 
 
-def normalised_rms(result: FloatArray, truth: FloatArray) -> float:
+def normalised_rms(result: FloatArray, truth: FloatArray, joints: IntArray | None = None) -> float:
     """Equation 7.1 over quaternion components, averaged over frames.
 
     The thesis converts quaternions to joint angles first and gives degrees per joint, but it says neither in which
@@ -78,12 +83,15 @@ def normalised_rms(result: FloatArray, truth: FloatArray) -> float:
     Parameters
     ----------
     result, truth : ndarray, shape (F, J, 4)
+    joints : ndarray of int, optional
+        Those that are compared; all by default.
 
     Returns
     -------
     float
     """
-    a, b = without_heading(result), without_heading(truth)
+    which = slice(None) if joints is None else joints
+    a, b = without_heading(result)[:, which], without_heading(truth)[:, which]
     b = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
     return float(np.sqrt(np.mean((a - b) ** 2, axis=(1, 2))).mean())
 
@@ -95,7 +103,12 @@ def rooted_positions(motion: Motion, rotations: FloatArray) -> FloatArray:
 
 
 def score(
-    method: str, group: str, result: FloatArray, truth: Motion, times: Sequence[float] = ()
+    method: str,
+    group: str,
+    result: FloatArray,
+    truth: Motion,
+    times: Sequence[float] = (),
+    joints: IntArray | None = None,
 ) -> tuple[SensorRow, FloatArray]:
     """Compare a result with the held-out motion.
 
@@ -107,17 +120,20 @@ def score(
     truth : Motion
     times : sequence of float
         Seconds that each frame took.
+    joints : ndarray of int, optional
+        Those that are compared; all by default.
 
     Returns
     -------
     row : SensorRow
-    joints : ndarray, shape (J,)
+    by_joint : ndarray, shape (J,)
         Mean error of each joint in degrees.
     """
     frames = min(len(result), len(truth))
     result, real = result[:frames], truth.rotations[:frames]
-    errors = pose_errors(result, real)
-    ours, theirs = rooted_positions(truth, result), rooted_positions(truth, real)
+    which = slice(None) if joints is None else joints
+    errors = pose_errors(result, real)[:, which]
+    ours, theirs = (rooted_positions(truth, rotations)[:, which] for rotations in (result, real))
     p50, p99 = np.quantile(times, [0.5, 0.99]) * 1e3 if len(times) else (np.nan, np.nan)
     row = SensorRow(
         method,
@@ -125,23 +141,24 @@ def score(
         1,
         frames,
         float(errors.mean()),
-        normalised_rms(result, real),
+        normalised_rms(result, real, joints),
         100 * float(np.linalg.norm(ours - theirs, axis=-1).mean()),
-        _acceleration(ours) / max(_acceleration(theirs), 1e-12),
+        over_source(ours, theirs),
         float(p50),
         float(p99),
     )
     return row, errors.mean(axis=0)
 
 
-def with_feet(row: SensorRow, result: Synthesis, truth: Motion) -> SensorRow:
+def with_feet(row: SensorRow, result: Motion, contacts: tuple[Annotation, ...], truth: Motion) -> SensorRow:
     """A row with what the feet of a result do.
 
     Parameters
     ----------
     row : SensorRow
-    result : Synthesis
-        With the contacts of its feet.
+    result : Motion
+    contacts : tuple of Annotation
+        Of its feet.
     truth : Motion
 
     Returns
@@ -149,14 +166,19 @@ def with_feet(row: SensorRow, result: Synthesis, truth: Motion) -> SensorRow:
     SensorRow
     """
     recorded = detect_contacts(truth)
-    made = 100 * sole_level(result.motion, result.annotations)
+    made = 100 * sole_level(result, contacts)
     return replace(
         row,
-        slide_cm_s=100 * contact_speed(result.motion, result.annotations),
+        slide_cm_s=100 * contact_speed(result, contacts),
         recorded_cm_s=100 * contact_speed(truth, recorded),
-        low_toe_cm_s=100 * fastest_low_toe(result.motion),
+        low_toe_cm_s=100 * fastest_low_toe(result),
         sole_cm=made - 100 * (sole_level(truth, recorded) - floor_height(truth, recorded)),
     )
+
+
+def over_source(ours: FloatArray, theirs: FloatArray) -> float:
+    """The jitter of positions ``(F, J, 3)``: their mean acceleration over the source's."""
+    return _acceleration(ours) / max(_acceleration(theirs), 1e-12)
 
 
 def _acceleration(positions: FloatArray) -> float:
@@ -164,13 +186,8 @@ def _acceleration(positions: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).mean())
 
 
-def averaged(rows: Sequence[SensorRow]) -> list[SensorRow]:
-    """One row for all of the same method and group, averaged over takes."""
-    alike: dict[tuple[str, str], list[SensorRow]] = {}
-    for row in rows:
-        alike.setdefault((row.group, row.method), []).append(row)
-    out = []
-    for (group, method), same in alike.items():
-        means = {name: float(np.mean([getattr(r, name) for r in same])) for name in _AVERAGED}
-        out.append(SensorRow(method, group, sum(r.takes for r in same), sum(r.frames for r in same), **means))
-    return out
+def averaged(rows: Sequence[SensorRow], group: str) -> SensorRow:
+    """The mean over takes of one method's rows, as a row of a group."""
+    means: dict[str, Any] = {name: float(np.mean([getattr(row, name) for row in rows])) for name in _AVERAGED}
+    frames = sum(row.frames for row in rows)
+    return replace(rows[0], group=group, takes=len(rows), frames=frames, take="", person="", **means)

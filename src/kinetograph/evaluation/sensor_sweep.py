@@ -1,4 +1,4 @@
-"""Sensor control where one thing about the sensors gets worse and worse."""
+"""Sensor control where one thing changes step by step: what is wrong with the sensors, or how far ahead is looked."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.evaluation.sensor import HeldOut, folds
+from kinetograph.evaluation.intervals import interval
+from kinetograph.evaluation.sensor_folds import Fold, HeldOut, folds
 from kinetograph.evaluation.sensor_scores import score
 from kinetograph.library import Library
-from kinetograph.methods.sensor import SensorControl, fit_examples
+from kinetograph.methods.sensor import Optimisation, SensorControl, fit_examples
 from kinetograph.progress import Progress
-from kinetograph.sensing import GRAVITY, Layout, keep_sensors, simulate_kinds
+from kinetograph.sensing import GRAVITY, Layout, keep_sensors
 
 SWEEPS: Mapping[str, tuple[float, ...]] = {
     "loss": (0.0, 0.1, 0.2, 0.3),
     "offset": (0.0, 0.02, 0.05, 0.1),
     "span": (3.0, 8.0, 16.0),
     "sensors": (1, 2, 4, 6, 8),
+    "ahead": (0.0, 0.05, 0.1, 0.15, 0.3),
 }
-"""Share of packets lost, seconds of clock offset, g at which readings clip, number of sensors."""
+"""Share of packets lost, seconds of clock offset, g at which readings clip, number of sensors, seconds looked ahead."""
 
 
 @dataclass(frozen=True)
@@ -32,16 +34,23 @@ class SweepRow:
     ----------
     sweep : str
     value : float
-    angle : float
-        Mean error in degrees.
+    group : str
+    angle, angle_low, angle_high : float
+        Mean error over takes in degrees, and the bootstrap's 95 % interval of it.
     growth : float
         Over the sweep's first value, or over all sensors and the widest range.
+    jitter : float
+        Over the source's.
     """
 
     sweep: str
     value: float
+    group: str
     angle: float
+    angle_low: float
+    angle_high: float
     growth: float
+    jitter: float
 
 
 def sweep(
@@ -69,40 +78,84 @@ def sweep(
     Returns
     -------
     list of SweepRow
+        By group and value.
 
     Raises
     ------
     RequestError
-        For another sweep.
+        For another sweep, and for looking ahead by another synthesis than optimisation.
     """
     if what not in SWEEPS:
         raise RequestError(f"no sweep {what!r}; expected one of {', '.join(SWEEPS)}")
-    means: dict[float, float] = {}
-    for index, value in enumerate(SWEEPS[what]):
-        layout = _variant(method.layout, what, value)
-        used = replace(method, layout=layout) if what in ("span", "sensors") else method
-        todo = folds(library, used, held or HeldOut())
-        errors = []
+    held = held or HeldOut()
+    values = SWEEPS[what]
+    # what is learnt depends on the value where the sensors that are known do
+    runs = [(value,) for value in values] if what in ("span", "sensors") else [values]
+    found: dict[tuple[str, float], list[_Found]] = {}
+    for index, some in enumerate(runs):
+        todo = folds(library, _variant(method, what, some[0])[0], held)
         for done, build in enumerate(todo, start=1):
-            fold = build()
-            model = fit_examples(used, fold.examples, np.random.default_rng(method.seed))
-            readings = simulate_kinds(fold.truth, layout, method.kinds, np.random.default_rng(1000 + done))
-            errors.append(score(what, "all", model.synthesize(readings).motion.rotations, fold.truth)[0].angle)
+            for (take, value), one in _scored(build(), method, what, some).items():
+                found.setdefault((held.groups.get(take, "all"), float(value)), []).append(one)
             if progress:
-                progress(index * len(todo) + done, len(SWEEPS[what]) * len(todo))
-        means[value] = float(np.mean(errors))
-    first = means[max(means)] if what in ("sensors", "span") else means[min(means)]
-    return [SweepRow(what, float(value), angle, angle / first - 1.0) for value, angle in means.items()]
+                progress(index * len(todo) + done, len(runs) * len(todo))
+    return _rows(what, found)
 
 
-def _variant(layout: Layout, what: str, value: float) -> Layout:
+def _scored(fold: Fold, method: SensorControl, what: str, values: Sequence[float]) -> dict[tuple[str, float], _Found]:
+    """The errors of a fold's takes at some values, by take and value; one fit serves them."""
+    fitted = fit_examples(_variant(method, what, values[0])[0], fold.examples, np.random.default_rng(method.seed))
+    found = {}
+    for value in values:
+        used, worn = _variant(method, what, value)
+        model = replace(fitted, method=used)
+        for take, truth in fold.truths.items():
+            row = score(what, "all", model.synthesize(fold.readings(take, worn)).motion.rotations, truth)[0]
+            found[take, value] = _Found(fold.unit, row.angle, row.jitter)
+    return found
+
+
+@dataclass(frozen=True)
+class _Found:
+    unit: str
+    angle: float
+    jitter: float
+
+
+def _rows(what: str, found: Mapping[tuple[str, float], Sequence[_Found]]) -> list[SweepRow]:
+    means = {key: interval([f.angle for f in rows], [f.unit for f in rows]) for key, rows in found.items()}
+    first = (max if what in ("sensors", "span") else min)(value for _, value in found)
+    return [
+        SweepRow(
+            what,
+            value,
+            group,
+            mean.mean,
+            mean.low,
+            mean.high,
+            mean.mean / means[group, first].mean - 1.0,
+            float(np.mean([one.jitter for one in found[group, value]])),
+        )
+        for (group, value), mean in sorted(means.items())
+    ]
+
+
+def _variant(method: SensorControl, what: str, value: float) -> tuple[SensorControl, SensorControl]:
+    """What is fitted, and that of whose layout the readings are."""
+    layout: Layout = method.layout
+    if what == "ahead":
+        if not isinstance(method.synthesis, Optimisation):
+            raise RequestError("only optimisation looks ahead by seconds: give --synthesis optimisation")
+        used = replace(method, synthesis=replace(method.synthesis, ahead=value))
+        return used, used
     if what == "sensors":
-        order = spread_out(layout.names)
-        return keep_sensors(layout, tuple(order[: int(value)]))
+        used = replace(method, layout=keep_sensors(layout, tuple(spread_out(layout.names)[: int(value)])))
+        return used, used
     if what == "span":
-        return replace(layout, device=replace(layout.device, span=value * GRAVITY))
+        used = replace(method, layout=replace(layout, device=replace(layout.device, span=value * GRAVITY)))
+        return used, used
     changed = {"loss": replace(layout.device, loss=value), "offset": replace(layout.device, offset=value)}
-    return replace(layout, device=changed[what])
+    return method, replace(method, layout=replace(layout, device=changed[what]))
 
 
 def spread_out(names: Sequence[str]) -> list[str]:

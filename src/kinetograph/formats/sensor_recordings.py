@@ -257,7 +257,7 @@ _ROLES = {
 }  # fmt: skip
 
 
-def read_kinect(path: str | Path, fps: float = 30.0, smooth: float = 0.1) -> Motion:
+def read_kinect(path: str | Path, fps: float = 30.0, smooth: float = 3.0, seconds: float | None = None) -> Motion:
     """Read UTD-MHAD's Kinect skeleton, whose joints are only points, as a motion.
 
     Bones are given their median length; each joint takes the least rotation that brings its bones to the points.
@@ -266,9 +266,11 @@ def read_kinect(path: str | Path, fps: float = 30.0, smooth: float = 0.1) -> Mot
     ----------
     path : str or Path
     fps : float
-        Frames per second.
+        Frames per second; the file does not say.
     smooth : float
-        Seconds of a Gaussian over the points, which shake by centimetres.
+        Frames of a Gaussian over the points, which shake by centimetres from frame to frame.
+    seconds : float, optional
+        That the frames span, in place of ``fps``: the files of UTD-MHAD span those of its inertial sensor.
 
     Returns
     -------
@@ -286,7 +288,8 @@ def read_kinect(path: str | Path, fps: float = 30.0, smooth: float = 0.1) -> Mot
         raise FormatError(path, "expected an array d_skel (20, 3, F)")
     # the camera looks along z with y up: rotated about y, the person faces +z
     points = np.moveaxis(_array(path, "d_skel", table["d_skel"], (20, 3, -1)), 2, 0) * [-1.0, 1.0, -1.0]
-    points = gaussian_filter1d(points, smooth * fps, axis=0, mode="nearest")
+    fps = fps if seconds is None else (len(points) - 1) / seconds
+    points = gaussian_filter1d(points, smooth, axis=0, mode="nearest")
     ordered = np.empty_like(points)
     for row, joint in enumerate(_FILE_ORDER):
         ordered[:, joint] = points[:, row]

@@ -183,7 +183,7 @@ class Sensors(_Part, frozen=True):
     use : tuple of str
         Kinds of columns to use.
     synthesis : str
-        ``continuity``, ``interpolation`` or ``optimisation``.
+        ``guided``, ``ridge``, ``continuity``, ``interpolation`` or ``optimisation``.
     track : str
         The library's track to use, where takes have several.
     source : str
@@ -196,7 +196,7 @@ class Sensors(_Part, frozen=True):
     readings: str = ""
     layout: str = "wii"
     use: tuple[str, ...] = ()
-    synthesis: Literal["continuity", "interpolation", "optimisation"] = "continuity"
+    synthesis: Literal["guided", "ridge", "continuity", "interpolation", "optimisation"] = "guided"
     track: str = ""
     source: str = ""
     names: dict[str, str] = {}

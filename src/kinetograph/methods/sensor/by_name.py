@@ -7,18 +7,21 @@ from dataclasses import replace
 from typing import TypeVar
 
 from kinetograph.errors import RequestError
+from kinetograph.methods.sensor.guiding import Guided, KernelRidge, PoseSynthesis
 from kinetograph.methods.sensor.settings import LleReduction, LocalModelSettings, PcaReduction
 from kinetograph.methods.sensor.smoothing import CausalSmoothing, NoSmoothing, Smoothing, WindowSmoothing
 from kinetograph.methods.sensor.syntheses import Continuity, Interpolation, Optimisation
 
 _T = TypeVar("_T")
 
-SYNTHESES: Mapping[str, Continuity | Interpolation | Optimisation] = {
+SYNTHESES: Mapping[str, PoseSynthesis] = {
+    "guided": Guided(),
+    "ridge": KernelRidge(),
     "continuity": Continuity(),
     "interpolation": Interpolation(),
     "optimisation": Optimisation(),
 }
-"""The three syntheses by name."""
+"""The syntheses by name."""
 REDUCTIONS: Mapping[str, PcaReduction | LleReduction] = {"pca": PcaReduction(), "lle": LleReduction()}
 """The reductions of local models by name."""
 SMOOTHINGS: Mapping[str, Smoothing] = {
@@ -29,19 +32,19 @@ SMOOTHINGS: Mapping[str, Smoothing] = {
 """The smoothings by name."""
 
 
-def synthesis_named(name: str, reduction: str = "pca") -> Continuity | Interpolation | Optimisation:
+def synthesis_named(name: str, reduction: str = "pca") -> PoseSynthesis:
     """The synthesis of a name, with a reduction for the local models where it has them.
 
     Parameters
     ----------
     name : str
-        ``"continuity"``, ``"interpolation"`` or ``"optimisation"``.
+        ``"guided"``, ``"ridge"``, ``"continuity"``, ``"interpolation"`` or ``"optimisation"``.
     reduction : str
         ``"pca"`` or ``"lle"``.
 
     Returns
     -------
-    Continuity, Interpolation or Optimisation
+    Guided, KernelRidge, Continuity, Interpolation or Optimisation
 
     Raises
     ------
@@ -55,7 +58,7 @@ def synthesis_named(name: str, reduction: str = "pca") -> Continuity | Interpola
     """
     synthesis = _named(SYNTHESES, "synthesis", name)
     local = LocalModelSettings(reduction=_named(REDUCTIONS, "reduction", reduction))
-    return synthesis if isinstance(synthesis, Continuity) else replace(synthesis, local=local)
+    return replace(synthesis, local=local) if isinstance(synthesis, Interpolation | Optimisation) else synthesis
 
 
 def smoothing_named(name: str | None) -> Smoothing | None:

@@ -39,6 +39,8 @@ class Estimate:
     example : int
         The nearest example.
     cost : float
+    degrees : float
+        Mean error over joints that one can expect, not a number where that is not known.
     """
 
     pose: FloatArray
@@ -46,10 +48,11 @@ class Estimate:
     variance: FloatArray
     example: int
     cost: float
+    degrees: float = float("nan")
 
 
 class Estimator(Protocol):
-    """What the three syntheses have in common.
+    """What all syntheses have in common.
 
     ``lag`` is the number of frames by which answers look back.
     """

@@ -99,6 +99,8 @@ class Examples:
     fps : float
     kinds : tuple of str
         Kinds of channels.
+    people : tuple of str
+        Who moves in each of ``takes``; a take of which that is not known is a person of its own.
     """
 
     space: PoseSpace
@@ -112,6 +114,11 @@ class Examples:
     names: tuple[str, ...]
     fps: float
     kinds: tuple[str, ...] = ("force",)
+    people: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.people:
+            object.__setattr__(self, "people", tuple(take for take, _ in self.takes))
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -193,6 +200,7 @@ def build_examples(
     rng: np.random.Generator,
     recorded: Mapping[Key, Readings] = MappingProxyType({}),
     *,
+    people: Mapping[Key, str] = MappingProxyType({}),
     count: int = 0,
     progress: Progress | None = None,
 ) -> Examples:
@@ -210,6 +218,8 @@ def build_examples(
         For the noise of simulated sensors.
     recorded : mapping, optional
         Readings by take and track.
+    people : mapping, optional
+        Who moves, by take and track; a take of which that is not known is a person of its own.
     count : int
         How many motions there are, for the progress.
     progress : Progress, optional
@@ -224,7 +234,7 @@ def build_examples(
         made.add(part)
         if progress:
             progress(len(made.takes), max(count, len(made.takes)))
-    return _joined(made, setup)
+    return _joined(made, setup, people)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,12 +278,19 @@ def example_parts(
         yield _part(key, at_rate, _sampled(rows, setup, (len(at_rate) - 1) / setup.rate))
 
 
-def examples_of_parts(parts: Iterable[ExamplePart], setup: SensorSetup) -> Examples:
+def examples_of_parts(
+    parts: Iterable[ExamplePart], setup: SensorSetup, people: Mapping[Key, str] = MappingProxyType({})
+) -> Examples:
     """The examples of some motions, one or more, from what each gives: the same as are built of these motions."""
     made = _Made()
     for part in parts:
         made.add(part)
-    return _joined(made, setup)
+    return _joined(made, setup, people)
+
+
+def people_of(recordings: Iterable[Recording]) -> dict[Key, str]:
+    """Who moves in recordings, by take and track, where that is known."""
+    return {(one.name, one.track): one.facts.subject for one in recordings if one.facts.subject}
 
 
 def examples_of(examples: Examples, kept: BoolArray) -> Examples:
@@ -287,6 +304,7 @@ def examples_of(examples: Examples, kept: BoolArray) -> Examples:
         readings=examples.readings[rows],
         starts=np.concatenate([[0], np.cumsum(lengths[kept])]),
         takes=tuple(take for take, keep in zip(examples.takes, kept, strict=True) if keep),
+        people=tuple(person for person, keep in zip(examples.people, kept, strict=True) if keep),
     )
 
 
@@ -331,7 +349,7 @@ def _part(key: Key, motion: Motion, readings: FloatArray) -> ExamplePart:
     )
 
 
-def _joined(made: _Made, setup: SensorSetup) -> Examples:
+def _joined(made: _Made, setup: SensorSetup, people: Mapping[Key, str]) -> Examples:
     assert made.skeleton is not None  # one motion or more
     assert made.moments is not None
     space = pose_space_of(made.skeleton, made.moments, made.rotations)
@@ -352,6 +370,7 @@ def _joined(made: _Made, setup: SensorSetup) -> Examples:
         setup.layout.names,
         setup.rate,
         setup.kinds,
+        tuple(people.get(key) or key[0] for key in made.takes),
     )
 
 

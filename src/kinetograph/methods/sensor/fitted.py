@@ -10,6 +10,7 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.learn import Gaussian, NeighbourLists, blocks, fit_gaussian, spread_of
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.local_models import LocalModels
+from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit
 
 USUAL = 0.995
 """Share of the examples' readings that count as usual."""
@@ -51,6 +52,12 @@ class SensorFit:
         The examples' readings as continuity searches them.
     strengths : ndarray, shape (J,), optional
         Strength with which each joint shrinks towards the mean pose where continuity is uncertain.
+    ridge : RidgeFit, optional
+        What kernel ridge and guided continuity work with.
+    guide : Guide, optional
+        How guided continuity compares poses.
+    blend : Blend, optional
+        What it makes of paths and regression.
     """
 
     examples: Examples
@@ -60,6 +67,9 @@ class SensorFit:
     local: LocalModels | None = None
     search: SingleArray | NeighbourLists | None = None
     strengths: FloatArray | None = None
+    ridge: RidgeFit | None = None
+    guide: Guide | None = None
+    blend: Blend | None = None
 
 
 def averages_of(examples: Examples) -> Averages:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -41,6 +42,7 @@ class FrameEstimates:
 
     def __init__(self, fit: SensorFit, estimator: Estimator) -> None:
         self.frames = self.missing = self.held = self.far = 0
+        self._expected, self._known = 0.0, 0
         self._fit, self._estimator = fit, estimator
         self._total = fit.averages.variance
         self._whitening = fit.overall.whitening()
@@ -48,6 +50,7 @@ class FrameEstimates:
         standing[:3] = 0.0
         self._last = Estimate(fit.averages.pose, standing, self._total, 0, 0.0)
         self._owed = estimator.lag
+        self._unheard: deque[bool] = deque()
 
     def add(self, values: FloatArray, valid: BoolArray) -> list[Estimate]:
         """The estimate that one more frame settles, if any.
@@ -64,14 +67,12 @@ class FrameEstimates:
         """
         self.frames += 1
         self.missing += int((~valid).sum())
-        if not valid.any():
-            self.held += 1
-            return self._given(self._held())
         examples = self._fit.examples
         scaled = values.reshape(-1) / examples.scale
         mask = np.repeat(valid, 3 * len(examples.kinds))
+        self.held += not mask.any()
         self.far += self._is_far(scaled, mask)
-        return self._given(self._estimator.step(np.where(mask, scaled, 0.0), mask))
+        return self._stepped(np.where(mask, scaled, 0.0), mask)
 
     def skip(self, valid: BoolArray) -> None:
         """Count one more frame without readings, whose estimate is that of the frame before."""
@@ -85,26 +86,38 @@ class FrameEstimates:
         none = np.zeros(width, dtype=np.bool_)
         late: list[Estimate] = []
         for _ in range(self._estimator.lag):
-            late += self._given(self._estimator.step(np.zeros(width), none))
+            late += self._stepped(np.zeros(width), none)
         return late
 
     def statistics(self) -> dict[str, float]:
-        """Frames, the share of missing readings, seconds held, and the share of frames far from all in the library."""
-        examples = self._fit.examples
-        return {
+        """Frames, the share of missing readings, seconds held, and the share of frames far from all in the library.
+
+        Where it is known, also the error in degrees that one can expect, and the one of the library's people, left out.
+        """
+        examples, ridge = self._fit.examples, self._fit.ridge
+        statistics: dict[str, float] = {
             "frames": self.frames,
             "missing": self.missing / max(self.frames * len(examples.names), 1),
             "held": self.held / examples.fps,
             "far": self.far / max(self.frames, 1),
         }
+        if self._known and ridge is not None:
+            statistics |= {"expected": self._expected / self._known, "usual": ridge.expected.usual}
+        return statistics
 
-    def _given(self, estimate: Estimate) -> list[Estimate]:
-        """The estimate, unless it is of a time before the first frame."""
+    def _stepped(self, scaled: FloatArray, mask: BoolArray) -> list[Estimate]:
+        """The estimate that a frame settles, unless it is of a time before the first one."""
+        self._unheard.append(not mask.any())
+        silent = self._unheard[-1] and self._estimator.lag == 0
+        estimate = None if silent else self._estimator.step(scaled, mask)
         if self._owed > 0:
             self._owed -= 1
             return []
-        self._last = estimate
-        return [estimate]
+        unheard = self._unheard.popleft()
+        self._last = self._held() if unheard or estimate is None else estimate
+        if not unheard and np.isfinite(self._last.degrees):
+            self._expected, self._known = self._expected + self._last.degrees, self._known + 1
+        return [self._last]
 
     def _is_far(self, scaled: FloatArray, mask: BoolArray) -> bool:
         if not mask.all():

@@ -23,8 +23,10 @@ from kinetograph.methods.sensor.examples import (
     adopted,
     build_examples,
     gather_long_enough,
+    people_of,
 )
 from kinetograph.methods.sensor.fitted import SensorFit
+from kinetograph.methods.sensor.guiding import Guided, KernelRidge, PoseSynthesis
 from kinetograph.methods.sensor.live import LiveSensor
 from kinetograph.methods.sensor.local_models import LocalModels
 from kinetograph.methods.sensor.result import SensorSynthesis
@@ -49,7 +51,7 @@ class SensorControl:
     kinds : tuple of str
         Kinds of channels that are used: ``"force"``, and then ``"angular"``, ``"tilt"`` or both;
         `kinetograph.sensing.kinds_of` gives those of readings.
-    synthesis : Continuity, Interpolation or Optimisation
+    synthesis : Guided, KernelRidge, Continuity, Interpolation or Optimisation
         How poses are estimated from readings.
     rate : float
         Frames per second.
@@ -78,7 +80,7 @@ class SensorControl:
 
     layout: Layout = field(default_factory=lambda: preset("wii"))
     kinds: tuple[str, ...] = ("force",)
-    synthesis: Continuity | Interpolation | Optimisation = field(default_factory=Continuity)
+    synthesis: PoseSynthesis = field(default_factory=Guided)
     rate: float = 60.0
     smoothing: Smoothing | None = None
     resampling: Resampling = field(default_factory=Resampling)
@@ -87,7 +89,7 @@ class SensorControl:
     bodies: Bodies = field(default_factory=Bodies)
 
     def __post_init__(self) -> None:
-        require_one_of(self, "synthesis", Continuity, Interpolation, Optimisation)
+        require_one_of(self, "synthesis", Guided, KernelRidge, Continuity, Interpolation, Optimisation)
         if self.smoothing is not None:
             require_one_of(self, "smoothing", WindowSmoothing, CausalSmoothing, NoSmoothing)
         _ = self.setup  # refuses a rate or kinds that cannot be
@@ -148,10 +150,13 @@ class SensorControl:
         reading = stage(progress, 0.0, READ)
         gathered = gather_long_enough(library, self.bodies, exclude=exclude, track=track, progress=reading)
         recordings, notes, left = list(gathered.recordings), gathered.notes, gathered.left
+        people = people_of(recordings)
         del gathered  # each motion is let go once there are examples of it
         rng = np.random.default_rng(self.seed)
         simulating = stage(progress, READ, SIMULATED)
-        examples = build_examples(adopted(recordings), self.setup, rng, count=len(recordings), progress=simulating)
+        examples = build_examples(
+            adopted(recordings), self.setup, rng, people=people, count=len(recordings), progress=simulating
+        )
         model = fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
         return replace(model, notes=notes, left_out=left)
 
@@ -160,6 +165,7 @@ class SensorControl:
         motions: Motions,
         readings: Mapping[tuple[str, str], Readings] = MappingProxyType({}),
         progress: Progress | None = None,
+        people: Mapping[tuple[str, str], str] = MappingProxyType({}),
     ) -> SensorModel:
         """Learn from motions at hand.
 
@@ -172,6 +178,8 @@ class SensorControl:
             of simulated ones, as in the thesis (4.2).
         progress : Progress, optional
             Called with what is done and the whole: motions are simulated, and then learnt from.
+        people : mapping, optional
+            Who moves, by take and track; a take of which that is not known is a person of its own.
 
         Returns
         -------
@@ -179,7 +187,9 @@ class SensorControl:
         """
         rng = np.random.default_rng(self.seed)
         simulating = stage(progress, 0.0, SIMULATED)
-        examples = build_examples(motions.items(), self.setup, rng, readings, count=len(motions), progress=simulating)
+        examples = build_examples(
+            motions.items(), self.setup, rng, readings, people=people, count=len(motions), progress=simulating
+        )
         return fit_examples(self, examples, rng, progress=stage(progress, SIMULATED, 1.0))
 
 

@@ -12,6 +12,8 @@ from kinetograph.synthesis import Synthesis
 
 MANY_MISSING = 0.05
 """Share of missing readings beyond which there is a warning."""
+MUCH = 1.25
+"""Times the usual error beyond which there is a warning of what one can expect."""
 MANY_FAR = 0.2
 """Share of frames with unusual readings beyond which there is a warning."""
 
@@ -59,7 +61,14 @@ def warnings_of(statistics: Mapping[str, float], names: Iterable[str], heard: se
         lines.append(f"no readings at all for {statistics['held']:.2f} s: the pose was held, with growing uncertainty")
     elif statistics["missing"] > MANY_MISSING and not silent:
         lines.append(f"{statistics['missing']:.0%} of the readings were missing for longer than the gap allowed")
-    if statistics["far"] > MANY_FAR:
+    expected = statistics.get("expected")
+    if expected is not None and expected > MUCH * statistics["usual"]:
+        lines.append(
+            f"readings far from the library's: expect errors of about {expected:.0f} degrees a joint, where the "
+            f"library's own people, left out, have {statistics['usual']:.0f}; add recordings of such movement, or "
+            "calibrate the sensors"
+        )
+    elif expected is None and statistics["far"] > MANY_FAR:
         lines.append(
             f"{statistics['far']:.0%} of the frames have readings far from all in the library; add recordings of such "
             "movement, or calibrate the sensors"

@@ -1,4 +1,4 @@
-"""The three syntheses, each a configuration that learns what it needs and makes its estimator."""
+"""The thesis' syntheses and continuity, each a configuration that learns what it needs and makes its estimator."""
 
 from __future__ import annotations
 
@@ -96,6 +96,29 @@ class Continuity:
         search = _columns(fit.examples) if fit.search is None else fit.search
         return self._estimator(fit.examples, fit.averages, search, fit.strengths if self.cautious else None)
 
+    def follower(self, examples: Examples, search: SingleArray | NeighbourLists, rows: SingleArray) -> Scan | Retrieval:
+        """What follows paths through examples.
+
+        Parameters
+        ----------
+        examples : Examples
+        search : ndarray of float32, shape (C, N), or NeighbourLists
+            What is compared with queries, one row per channel, or lists of it.
+        rows : ndarray of float32, shape (N, C)
+            The same, one row per example; lists need it.
+
+        Returns
+        -------
+        Scan or Retrieval
+        """
+        decay, lag = float(np.exp(-1.0 / (self.memory * examples.fps))), self.lag_frames(examples.fps)
+        if isinstance(search, NeighbourLists):
+            costs, effort = StepCosts(decay, self.warp, self.jump, lag), Effort(least=max(Effort.least, self.paths))
+            near = NearSearch(rows, examples.first, search, costs, effort)
+            return Retrieval(near, self.paths, self.temperature)
+        through = PathSearch(search, examples.first, decay, self.warp, self.jump, lag)
+        return Scan(through, self.paths, self.temperature)
+
     def _of_takes(self, fit: SensorFit, kept: BoolArray) -> Callable[[], ContinuityEstimator]:
         """What makes estimators, which do not shrink, of the examples of some takes, ``kept`` of shape ``(T,)``."""
         if isinstance(fit.search, NeighbourLists):
@@ -107,15 +130,7 @@ class Continuity:
     def _estimator(
         self, examples: Examples, averages: Averages, search: SingleArray | NeighbourLists, strengths: FloatArray | None
     ) -> ContinuityEstimator:
-        decay, lag = float(np.exp(-1.0 / (self.memory * examples.fps))), self.lag_frames(examples.fps)
-        follower: Scan | Retrieval
-        if isinstance(search, NeighbourLists):
-            costs, effort = StepCosts(decay, self.warp, self.jump, lag), Effort(least=max(Effort.least, self.paths))
-            near = NearSearch(examples.readings, examples.first, search, costs, effort)
-            follower = Retrieval(near, self.paths, self.temperature)
-        else:
-            through = PathSearch(search, examples.first, decay, self.warp, self.jump, lag)
-            follower = Scan(through, self.paths, self.temperature)
+        follower = self.follower(examples, search, examples.readings)
         return ContinuityEstimator(examples, averages, follower, strengths)
 
 

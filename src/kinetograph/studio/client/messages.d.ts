@@ -74,7 +74,7 @@ export interface Sensors {
   readings?: string;
   layout?: string;
   use?: string[];
-  synthesis?: "continuity" | "interpolation" | "optimisation";
+  synthesis?: "guided" | "ridge" | "continuity" | "interpolation" | "optimisation";
   track?: string;
   source?: string;
   names?: Record<string, string>;

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.evaluation.reproduce.xie2009.methods import AHEAD, FRAME_BY_FRAME, PCA
-from kinetograph.evaluation.sensor import Fold
+from kinetograph.evaluation.sensor_folds import Fold
 from kinetograph.evaluation.sensor_scores import normalised_rms, pose_errors
 from kinetograph.motion import Motion
 

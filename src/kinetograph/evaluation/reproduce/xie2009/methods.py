@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.evaluation.sensor import Fold, fitted_to, timed
+from kinetograph.errors import RequestError
+from kinetograph.evaluation.sensor import fitted_to, timed
+from kinetograph.evaluation.sensor_folds import Fold
 from kinetograph.evaluation.sensor_scores import score
 from kinetograph.methods.sensor import (
     ByDensity,
@@ -20,7 +24,7 @@ from kinetograph.methods.sensor import (
     PcaReduction,
     SensorControl,
 )
-from kinetograph.sensing import Layout, simulate
+from kinetograph.sensing import Layout, preset, simulate
 
 PCA, LLE = "PCA, interpolation", "LLE, interpolation"
 FRAME_BY_FRAME, AHEAD = "PCA, optimisation", "PCA, optimisation ahead"
@@ -43,6 +47,10 @@ class TakeRow:
     jitter : float
         Over the source's.
     seconds : float
+    library : str
+        What it was estimated from: ``"library"``, or the strokes of one recording.
+    least, most : float
+        Of the error, over the seeds of the mixture.
     """
 
     take: str
@@ -52,6 +60,9 @@ class TakeRow:
     angle: float
     jitter: float
     seconds: float
+    library: str = "library"
+    least: float = 0.0
+    most: float = 0.0
 
 
 def configurations(layout: Layout, settings: LocalModelSettings) -> dict[str, SensorControl]:
@@ -83,26 +94,58 @@ def configurations(layout: Layout, settings: LocalModelSettings) -> dict[str, Se
     }
 
 
-def run_methods(fold: Fold, settings: LocalModelSettings, layout: Layout) -> dict[str, tuple[TakeRow, FloatArray]]:
+@dataclass(frozen=True)
+class Runs:
+    """How often and with which sensors the methods are run.
+
+    Parameters
+    ----------
+    local : LocalModelSettings
+    seeds : int
+        Seeds of the mixture, which finds other clusters with each, and on other machines; rows are means over them.
+    layout : Layout
+    """
+
+    local: LocalModelSettings = field(default_factory=LocalModelSettings)
+    seeds: int = 1
+    layout: Layout = field(default_factory=lambda: preset("wii"))
+
+    def __post_init__(self) -> None:
+        if self.seeds < 1:
+            raise RequestError(f"seeds must be 1 or more, found {self.seeds}")
+
+
+def run_methods(fold: Fold, runs: Runs, library: str = "library") -> dict[str, tuple[TakeRow, FloatArray]]:
     """Run each of `METHODS` on a held-out take.
 
     Parameters
     ----------
     fold : Fold
-    settings : LocalModelSettings
-    layout : Layout
+    runs : Runs
+    library : str
+        What the rows call the library.
 
     Returns
     -------
     dict
-        Row and rotations, shape (F, J, 4), by method.
+        Row, and rotations by the first seed, shape (F, J, 4), by method.
     """
-    readings = simulate(fold.truth, layout, np.random.default_rng(0))
-    results = {}
-    for name, model in fitted_to(configurations(layout, settings), fold.examples):
-        made, times = timed(model, readings)
-        rotations = made.motion.rotations
-        row = score(name, "all", rotations, fold.truth)[0]
-        seconds = float(np.sum(times))
-        results[name] = TakeRow(fold.take, name, row.frames, row.rms, row.angle, row.jitter, seconds), rotations
-    return results
+    readings = simulate(fold.truth, runs.layout, np.random.default_rng(0))
+    found: dict[str, list[tuple[TakeRow, FloatArray]]] = {}
+    for seed in range(runs.seeds):
+        methods = {name: replace(method, seed=seed) for name, method in configurations(runs.layout, runs.local).items()}
+        for name, model in fitted_to(methods, fold.examples):
+            made, times = timed(model, readings)
+            rotations = made.motion.rotations
+            row = score(name, "all", rotations, fold.truth)[0]
+            figures = row.frames, row.rms, row.angle, row.jitter, float(np.sum(times))
+            found.setdefault(name, []).append((TakeRow(fold.take, name, *figures, library), rotations))
+    return {name: (_mean([row for row, _ in results]), results[0][1]) for name, results in found.items()}
+
+
+def _mean(rows: Sequence[TakeRow]) -> TakeRow:
+    """The mean over seeds, and the range of the error."""
+    named = ("rms", "angle", "jitter", "seconds")
+    means: dict[str, Any] = {name: float(np.mean([getattr(row, name) for row in rows])) for name in named}
+    angles = [row.angle for row in rows]
+    return replace(rows[0], **means, least=min(angles), most=max(angles))

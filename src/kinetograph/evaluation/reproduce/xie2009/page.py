@@ -5,7 +5,11 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from kinetograph.evaluation.intervals import interval
 from kinetograph.evaluation.reproduce.xie2009.figures import DRAWN, pose_picture, rms_picture
 from kinetograph.evaluation.reproduce.xie2009.methods import LLE, PCA, TakeRow
 from kinetograph.evaluation.reproduce.xie2009.strokes import CLIP
@@ -101,12 +105,47 @@ def _tables(rows: Sequence[TakeRow]) -> list[str]:
             *(("here", r.take, r.frames, f"{r.rms:.3f}") for r in lle),
         ]),
         f"<h2>Section 7.3: interpolation and optimisation, without postprocessing</h2><p>{SECTION_7_3}",
-        _table(("take", "method", "frames", "RMS (7.1)", "degrees", "jitter over the source's", "seconds"), [
-            (r.take, r.method, r.frames, f"{r.rms:.3f}", f"{r.angle:.2f}", f"{r.jitter:.2f}", f"{r.seconds:.2f}")
+        _table(("take", "method", "frames", "RMS (7.1)", "degrees", "by seed", "jitter over the source's", "seconds"), [
+            (r.take, r.method, r.frames, f"{r.rms:.3f}", f"{r.angle:.2f}", f"{r.least:.2f} to {r.most:.2f}",
+             f"{r.jitter:.2f}", f"{r.seconds:.2f}")
             for r in rows
+        ]),
+        "<p>Means over takes of one library, with the bootstrap's 95 % interval:",
+        _table(("library", "method", "takes", "RMS (7.1)", "degrees", "jitter"), [
+            (m["library"], m["method"], m["takes"], f"{m['rms']:.3f}", m["degrees"], f"{m['jitter']:.2f}")
+            for m in means(rows)
         ]),
         "<p>The last method of each take minimises the same terms over later frames, and chooses clusters by density.",
     ]  # fmt: skip
+
+
+def means(rows: Sequence[TakeRow]) -> list[dict[str, Any]]:
+    """The means over the takes of a library, by method, where it has several takes.
+
+    Parameters
+    ----------
+    rows : sequence of TakeRow
+
+    Returns
+    -------
+    list of dict
+    """
+    alike: dict[tuple[str, str], list[TakeRow]] = {}
+    for row in rows:
+        alike.setdefault((row.library, row.method), []).append(row)
+    return [
+        {
+            "library": library,
+            "method": method,
+            "takes": len(same),
+            "rms": float(np.mean([row.rms for row in same])),
+            "angle": float(np.mean([row.angle for row in same])),
+            "degrees": str(interval([row.angle for row in same])),
+            "jitter": float(np.mean([row.jitter for row in same])),
+        }
+        for (library, method), same in alike.items()
+        if len(same) > 1
+    ]
 
 
 def _clip_table(rows: Sequence[ClipRow]) -> list[str]:

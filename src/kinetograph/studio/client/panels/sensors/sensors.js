@@ -7,7 +7,7 @@ import { Listening } from "./listening.js";
 import { Uncertainty } from "./uncertainty.js";
 
 const LAYOUTS = ["wii", "phone", "imu", "ideal"];
-const SYNTHESES = ["continuity", "interpolation", "optimisation"];
+const SYNTHESES = ["guided", "ridge", "continuity", "interpolation", "optimisation"];
 const USES = { "": "all there is", force: "force", "force angular": "force, angular velocity", "force tilt": "force, tilt", "force angular tilt": "force, angular velocity, tilt" };
 
 /**
@@ -142,7 +142,7 @@ class SensorPanel {
     this.#fill(this.library, (welcome?.libraries ?? []).map(({ name }) => name), section.library || (welcome?.libraries[0]?.name ?? ""));
     this.#fill(this.layout, [...LAYOUTS, ...files.filter((name) => /\.toml$/i.test(name))], section.layout ?? "wii");
     this.use.value = (section.use ?? []).join(" ");
-    this.synthesis.value = section.synthesis ?? "continuity";
+    this.synthesis.value = section.synthesis ?? "guided";
     this.listening.show();
   }
 
