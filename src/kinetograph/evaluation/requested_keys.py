@@ -216,7 +216,7 @@ def _outcome(model: KeyframeModel, first: Key, last: Key, usual: float) -> _Outc
         result = model.synthesize([first, last])
     except UnmetError as error:
         asked = _nearest(last, error)
-        holds = sum(_is_met(model, first, key) for key in asked)
+        holds = sum(1 for key in asked if _is_met(model, first, key))
         return _Outcome(False, True, len(asked), holds)
     except RequestError:
         return _Outcome(False)
