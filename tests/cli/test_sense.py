@@ -113,7 +113,7 @@ def test_settings_of_syntheses_are_options(folder: Path):
     slow = sensor_control(Sensors(), Estimation(), "continuity", ("force",), 60.0, Tuning(memory=0.6, cautious=False))
     assert (slow.synthesis.memory, slow.synthesis.cautious, slow.synthesis.jump) == (0.6, False, 2.0)
     done = invoke("sense", folder / "worn.csv", "-l", folder / "lib", "-o", folder / "no.bvh", "--ahead", "0")
-    assert "continuity has no setting 'ahead'; it has cautious, jump, lag" in str(done.exception)
+    assert "guided has no setting 'ahead'; it has path, ridge" in str(done.exception)
     done = invoke("sense", folder / "worn.csv", "-l", folder / "lib", "-o", folder / "no.bvh",
                   "--synthesis", "interpolation", "--choice", "nearest")  # fmt: skip
     assert "choice must be one of density, mean, found 'nearest'" in str(done.exception)
