@@ -13,7 +13,7 @@ import pytest
 
 import clusters
 from kinetograph import errors
-from kinetograph.errors import FormatError, RequestError, TooSoonError, WorkError
+from kinetograph.errors import FormatError, RequestError, TooSoonError, UnmetError, WorkError
 from kinetograph.work import HERE, Workers, in_shards, rooms
 from kinetograph.work.cluster import Cluster
 
@@ -79,6 +79,8 @@ def test_every_error_can_be_pickled(kind: type[Exception]) -> None:
         made = FormatError("walk.bvh", "text", line=7, column=2)
     elif kind is TooSoonError:
         made = TooSoonError("text", "key", 0.5)
+    elif kind is UnmetError:
+        made = UnmetError("text", "key", 0.5, (1.0, 2.0))
     else:
         made = kind("text")
     copy = pickle.loads(pickle.dumps(made))

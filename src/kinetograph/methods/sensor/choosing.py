@@ -130,7 +130,8 @@ def _parted(examples: Examples) -> Examples:
     ]
     starts = np.append(np.concatenate(edges), examples.starts[-1])
     names = tuple((f"{take}[{i}]", track) for take, track in examples.takes for i in range(each))
-    return replace(examples, starts=starts, takes=names, people=("one",) * len(names))
+    captured = np.repeat(examples.captured, each)
+    return replace(examples, starts=starts, takes=names, people=("one",) * len(names), captured=captured)
 
 
 def _cases(
