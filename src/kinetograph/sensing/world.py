@@ -102,7 +102,7 @@ def as_said(readings: Readings, said: World | None = None, up: str | None = None
     -------
     readings : Readings
     notes : tuple of str
-        What was found by gravity, and where the file is wrong.
+        What was found by gravity, or taken as usual of a handful of rows, and where the file is wrong.
 
     Raises
     ------
@@ -112,6 +112,9 @@ def as_said(readings: Readings, said: World | None = None, up: str | None = None
     given = World(up or said.up, said.inverse) if said is not None else None
     if given is not None and (count_calm(readings) < _ROWS or _is_likely(readings, given)):
         return in_our_world(readings, given), ()
+    if len(readings) < _ROWS:
+        world = World(up or "y")
+        return in_our_world(readings, world), (f"orientations taken as {world}: {len(readings)} rows cannot show it",)
     try:
         world = find_world(readings, up)
     except RequestError:

@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from kinetograph.arrays import FloatArray
+from kinetograph.filters import running_max
 from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.motion import Motion, cut
@@ -214,8 +214,8 @@ def _recorded(
         notes = [n for n in example.contacts if n.stop * fps >= low]
         moved = [Annotation(n.track, n.kind, n.label, max(n.start - low / fps, 0.0), n.stop - low / fps) for n in notes]
         at = np.clip(source - low, 0, len(span) - 1)
-        jumps = faster**2 * maximum_filter1d(jumps_of(span), 5)[at]
-        slides = faster * maximum_filter1d(slides_of(span, moved), 5)[at]
+        jumps = faster**2 * running_max(jumps_of(span), 5)[at]
+        slides = faster * running_max(slides_of(span, moved), 5)[at]
         recorded["jump"][inside] = np.maximum(recorded["jump"][inside], jumps)
         recorded["skate"][inside] = np.maximum(recorded["skate"][inside], slides)
     return recorded
