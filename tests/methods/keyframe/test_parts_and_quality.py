@@ -16,6 +16,7 @@ from kinetograph.keys import Key, PartFromRoot, PartInWorld, key_at
 from kinetograph.kinematics import forward
 from kinetograph.methods.keyframe import Example, KeyframeModel, TimedSearch
 from kinetograph.methods.keyframe.quality import Ordinary, jumps_of, ordinary_of, quality_of, slides_of
+from kinetograph.methods.relative_pose import BODY
 from kinetograph.motion import Motion, cut, headings
 from kinetograph.post import misses_of_parts
 from kinetograph.synthesis import Piece
@@ -55,7 +56,11 @@ def raised(motion: Motion) -> Motion:
 
 
 @pytest.mark.parametrize(
-    "roles", [("left_hand",), ("left_hand", "right_hand"), ("left_elbow",), ("left_hand", "right_foot")]
+    "roles",
+    [
+        *(("left_hand",), ("left_hand", "right_hand"), ("left_elbow",), ("left_hand", "right_foot")),
+        *(("left_knee", "left_foot"), tuple(role for role in BODY if role not in ("right_hand", "chest", "head"))),
+    ],
 )
 def test_parts_of_a_pose_are_met_to_a_millimetre(walks: kg.Library, forced: KeyframeModel, roles: tuple[str, ...]):
     slow = walks.take("slow").motion()

@@ -21,6 +21,8 @@ from kinetograph.skeleton import Skeleton, same_shape
 
 SHAPE = 0.02
 """Metres by which the bones of a key and of the library may differ for the key's pose to be met exactly."""
+MANY = 7
+"""Where more parts count, knees or elbows among them, the key's whole pose is met; so it is for a knee and its foot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +64,8 @@ def aim_of(key: Key, skeleton: Skeleton, *, first: bool) -> Aim:
         For a part that the body has not, or cannot bring to its place, with how near it comes.
     """
     alike = same_shape(key.clip.skeleton, skeleton, tolerance=SHAPE)
+    if alike and _leave_no_choice(key.roles or ()):
+        key = replace(key, roles=None)
     if not key.parts and (key.roles is None or not alike):
         return Aim(key, whole=alike and key.roles is None)
     for part in key.parts:
@@ -86,6 +90,13 @@ def aim_of(key: Key, skeleton: Skeleton, *, first: bool) -> Aim:
         named[role] = PartTarget(role, position, rotation)
     roles = tuple(dict.fromkeys((*key.roles, *named)))
     return Aim(replace(key, clip=clip, roles=roles), tuple(named.values()), False, offset)
+
+
+def _leave_no_choice(roles: tuple[str, ...]) -> bool:
+    """Whether parts count between which limbs can hardly bend in another way than they do in the key's pose."""
+    middle = any(role.endswith(("elbow", "knee")) for role in roles)
+    leg = any({f"{side}_knee", f"{side}_foot"} <= set(roles) for side in ("left", "right"))
+    return leg or (middle and len(roles) > MANY)
 
 
 def _seen_from_root(key: Key) -> tuple[Key, tuple[PartTarget, ...], complex]:
