@@ -83,7 +83,8 @@ class Key:
         Heading of the root in radians, see `kinetograph.rotations.heading`; free unless given.
     roles : tuple of str, optional
         The parts of the body that count: each is met where it is in the pose as seen from the root, and rotated as
-        there. The whole pose unless given, and where so many count, or a knee and its foot, that they leave hardly another.
+        there. The whole pose unless given, and where so many count, or a knee and its foot, that there is hardly
+        another.
     label : str, optional
         What messages call it.
     parts : tuple of PartFromRoot or PartInWorld, optional

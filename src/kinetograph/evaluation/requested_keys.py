@@ -50,10 +50,10 @@ class RequestFigures:
         All that are not met.
     nearest : int
         Those refused with the nearest time or place that can be asked for, or with how near a part comes.
+    named : int
+        Those of them that name a time or place.
     holds : int
         Those of them whose nearest time or place, asked for, is met.
-    named : int
-        Those that name one.
     miss_mm, miss_degrees : float
         The largest miss of what is met.
     worst : float
