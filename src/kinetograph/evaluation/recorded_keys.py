@@ -31,7 +31,7 @@ class OwnFrames:
     refused : int
         Pairs without a motion.
     missed : float
-        Share of the others in which the frame is missed by more than `HELD`.
+        Share of the others in which the frame is missed by more than ``HELD``.
     median_mm, worst_mm : float
         The frame's mean joint distance from the result, in millimetres.
     """

@@ -145,7 +145,7 @@ def evaluate(
     held : HeldOut, optional
     nested : bool
         Whether settings are also chosen anew for each that is left out, on the others, see
-        `kinetograph.evaluation.sensor_nested`; such rows are called ``"..., nested"``.
+        ``kinetograph.evaluation.sensor_nested``; such rows are called ``"..., nested"``.
     workers : Workers or Executor
         Who works, take by take or person by person; figures do not depend on it, but for the times of frames.
     progress : Progress, optional

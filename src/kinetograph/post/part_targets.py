@@ -84,7 +84,7 @@ def misses(motion: Motion, targets: Sequence[PartTarget]) -> tuple[FloatArray, F
 
 
 def misses_of_parts(motion: Motion, pose: Motion, roles: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-    """How far parts of a motion are from where they are in a pose, seen from the root; see `misses`.
+    """How far parts of a motion are from where they are in a pose, seen from the root; see ``misses``.
 
     Parameters
     ----------
@@ -98,5 +98,5 @@ def misses_of_parts(motion: Motion, pose: Motion, roles: Sequence[str]) -> tuple
 
 
 def are_met(apart: FloatArray, twisted: FloatArray) -> BoolArray:
-    """Whether all parts of each frame are met, shape ``(F,)``, by their `misses`."""
+    """Whether all parts of each frame are met, shape ``(F,)``, by their ``misses``."""
     return np.asarray(((apart <= MISSED) & (twisted <= TWISTED)).all(axis=1))

@@ -160,7 +160,7 @@ def standing_still(
 
 
 def still_span(readings: Readings) -> tuple[float, float] | None:
-    """The first seconds, `LEAST_STILL` or more, in which every sensor is still; None where there are none."""
+    """The first seconds, ``LEAST_STILL`` or more, in which every sensor is still; None where there are none."""
     layout = Layout("heard", tuple(Sensor(name, "") for name in readings.names))
     force, valid = framed(readings, layout)
     width = round(LEAST_STILL * RATE)
