@@ -28,6 +28,8 @@ MEASURED = 4000
 """Examples that these coordinates are learnt from."""
 FEWER = 1500
 """Centres of the regressions that stand in for the library's where parts of it are left out."""
+AT_ONCE = 50_000
+"""Examples whose rows are made at once."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,7 @@ class Guided:
         few = len(examples) <= self.path.scanned
         search = np.ascontiguousarray(rows.T) if few else fit_lists(rows, examples.starts, rng)
         fit = replace(fit, search=search, guide=guide)
+        del rows
         if self.share is not None:
             blend = Blend(self.share, True, np.zeros(len(examples.space.moving)))
         else:
@@ -176,10 +179,15 @@ class Guided:
         return GuidedEstimator(regression, paths, fit.averages, fit.blend, fit.examples.space)
 
     def _rows(self, examples: Examples, guide: Guide, ridge: RidgeFit) -> SingleArray:
-        """Smoothed readings and coordinates, ``(N, C + B)``."""
+        """Smoothed readings and coordinates, ``(N, C + B)``, in pieces, as those of a million frames are large."""
         smoothed = ridge.features.smoothed(self.smooth, examples.fps)
-        readings = smoothed.at(examples.readings, examples.starts, np.arange(len(examples)))
-        return np.concatenate([readings, guide.channels(examples.poses).astype(np.float32)], axis=1)
+        width = examples.readings.shape[1]
+        rows = np.empty((len(examples), width + guide.directions.shape[1]), dtype=np.float32)
+        for low in range(0, len(examples), AT_ONCE):
+            some = np.arange(low, min(low + AT_ONCE, len(examples)))
+            rows[some, :width] = smoothed.at(examples.readings, examples.starts, some)
+            rows[some, width:] = guide.channels(examples.poses[some])
+        return rows
 
     def _of_some(self, ridge: RidgeFit, some: Examples) -> Fresh:
         """What makes a regression, on fewer centres, and paths through some of the examples with and without it."""
