@@ -47,7 +47,7 @@ from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.moments import Moment
-from kinetograph.methods.performance.moves import foot_moments
+from kinetograph.methods.performance.moves import contact_moments, foot_moments
 from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
@@ -116,6 +116,7 @@ __all__ = [
     "build_instances",
     "by_hand",
     "check_alike",
+    "contact_moments",
     "cut_segments",
     "cut_tracks",
     "cuts_of",

@@ -101,7 +101,10 @@ class Interpreting:
     def best(self, rules: Sequence[Demand] = ()) -> SegmentalPath:
         """The best sequence; see `interpret`."""
         partial = bind_partial(self.fitted, rules, self._partial, len(self.x) - 1)
-        return prove(self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals, len(self.x) - 1), partial, _wide(self.fitted, rules))
+        wide = _wide(self.fitted, rules)
+        return prove(
+            self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals, len(self.x) - 1), partial, wide
+        )
 
 
 def settle(

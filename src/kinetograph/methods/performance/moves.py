@@ -13,7 +13,11 @@ from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.segments import Source
 from kinetograph.methods.recordings import LABELS
+from kinetograph.post.footskate import contact_mask
+from kinetograph.take import Annotation
 
+OFF = 0.1
+"""What a second costs, m^2 s, in which a foot is not planted that is to stay where it is."""
 LEAST = 0.5
 """The share of a segment that a label fills at least for the segment to be called so."""
 
@@ -123,3 +127,24 @@ def foot_moments(fitted: Fitted, span: tuple[float, float], feet: Sequence[str])
         *([next_foot(fitted, span[0], first)] if first else []),
         *([last_foot(fitted, span[1], last)] if last else []),
     ]
+
+
+def contact_moments(fitted: Fitted, contact: Annotation) -> list[Moment]:
+    """A foot or toe is planted for a span: it costs something to show frames in which it is not.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    contact : Annotation
+        Its label is the role, its times are seconds of the control.
+    """
+    rate = fitted.settings.rate
+    costs = tuple(_lifted(source, contact.label) * OFF / rate for source in fitted.sources)
+    steps = np.arange(np.ceil(contact.start * rate - 1e-6), np.floor(contact.stop * rate + 1e-6) + 1) / rate
+    return [Moment((second, second), costs, contact.label) for second in steps.tolist()]
+
+
+def _lifted(source: Source, role: str) -> FloatArray:
+    """1 for the frames of a recording in which a foot or toe is not planted, 0 for the others."""
+    planted = contact_mask(source.annotations, role, len(source.motion), source.motion.fps)
+    return np.where(planted, 0.0, 1.0)

@@ -72,6 +72,10 @@ class Span:
     first: str = ""
     last: str = ""
 
+    def __str__(self) -> str:
+        feet = " and ".join(f"the {side} foot {word}" for word in ("first", "last") if (side := getattr(self, word)))
+        return f"{feet or 'any feet'} from {self.start:g} to {self.stop:g} s"
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:
@@ -121,6 +125,23 @@ def timed(asked: Sequence[AskedKey], control: Control) -> tuple[AskedKey, ...]:
                 f"before it at {_seconds(before.key.time)}; sort them by time, and give no two the same"
             )
     return keys
+
+
+def require_within(asked: Asked, control: Control) -> None:
+    """Raise RequestError for a span that is not within the control.
+
+    Parameters
+    ----------
+    asked : Asked
+    control : Control
+        As it is performed.
+    """
+    end = control.duration
+    for each in (*asked.rules, *asked.feet, *asked.contacts):
+        if each.start < 0 or each.stop > end + EARLY:
+            what = each.label if isinstance(each, Annotation) else each
+            outside = each.start if each.start < 0 else each.stop
+            raise RequestError(f"{what}: {outside:g} s is outside the control, which lasts from 0 to {end:.2f} s")
 
 
 def _timed(asked: AskedKey, control: Control) -> AskedKey:

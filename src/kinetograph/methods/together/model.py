@@ -23,11 +23,12 @@ from kinetograph.methods.performance import (
     GroundPath,
     Moment,
     PerformanceModel,
+    contact_moments,
     distances_to,
     foot_moments,
 )
 from kinetograph.methods.recordings import adopt, same_joints
-from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, timed
+from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
 from kinetograph.methods.together.meeting import aims_of, meet
 from kinetograph.methods.together.placing import bent_to
 from kinetograph.motion import Motion
@@ -87,9 +88,10 @@ def performed(
     RequestError
         For a control that cannot be performed, and for keys that cannot be met, with the nearest that could.
     """
-    if not (asked.keys or asked.feet or asked.contacts):
-        return model.synthesize(control, progress, asked.rules)
     read = replace(model.read(control), contacts=asked.contacts)
+    require_within(asked, read)
+    if not (asked.keys or asked.feet or asked.contacts):
+        return model.performed(read, progress, asked.rules)[0]
     keys = tuple(_on_body(each, model.fitted) for each in timed(asked.keys, read))
     _require_ground(model, keys)
     fitted = model.fitted
@@ -170,6 +172,8 @@ def _nearest(fitted: Fitted, away: Sequence[FloatArray]) -> float:
 def _feet(fitted: Fitted, asked: Asked) -> Iterator[Moment]:
     for span in asked.feet:
         yield from foot_moments(fitted, (span.start, span.stop), (span.first, span.last))
+    for contact in asked.contacts:
+        yield from contact_moments(fitted, contact)
 
 
 def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, keys: Sequence[Key]) -> Synthesis:
