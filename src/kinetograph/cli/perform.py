@@ -210,9 +210,7 @@ def perform(
     read_control(method, performed)  # what cannot be performed is refused before the library is read
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
-        if asked.keys or asked.feet:
-            raise RequestError("shards in processes of their own know no keys and no feet; leave out --jobs, --cluster")
-        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed, asked.rules)
+        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed, asked)
         _written(made, "", wanted, inputs, answers)
         _show(made, summary, answers)
         return
@@ -221,10 +219,9 @@ def perform(
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, asked)
-    rules = asked.rules
-    moves = transcribed(model, performed, rules) if answers.transcript else ""
+    moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     summary = outcome(made[0], model, performed)
-    summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
+    summary |= {"gap": model.gap(performed, asked.rules)} if search.gap and "gap" not in summary else {}
     _written(made, moves, wanted, inputs, answers)
     _show(made, summary, answers)
 
@@ -235,13 +232,15 @@ def _over_shards(
     workers: Workers,
     given: tuple[Inputs, Answers, RuledSearch],
     control: Signal | Motion,
-    rules: Sequence[Rule],
+    asked: Asked,
 ) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
     """A synthesis of a library whose shards, or ranges of takes, have processes of their own, and its figures."""
     from kinetograph.methods.performance import over_shards
     from kinetograph.pipeline import noted
 
     inputs, answers, search = given
+    if asked.keys or asked.feet:
+        raise RequestError("shards in processes of their own know no keys and no feet; leave out --jobs and --cluster")
     if answers.alternatives > 1 or answers.transcript or search.gap:
         raise RequestError(
             "shards in processes of their own give one motion: leave out --alternatives, --transcript and --gap, "
@@ -252,7 +251,7 @@ def _over_shards(
         over_shards(method, library, workers, track=inputs.target) as model,
         progress_bar("searching") as progress,
     ):
-        made = noted(model.synthesize(control, progress, rules), model.notes, model.fitted.left_out)
+        made = noted(model.synthesize(control, progress, asked.rules), model.notes, model.fitted.left_out)
         return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
 
 

@@ -103,6 +103,7 @@ def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     from kinetograph.formats import KeySources, read_request
     from kinetograph.pipeline import render_request
 
+    request = read_request(wishes.project)
     if not wishes.output:
         raise RequestError("a request's motion needs a file to go to: -o out.bvh")
     written = Written(
@@ -114,7 +115,6 @@ def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     )
     refuse_unknown_formats(written.output)
     refuse_existing(written.files, written.force)
-    request = read_request(wishes.project)
     library = _library_of(request, wishes)
     sources = KeySources(library, reading.read_options, folder=wishes.project.parent, note=note)
     with compilation_announced(), progress_bar("searching") as progress:

@@ -27,6 +27,7 @@ from kinetograph.methods.performance.fit import fit
 from kinetograph.methods.performance.fitted import Fitted, fitted_for
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings
 from kinetograph.methods.performance.live import Live
+from kinetograph.methods.performance.performing import perform_read
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Demand
 from kinetograph.methods.performance.scoring import at_rate
@@ -133,15 +134,7 @@ class PerformanceModel:
         RequestError
             For a control without direction, or too short for the search's rate.
         """
-        return self.performed(self.read(control), progress, rules)[0]
-
-    def performed(
-        self, control: Control, progress: Progress | None = None, demands: Sequence[Demand] = ()
-    ) -> tuple[Synthesis, tuple[Demand, ...]]:
-        """A motion that performs a control that has been read, and the demands at the times at which they are met."""
-        fitted = fitted_for(self.fitted, control)
-        path, settled = interpretation.settle(fitted, _samples(self.method, control), progress, demands)
-        return realize(fitted, control, path, settled), settled
+        return perform_read(self.fitted, self.read(control), progress, rules)[0]
 
     def alternatives(
         self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Demand] = (), *, alike: bool = False

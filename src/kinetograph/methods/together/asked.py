@@ -137,7 +137,8 @@ def require_within(asked: Asked, control: Control) -> None:
         As it is performed.
     """
     end = control.duration
-    for each in (*asked.rules, *asked.feet, *asked.contacts):
+    spans: tuple[Rule | Span | Annotation, ...] = (*asked.rules, *asked.feet, *asked.contacts)
+    for each in spans:
         if each.start < 0 or each.stop > end + EARLY:
             what = each.label if isinstance(each, Annotation) else each
             outside = each.start if each.start < 0 else each.stop

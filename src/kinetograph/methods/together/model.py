@@ -7,7 +7,7 @@ become costs of the states of one segmental search; its pieces are joined; the k
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from kinetograph.methods.performance import (
     contact_moments,
     distances_to,
     foot_moments,
+    perform_read,
 )
 from kinetograph.methods.recordings import adopt, same_joints
 from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
@@ -43,27 +44,6 @@ NEAR = 0.12
 """Metres between a key and a frame within which the recordings have something near: then only that is shown."""
 SLACK = 0.06
 """Metres by which what is shown may be further from the key than the nearest frame."""
-
-
-@dataclass(frozen=True, eq=False)
-class KeyReport:
-    """How a key was met.
-
-    Parameters
-    ----------
-    label : str
-    second : float
-        When.
-    recorded : float
-        Metres between the key and the recorded frame that is shown; see `distances_to`.
-    nearest : float
-        The same of the nearest frame that a piece may show.
-    """
-
-    label: str
-    second: float
-    recorded: float
-    nearest: float
 
 
 def performed(
@@ -91,7 +71,7 @@ def performed(
     read = replace(model.read(control), contacts=asked.contacts)
     require_within(asked, read)
     if not (asked.keys or asked.feet or asked.contacts):
-        return model.performed(read, progress, asked.rules)[0]
+        return perform_read(model.fitted, read, progress, asked.rules)[0]
     keys = tuple(_on_body(each, model.fitted) for each in timed(asked.keys, read))
     _require_ground(model, keys)
     fitted = model.fitted
@@ -109,10 +89,10 @@ def _searched(
     model: PerformanceModel, control: Control, demands: Sequence[Demand], progress: Progress | None
 ) -> tuple[Synthesis, tuple[Demand, ...]]:
     try:
-        return model.performed(control, progress, demands)
+        return perform_read(model.fitted, control, progress, demands)
     except DataError:
         soft = [_softened(demand) if isinstance(demand, Moment) else demand for demand in demands]
-        return model.performed(control, progress, soft)
+        return perform_read(model.fitted, control, progress, soft)
 
 
 def _softened(moment: Moment) -> Moment:
