@@ -27,11 +27,12 @@ from kinetograph.cli.output import (
     write_text,
 )
 from kinetograph.cli.reading import TimedReading, read_file
+from kinetograph.cli.why import as_data, reasons_at, require_within, say_reasons
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Reasons, Rule
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
@@ -70,6 +71,10 @@ class Answers(Written):
     ] = False
     transcript: Annotated[
         Path | None, typer.Option(help="CSV to write: the moves of the motion, with their margins.")
+    ] = None
+    why: Annotated[
+        list[float] | None,
+        typer.Option(help="Say why the piece at this second is there, and what else could be. Repeatable."),
     ] = None
 
     def refuse(self) -> None:
@@ -151,6 +156,8 @@ def perform(
 
     Example: kinetograph perform out/walk.bvh -l out/walks.library -o out/mine.glb --picture out/mine.png --pieces
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.library import Shards
@@ -163,6 +170,7 @@ def perform(
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
+    require_within(answers.why or (), performed)
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed)
@@ -176,10 +184,11 @@ def perform(
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, rules)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
+    reasons = reasons_at(model, performed, answers.why or (), rules)
     summary = outcome(made[0], model, performed)
     summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
-    _written(made, moves, wanted, inputs, answers)
-    _show(made, summary, answers)
+    _written(made, moves, wanted, inputs, answers, reasons)
+    _show(made, summary, answers, reasons)
 
 
 def _over_shards(
@@ -194,10 +203,10 @@ def _over_shards(
     from kinetograph.pipeline import noted
 
     inputs, answers, search = given
-    if answers.alternatives > 1 or answers.transcript or search.gap:
+    if answers.alternatives > 1 or answers.transcript or answers.why or search.gap:
         raise RequestError(
-            "shards in processes of their own give one motion: leave out --alternatives, --transcript and --gap, "
-            "or leave out --jobs and --cluster tcp://HOST:PORT"
+            "shards in processes of their own give one motion: leave out --alternatives, --transcript, --why and "
+            "--gap, or leave out --jobs and --cluster tcp://HOST:PORT"
         )
     with (
         compilation_announced(),
@@ -208,14 +217,22 @@ def _over_shards(
         return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
 
 
-def _written(made: Sequence[Synthesis], moves: str, control: Signal | Motion, inputs: Inputs, answers: Answers) -> None:
+def _written(
+    made: Sequence[Synthesis],
+    moves: str,
+    control: Signal | Motion,
+    inputs: Inputs,
+    answers: Answers,
+    reasons: Sequence[Reasons] = (),
+) -> None:
     """Write all files or none, and say what a person should know."""
     from kinetograph.formats import together
 
     notes(made[0].warnings)
+    more = {"why": as_data(reasons)} if reasons else {}
     with together():
         for number, synthesis in enumerate(made, start=1):
-            write_synthesis(synthesis, answers, control, inputs.control.name, number)
+            write_synthesis(synthesis, answers, control, inputs.control.name, number, more)
         if answers.transcript:
             write_text(moves, answers.transcript, answers.force)
 
@@ -247,12 +264,17 @@ def _synthesised(
         return (perform_with(model, control, rules=rules, progress=progress),)
 
 
-def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) -> None:
+def _show(
+    made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Reasons] = ()
+) -> None:
     rows = breakdown(made[0]) if answers.pieces else []
     if answers.pieces and not answers.as_json:
         table(rows, as_json=False)
+    if reasons and not answers.as_json:
+        say_reasons(reasons)
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
+    listed |= {"why": as_data(reasons)} if reasons and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
     ending = summary if answers.as_json else in_words(summary)
     left = left_out(made[0], answers.as_json)

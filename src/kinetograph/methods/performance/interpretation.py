@@ -101,6 +101,11 @@ class Interpreting:
         partial = bind_partial(self.fitted, rules, self._partial, len(self.x) - 1)
         return prove(self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals), partial)
 
+    def under(self, rules: Sequence[Rule] = ()) -> tuple[list[Arrivals], dict[int, Arrivals]]:
+        """What every step's states cost under rules, and those left early at the end."""
+        partial = bind_partial(self.fitted, rules, self._partial, len(self.x) - 1)
+        return list(bind(self.fitted, rules, self._arrivals)) if rules else self._arrivals, partial
+
 
 def _legal(
     fitted: Fitted,
