@@ -102,6 +102,7 @@ def run(folder: Path, tmp_path: Path) -> Run:
             r"\(on the command line: none\), found Ground",
         ),
         ("leader.bvh", "walks", ("--facing", "90"), "--facing is for a drawn path"),
+        ("path.csv", "walks", ("--why", "7"), r"--why: the control lasts 6\.00 s, found a time of 7 s"),
         (
             "leader.bvh",
             "talks",
@@ -159,6 +160,24 @@ def test_every_piece_says_where_it_is_from_and_what_it_costs(run: Run) -> None:
     for row in rows:
         assert row["stretch"] == pytest.approx((row["stop"] - row["start"]) / (row["to"] - row["from"]))
     assert "breakdown" not in run("path.csv", "walks", "--force")
+
+
+def test_why_a_piece_is_there(run: Run, tmp_path: Path, folder: Path) -> None:
+    summary = run("path.csv", "walks", "--why", 2.2, "--why", 0, "--pieces", "--report", tmp_path / "report.json")
+    (reasons, first) = summary["why"]
+    assert (reasons["second"], first["second"]) == (2.2, 0.0)
+    (chosen,) = (piece for piece in reasons["pieces"] if piece["chosen"])
+    there = next(row for row in summary["breakdown"] if row["start"] <= 2.2 < row["stop"])
+    assert chosen["source_start"] == pytest.approx(there["from"])
+    assert chosen["total"] == pytest.approx(summary["cost"], rel=1e-4)
+    assert chosen["total"] == pytest.approx(sum(chosen["terms"].values()))
+    margins = [piece["margin"] for piece in reasons["pieces"]]
+    assert margins[0] == pytest.approx(0.0, abs=1e-9)
+    assert margins == sorted(margins)
+    assert json.loads((tmp_path / "report.json").read_text())["why"] == summary["why"]
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "other.bvh")
+    said = answer("perform", *files, "--why", 2.2).stdout
+    assert f"why walk {there['from']:.2f}-{there['to']:.2f} s at 2.2 s" in said
 
 
 @pytest.mark.parametrize("alike", [False, True])

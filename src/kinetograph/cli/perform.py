@@ -27,13 +27,14 @@ from kinetograph.cli.output import (
     write_text,
 )
 from kinetograph.cli.reading import TimedReading, read_file
+from kinetograph.cli.why import as_data, reasons_at, require_within, say_reasons
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.formats import KeySources
     from kinetograph.formats.request_json import MoveRow
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Reasons, Rule
     from kinetograph.methods.together import Asked
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
@@ -73,6 +74,10 @@ class Answers(Written):
     ] = False
     transcript: Annotated[
         Path | None, typer.Option(help="CSV to write: the moves of the motion, with their margins.")
+    ] = None
+    why: Annotated[
+        list[float] | None,
+        typer.Option(help="Say why the piece at this second is there, and what else could be. Repeatable."),
     ] = None
 
     def refuse(self) -> None:
@@ -193,6 +198,8 @@ def perform(
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/posed.bvh
     --key "take:humanoid3d_walk@0.3; time=4"
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import KeySources
@@ -203,11 +210,11 @@ def perform(
     answers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library, inputs.selection)
-    sources = KeySources(library, reading.read_options, inputs.target, note=note)
-    asked = along.asked(sources, search.rules)
+    asked = along.asked(KeySources(library, reading.read_options, inputs.target, note=note), search.rules)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
+    require_within(answers.why or (), performed)
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed, asked)
@@ -220,10 +227,11 @@ def perform(
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, asked)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
+    reasons = reasons_at(model, performed, answers.why or (), asked.rules)
     summary = outcome(made[0], model, performed)
     summary |= {"gap": model.gap(performed, asked.rules)} if search.gap and "gap" not in summary else {}
-    _written(made, moves, wanted, inputs, answers)
-    _show(made, summary, answers)
+    _written(made, moves, wanted, inputs, answers, reasons)
+    _show(made, summary, answers, reasons)
 
 
 def _over_shards(
@@ -241,10 +249,10 @@ def _over_shards(
     inputs, answers, search = given
     if asked.keys or asked.feet:
         raise RequestError("shards in processes of their own know no keys and no feet; leave out --jobs and --cluster")
-    if answers.alternatives > 1 or answers.transcript or search.gap:
+    if answers.alternatives > 1 or answers.transcript or answers.why or search.gap:
         raise RequestError(
-            "shards in processes of their own give one motion: leave out --alternatives, --transcript and --gap, "
-            "or leave out --jobs and --cluster tcp://HOST:PORT"
+            "shards in processes of their own give one motion: leave out --alternatives, --transcript, --why and "
+            "--gap, or leave out --jobs and --cluster tcp://HOST:PORT"
         )
     with (
         compilation_announced(),
@@ -255,14 +263,22 @@ def _over_shards(
         return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
 
 
-def _written(made: Sequence[Synthesis], moves: str, control: Signal | Motion, inputs: Inputs, answers: Answers) -> None:
+def _written(
+    made: Sequence[Synthesis],
+    moves: str,
+    control: Signal | Motion,
+    inputs: Inputs,
+    answers: Answers,
+    reasons: Sequence[Reasons] = (),
+) -> None:
     """Write all files or none, and say what a person should know."""
     from kinetograph.formats import together
 
     notes(made[0].warnings)
+    more = {"why": as_data(reasons)} if reasons else {}
     with together():
         for number, synthesis in enumerate(made, start=1):
-            write_synthesis(synthesis, answers, control, inputs.control.name, number)
+            write_synthesis(synthesis, answers, control, inputs.control.name, number, more)
         if answers.transcript:
             write_text(moves, answers.transcript, answers.force)
 
@@ -287,21 +303,26 @@ def _synthesised(
 ) -> tuple[Synthesis, ...]:
     from kinetograph.pipeline import perform_alternatives, perform_asked
 
+    if (answers.alternatives > 1 or answers.why) and (asked.keys or asked.feet):
+        raise RequestError("--alternatives and --why are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
-        if asked.keys or asked.feet:
-            raise RequestError("--alternatives are of a control alone: leave it out, or leave out --key and feet")
         count, alike = answers.alternatives, answers.alike
         return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)
     with progress_bar("searching") as progress:
         return (perform_asked(model, control, asked, progress),)
 
 
-def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) -> None:
+def _show(
+    made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Reasons] = ()
+) -> None:
     rows = breakdown(made[0]) if answers.pieces else []
     if answers.pieces and not answers.as_json:
         table(rows, as_json=False)
+    if reasons and not answers.as_json:
+        say_reasons(reasons)
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
+    listed |= {"why": as_data(reasons)} if reasons and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
     ending = summary if answers.as_json else in_words(summary)
     left = left_out(made[0], answers.as_json)

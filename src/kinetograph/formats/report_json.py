@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,9 @@ from kinetograph.formats.atomic import atomic_path
 from kinetograph.synthesis import Synthesis
 
 
-def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) -> None:
+def write_report(
+    synthesis: Synthesis, path: str | Path, *, force: bool = True, more: Mapping[str, object] | None = None
+) -> None:
     """Write pieces, costs, contacts and warnings as JSON; the file appears whole or not at all.
 
     Parameters
@@ -20,6 +23,8 @@ def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) 
     path : str or Path
     force : bool
         Overwrite a file that exists.
+    more : mapping of str to object, optional
+        What else is known of the result, by name.
 
     Raises
     ------
@@ -37,6 +42,7 @@ def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) 
             for piece in synthesis.pieces
         ],
         "annotations": [asdict(annotation) for annotation in synthesis.annotations],
+        **(more or {}),
         "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:

@@ -68,6 +68,7 @@ from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering import Chooser, Steering
 from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
+from kinetograph.methods.performance.why import Contender, PieceTerms, Reasons, Reversal, explain
 from kinetograph.methods.recordings import LABELS
 
 __all__ = [
@@ -81,6 +82,7 @@ __all__ = [
     "Candidate",
     "Channels",
     "Chooser",
+    "Contender",
     "Continued",
     "Control",
     "ControlPoints",
@@ -98,9 +100,12 @@ __all__ = [
     "PerformanceControl",
     "PerformanceModel",
     "PerformanceSettings",
+    "PieceTerms",
     "PlannerSettings",
     "Playhead",
     "PointsByRole",
+    "Reasons",
+    "Reversal",
     "Rigid",
     "Rule",
     "Segment",
@@ -122,6 +127,7 @@ __all__ = [
     "cut_tracks",
     "cuts_of",
     "distances_to",
+    "explain",
     "fine_borders",
     "fit_examples",
     "fit_without",

@@ -106,6 +106,12 @@ class Interpreting:
             self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals, len(self.x) - 1), partial, wide
         )
 
+    def under(self, rules: Sequence[Demand] = ()) -> tuple[list[Arrivals], dict[int, Arrivals]]:
+        """What every step's states cost under rules, and those left early at the end."""
+        steps = len(self.x) - 1
+        partial = bind_partial(self.fitted, rules, self._partial, steps)
+        return list(bind(self.fitted, rules, self._arrivals, steps)) if rules else self._arrivals, partial
+
 
 def settle(
     fitted: Fitted, x: FloatArray, progress: Progress | None, demands: Sequence[Demand]

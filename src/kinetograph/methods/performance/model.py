@@ -36,6 +36,7 @@ from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering import Steering
 from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, transcribe
+from kinetograph.methods.performance.why import Reasons, explain
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
@@ -90,8 +91,8 @@ class PerformanceControl(PerformanceSettings):
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceModel:
-    """A library made ready for one configuration.
+class FittedPerformance:
+    """What a performance model is made of.
 
     Parameters
     ----------
@@ -109,6 +110,16 @@ class PerformanceModel:
     def notes(self) -> tuple[str, ...]:
         """What a person should know of how the library was read."""
         return self.fitted.notes
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceModel(FittedPerformance):
+    """A library made ready for one configuration.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    """
 
     def synthesize(
         self, control: Take | Signal | Motion, progress: Progress | None = None, rules: Sequence[Demand] = ()
@@ -169,6 +180,33 @@ class PerformanceModel:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
         read = control if isinstance(control, Control) else self.read(control)
         return interpretation.interpret(fitted_for(self.fitted, read), _samples(self.method, read), progress, rules)
+
+    def why(
+        self, control: Take | Signal | Motion, second: float, rules: Sequence[Demand] = (), count: int = 10
+    ) -> Reasons:
+        """Why a piece is at a moment of a control: what else could be there, and what it would cost.
+
+        Parameters
+        ----------
+        control : Take or Signal or Motion
+            See `synthesize`.
+        second : float
+            Within the control.
+        rules : sequence of Rule
+            What is pinned or forbidden.
+        count : int
+            How many pieces are compared.
+
+        Returns
+        -------
+        Reasons
+
+        Raises
+        ------
+        RequestError
+            For a moment outside the control; see `explain`.
+        """
+        return explain(self.fitted, self.read(control), second, rules, count)
 
     def transcribe(
         self, control: Take | Signal | Motion, rules: Sequence[Demand] = (), progress: Progress | None = None
