@@ -12,6 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
+from kinetograph.cli.layers import Layers, read_layers, wearing
 from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
@@ -147,6 +148,7 @@ def perform(
     following: Following,
     search: RuledSearch,
     finish: Finish,
+    layers: Layers,
     reading: TimedReading,
     work: Jobs,
 ) -> None:
@@ -158,6 +160,8 @@ def perform(
 
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/two.bvh --layer arms=out/walk.bvh@2
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.library import Shards
@@ -165,6 +169,7 @@ def perform(
     from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
+    layers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library, inputs.selection)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
@@ -173,36 +178,43 @@ def perform(
     require_within(answers.why or (), performed)
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
-        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed)
+        made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed)
         _written(made, "", wanted, inputs, answers)
         _show(made, summary, answers)
         return
+    rules = search.rules
     with compilation_announced():
-        rules = search.rules
         model = fit_performance(method, library, track=inputs.target, note=note)
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, rules)
+    made = wearing(made, read_layers(layers, library, reading), model.fitted)
     moves = transcribed(model, performed, rules) if answers.transcript else ""
     reasons = reasons_at(model, performed, answers.why or (), rules)
-    summary = outcome(made[0], model, performed)
-    summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
+    summary = _figures(made[0], model, performed, search)
     _written(made, moves, wanted, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
+
+
+def _figures(made: Synthesis, model: PerformanceModel, control: Signal | Motion, search: RuledSearch) -> dict[str, Any]:
+    """What ends the command."""
+    summary = outcome(made, model, control)
+    return summary | ({"gap": model.gap(control, search.rules)} if search.gap and "gap" not in summary else {})
 
 
 def _over_shards(
     method: PerformanceControl,
     library: Library,
     workers: Workers,
-    given: tuple[Inputs, Answers, RuledSearch],
+    given: tuple[Inputs, Answers, RuledSearch, Layers],
     control: Signal | Motion,
 ) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
     """A synthesis of a library whose shards, or ranges of takes, have processes of their own, and its figures."""
     from kinetograph.methods.performance import over_shards
     from kinetograph.pipeline import noted
 
-    inputs, answers, search = given
+    inputs, answers, search, layers = given
+    layers.refuse_any("shards in processes of their own make no layers: leave out --layer, or --jobs and --cluster")
     if answers.alternatives > 1 or answers.transcript or answers.why or search.gap:
         raise RequestError(
             "shards in processes of their own give one motion: leave out --alternatives, --transcript, --why and "
