@@ -12,6 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
+from kinetograph.cli.layers import Layers, read_layers, wearing
 from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
@@ -186,6 +187,7 @@ def perform(
     along: Along,
     search: RuledSearch,
     finish: Finish,
+    layers: Layers,
     reading: TimedReading,
     work: Jobs,
 ) -> None:
@@ -200,6 +202,8 @@ def perform(
 
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/two.bvh --layer arms=out/walk.bvh@2
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
     from kinetograph.formats import KeySources
@@ -208,6 +212,7 @@ def perform(
     from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
+    layers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library, inputs.selection)
     asked = along.asked(KeySources(library, reading.read_options, inputs.target, note=note), search.rules)
@@ -217,7 +222,7 @@ def perform(
     require_within(answers.why or (), performed)
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
-        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed, asked)
+        made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed, asked)
         _written(made, "", wanted, inputs, answers)
         _show(made, summary, answers)
         return
@@ -226,19 +231,27 @@ def perform(
         if answers.transcript:
             require_moves(model.fitted)
         made = _synthesised(model, performed, answers, asked)
+    made = wearing(made, read_layers(layers, library, reading), model.fitted)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = reasons_at(model, performed, answers.why or (), asked.rules)
-    summary = outcome(made[0], model, performed)
-    summary |= {"gap": model.gap(performed, asked.rules)} if search.gap and "gap" not in summary else {}
+    summary = _figures(made[0], model, performed, asked, search.gap)
     _written(made, moves, wanted, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
+
+
+def _figures(
+    made: Synthesis, model: PerformanceModel, control: Signal | Motion, asked: Asked, gap: bool
+) -> dict[str, Any]:
+    """What ends the command."""
+    summary = outcome(made, model, control)
+    return summary | ({"gap": model.gap(control, asked.rules)} if gap and "gap" not in summary else {})
 
 
 def _over_shards(
     method: PerformanceControl,
     library: Library,
     workers: Workers,
-    given: tuple[Inputs, Answers, RuledSearch],
+    given: tuple[Inputs, Answers, RuledSearch, Layers],
     control: Signal | Motion,
     asked: Asked,
 ) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
@@ -246,7 +259,8 @@ def _over_shards(
     from kinetograph.methods.performance import over_shards
     from kinetograph.pipeline import noted
 
-    inputs, answers, search = given
+    inputs, answers, search, layers = given
+    layers.refuse_any("shards in processes of their own make no layers: leave out --layer, or --jobs and --cluster")
     if asked.keys or asked.feet:
         raise RequestError("shards in processes of their own know no keys and no feet; leave out --jobs and --cluster")
     if answers.alternatives > 1 or answers.transcript or answers.why or search.gap:

@@ -55,6 +55,7 @@ _ROOMS = {
     "index_takes": "finding",
     "ingest": "ingesting",
     "label_partners": "labelling",
+    "layered": "layering",
     "listed": "ingesting",
     "matches": "finding",
     "noted": "noting",
@@ -73,6 +74,8 @@ _ROOMS = {
     "render_request": "requesting",
     "rules_of": "requesting",
     "segment_library": "segmenting",
+    "sense_layer": "layering",
+    "sensors_of_parts": "layering",
     "segment_take": "segmenting",
     "smoothed": "performing",
     "unit_moves": "labelling",
@@ -127,6 +130,7 @@ __all__ = [
     "index_takes",
     "ingest",
     "label_partners",
+    "layered",
     "listed",
     "matches",
     "noted",
@@ -146,6 +150,8 @@ __all__ = [
     "rules_of",
     "segment_library",
     "segment_take",
+    "sense_layer",
+    "sensors_of_parts",
     "smoothed",
     "unit_moves",
     "verdict_lines",
@@ -181,6 +187,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, Units, couple_of, label_partners, unit_moves
+    from kinetograph.pipeline.layering import layered, sense_layer, sensors_of_parts
     from kinetograph.pipeline.libraries import (
         differing_skeletons,
         has_partners,
