@@ -208,7 +208,7 @@ def perform(
     """
     from kinetograph.formats import KeySources
     from kinetograph.library import Shards
-    from kinetograph.methods.performance import only_track, read_control, require_moves
+    from kinetograph.methods.performance import only_track, read_control
     from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
@@ -228,8 +228,6 @@ def perform(
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
-        if answers.transcript:
-            require_moves(model.fitted)
         made = _synthesised(model, performed, answers, asked)
     made = wearing(made, read_layers(layers, library, reading), model.fitted)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
@@ -315,8 +313,11 @@ def _configuration(
 def _synthesised(
     model: PerformanceModel, control: Signal | Motion, answers: Answers, asked: Asked
 ) -> tuple[Synthesis, ...]:
+    from kinetograph.methods.performance import require_moves
     from kinetograph.pipeline import perform_alternatives, perform_asked
 
+    if answers.transcript:
+        require_moves(model.fitted)
     if (answers.alternatives > 1 or answers.why) and (asked.keys or asked.feet):
         raise RequestError("--alternatives and --why are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
