@@ -79,6 +79,7 @@ class Made(msgspec.Struct):
     Parameters
     ----------
     motion : Moving
+    frames : int
     sources : tuple of Source
     contacts : tuple of Contact
     cost : float
@@ -90,6 +91,7 @@ class Made(msgspec.Struct):
     """
 
     motion: Moving
+    frames: int
     sources: tuple[Source, ...]
     contacts: tuple[Contact, ...]
     cost: float
@@ -151,6 +153,7 @@ def made_of(synthesis: Synthesis, motion: Motion, output: Output, result: str = 
     """
     return Made(
         written(replace(motion, bones=None), output.folder),
+        len(motion),
         tuple(Source(p.start, p.stop, p.take, p.source_start, p.source_stop, p.mirrored) for p in synthesis.pieces),
         tuple(Contact(n.kind, n.label, n.start, n.stop) for n in synthesis.annotations if n.kind != "cut"),
         float(synthesis.cost),

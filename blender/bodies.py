@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Armatures as bodies: the bones that are joints, their rest pose in the world, and the roles that they play.
+
+A body's joints are frames that are aligned with the world at rest, so that rest poses of any bone axes look alike to
+kinetograph. The first joint is the bone that plays the hips; what is above it stands still.
+"""
+
+import json
+
+import bpy
+import numpy as np
+
+from . import axes
+from .link import Trouble
+
+ROLES = "kinetograph_roles"
+"""The property of an armature that keeps the bones by role, as JSON."""
+
+
+class Rig:
+    """An armature, the bones of it that are joints, and how they stand in the world at rest.
+
+    `bones` are names, parents first; `parents` are indices, -1 for the first. `heads` and `frames` are of the rest pose
+    in the world: metres and quaternions, Z up.
+    """
+
+    def __init__(self, thing, bones, parents, unit):
+        self.thing, self.bones, self.parents, self.unit = thing, bones, parents, unit
+        self.world = np.array(thing.matrix_world)
+        self.turn, self.scale = _turn_and_scale(thing, self.world)
+        data = thing.data.bones
+        rest = np.array([np.array(data[name].matrix_local) for name in bones]).reshape(-1, 4, 4)
+        self.local = axes.quaternions(rest[:, :3, :3])
+        self.places = rest[:, :3, 3]
+        self.tails = np.array([data[name].tail_local[:] for name in bones])
+        self.heads = self.to_world(self.places)
+        self.frames = axes.multiply(np.broadcast_to(self.turn, self.local.shape), self.local)
+
+    def to_world(self, points):
+        """Points of the armature in metres of the world."""
+        return (points @ self.world[:3, :3].T + self.world[:3, 3]) * self.unit
+
+    def to_armature(self, points):
+        """Points in metres of the world as the armature's own."""
+        inverse = np.linalg.inv(self.world)
+        return (np.asarray(points) / self.unit) @ inverse[:3, :3].T + inverse[:3, 3]
+
+    def body(self, roles=None):
+        """What kinetograph is told of it."""
+        heads, tails = axes.to_y_up(self.heads), axes.to_y_up(self.to_world(self.tails))
+        offsets = [head - (heads[parent] if parent >= 0 else 0.0) for head, parent in zip(heads, self.parents)]
+        last = [i for i in range(len(self.bones)) if i not in self.parents]
+        ends = [{"joint": self.bones[i], "offset": (tails[i] - heads[i]).tolist()} for i in last]
+        return {
+            "names": self.bones,
+            "parents": self.parents,
+            "offsets": [offset.tolist() for offset in np.array(offsets)],
+            "ends": ends + self._soles(roles or {}, heads),
+            "roles": {role: bone for role, bone in (roles or {}).items() if bone in self.bones or bone == ""},
+        }
+
+    def _soles(self, roles, heads):
+        """The lowest points of the skin, below the ankles: where the floor is."""
+        low = skin_floor(self.thing)
+        feet = [roles[role] for role in ("left_foot", "right_foot") if roles.get(role) in self.bones]
+        if low is None or not feet:
+            return []
+        floor = low * self.unit
+        return [
+            {"joint": foot, "offset": [0.0, float(floor - heads[self.bones.index(foot)][1]), 0.0]}
+            for foot in feet
+            if 0.0 < heads[self.bones.index(foot)][1] - floor < 0.3
+        ]
+
+
+def _turn_and_scale(thing, world):
+    """The rotation of an object, a quaternion, and its scale. Raises Trouble where it is sheared or mirrored."""
+    scales = np.linalg.norm(world[:3, :3], axis=0)
+    if np.ptp(scales) > 1e-3 * scales.max() or np.linalg.det(world[:3, :3]) <= 0:
+        raise Trouble(f"{thing.name} is scaled differently along its axes, or mirrored: apply its scale (Ctrl-A)")
+    return axes.quaternions(world[:3, :3] / scales), float(scales.mean())
+
+
+def skin_floor(thing):
+    """The height, in the world's units, of the lowest point of the meshes that an armature moves, at rest."""
+    lowest = []
+    for mesh in bpy.data.objects:
+        if mesh.type == "MESH" and mesh.find_armature() == thing and len(mesh.data.vertices):
+            points = np.empty(3 * len(mesh.data.vertices))
+            mesh.data.vertices.foreach_get("co", points)
+            world = np.array(mesh.matrix_world)
+            lowest.append(float((points.reshape(-1, 3) @ world[2, :3] + world[2, 3]).min()))
+    return min(lowest, default=None)
+
+
+def require_armature(thing, name="an armature"):
+    """Raise Trouble unless an object is an armature that may be animated."""
+    if thing is None or thing.type != "ARMATURE":
+        found = "nothing" if thing is None else f"{thing.name}, a {thing.type.lower()}"
+        raise Trouble(f"expected {name}, found {found}")
+    if not thing.data.bones:
+        raise Trouble(f"{thing.name} has no bones")
+
+
+def require_writable(thing):
+    """Raise Trouble where an object is linked from another file."""
+    if thing.library is not None or not thing.is_editable:
+        raise Trouble(f"{thing.name} is linked and cannot be animated: make a library override, or append it")
+
+
+def is_rigify(thing):
+    """Whether an armature is a rig that Rigify generated."""
+    return "rig_id" in thing.data and any(name.startswith("ORG-") for name in thing.data.bones.keys())
+
+
+def tree(thing):
+    """All bones that may be joints, parents first, and their parents."""
+    if is_rigify(thing):
+        return _rigify_tree(thing)
+    roots = [bone for bone in thing.data.bones if bone.parent is None]
+    deform = [root for root in roots if any(bone.use_deform for bone in [root, *root.children_recursive])] or roots
+    root = max(deform, key=lambda bone: len(bone.children_recursive))
+    return _listed(root, lambda bone: bone.children)
+
+
+def _listed(root, children):
+    names, parents, row = [root.name], [-1], [root]
+    for bone in row:  # which grows
+        for child in children(bone):
+            parents.append(names.index(bone.name))
+            names.append(child.name)
+            row.append(child)
+    return names, parents
+
+
+def _rigify_tree(thing):
+    """The bones of the metarig, whose copies begin with ORG-; the spine's are joined where one ends and one begins."""
+    bones = [bone for bone in thing.data.bones if bone.name.startswith("ORG-")]
+    known, below = {bone.name for bone in bones}, {bone.name: [] for bone in bones}
+    root = thing.data.bones.get("ORG-spine") or bones[0]
+    for bone in bones:
+        above = bone.parent
+        while above is not None and above.name not in known:
+            above = above.parent
+        if bone is not root:
+            parent = above or _ending_at(bones, bone) or root
+            below[parent.name].append(bone)
+    return _listed(root, lambda bone: below[bone.name])
+
+
+def _ending_at(bones, bone):
+    return next((o for o in bones if o is not bone and (o.tail_local - bone.head_local).length < 1e-4), None)
+
+
+def below_hips(names, parents, hips):
+    """The part of a tree from the hips on."""
+    kept = [names.index(hips)]
+    for i, parent in enumerate(parents):
+        if parent in kept:
+            kept.append(i)
+    kept = sorted(set(kept))
+    return [names[i] for i in kept], [kept.index(parents[i]) if parents[i] in kept else -1 for i in kept]
+
+
+def stored_roles(thing):
+    """The bones by role that are kept with an armature; empty where there are none."""
+    try:
+        roles = json.loads(thing.data.get(ROLES, "{}"))
+    except ValueError:
+        return {}
+    return {role: bone for role, bone in roles.items() if bone in thing.data.bones or bone == ""}
+
+
+def store_roles(thing, roles):
+    """Keep bones by role with an armature."""
+    thing.data[ROLES] = json.dumps(roles)
+
+
+def find_rig(thing, unit):
+    """An armature as a `Rig`, with its roles; a task (see tasks.py) that asks kinetograph for those that are not kept.
+
+    Raises Trouble for an armature that is nobody's.
+    """
+    require_armature(thing)
+    names, parents = tree(thing)
+    given = stored_roles(thing)
+    found = yield "roles", {"body": Rig(thing, names, parents, unit).body(given)}
+    roles = {**found["roles"], **given}
+    lacking = [role for role in ("hips", "left_hip", "right_hip", "left_foot", "right_foot") if not roles.get(role)]
+    if lacking:
+        said = ", ".join(role.replace("_", " ") for role in lacking)
+        raise Trouble(f"{thing.name}: no bone plays the {said}; name them in the panel Roles")
+    names, parents = below_hips(names, parents, roles["hips"])
+    return Rig(thing, names, parents, unit), {role: bone for role, bone in roles.items() if bone in names}

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a person or a script may do: each operator is a task, which a timer or a loop drives."""
+
+import os
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from . import tasks
+from .apply import Put, new_armature, put
+from .bodies import find_rig, require_armature, require_writable
+from .curves import path_of, rate, unit
+from .link import Trouble
+from .motions import described
+
+
+class Asking:
+    """What all operators that ask kinetograph have in common."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    def execute(self, context):
+        """Do it, and wait."""
+        try:
+            self.report({"INFO"}, tasks.wait_for(self.task(context)))
+        except Trouble as error:
+            return self._failed(error)
+        return {"FINISHED"}
+
+    def invoke(self, context, event):
+        """Do it while the interface goes on."""
+        if bpy.app.background:
+            return self.execute(context)
+        self.filled_in(context)
+        try:
+            self._runner = tasks.Runner(self.task(context))
+        except Trouble as error:
+            return self._failed(error)
+        self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Look whether an answer has come; Esc gives it up."""
+        if event.type == "ESC":
+            self._runner.cancel()
+            return self._over(context, {"CANCELLED"})
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        try:
+            done = self._runner.step()
+        except Trouble as error:
+            self._over(context, {"CANCELLED"})
+            return self._failed(error)
+        if done:
+            self.report({"INFO"}, self._runner.message)
+            return self._over(context, {"FINISHED"})
+        share = round(100 * self._runner.progress)
+        context.workspace.status_text_set(f"Kinetograph: {self.bl_label}, {share} % (Esc to cancel)")
+        return {"RUNNING_MODAL"}
+
+    def filled_in(self, context):
+        """Take what is not given from the panel's settings and the selection."""
+        settings = context.scene.kinetograph
+        for name in ("library", "armature"):
+            if hasattr(self, name) and not getattr(self, name):
+                setattr(self, name, _setting(settings, name))
+
+    def _over(self, context, how):
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        return how
+
+    def _failed(self, error):
+        self.report({"ERROR"}, " ".join(str(error).split()))
+        return {"CANCELLED"}
+
+
+def _setting(settings, name):
+    value = getattr(settings, name, "")
+    return value.name if hasattr(value, "name") else (value or "")
+
+
+def recordings(library, scene, mirror=False):
+    """The library that is named, or that of the scene. Raises Trouble."""
+    path = library or scene.kinetograph.library
+    if not path:
+        raise Trouble("choose a library of recordings (kinetograph library create makes one)")
+    without = [word for word in scene.kinetograph.without.replace(",", " ").split() if word]
+    return {"library": os.path.abspath(bpy.path.abspath(path)), "mirror": mirror, "without": without}
+
+
+def facts(asked):
+    """What an action says of its origin: the version and the library."""
+    return tasks.link().version, asked["library"]
+
+
+class Target:
+    """The armature that gets a result: one that there is, or a new one."""
+
+    def __init__(self, name, scene):
+        self.thing = tasks.named(name, "armature") if name else None
+        self.unit = unit(scene)
+        self.rig = self.roles = None
+        if self.thing is not None:
+            require_armature(self.thing)
+            require_writable(self.thing)
+
+    def prepared(self):
+        """A task that finds out what it is made of."""
+        if self.thing is not None:
+            self.rig, self.roles = yield from find_rig(self.thing, self.unit)
+
+    def asked(self):
+        """What is asked for of a result."""
+        return {} if self.rig is None else {"body": self.rig.body(self.roles)}
+
+    def put(self, context, made, how, facts):
+        """The result on it, in one change of the scene."""
+        rig, roles = self.rig, self.roles
+        body = made["motion"]["body"]
+        if rig is None:
+            rig, roles = new_armature(context, body, how.name, self.unit), None
+            names = list(rig.bones)
+        else:
+            names = body["names"]
+        return rig, put(rig, roles, made, names, how, context.scene, facts)
+
+
+def shown(scene, start, frames):
+    """Let the scene last as long as what was made."""
+    scene.frame_end = max(scene.frame_end, int(start + frames - 1))
+
+
+class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
+    """Walk along a curve, or where an object moves"""
+
+    bl_idname = "kinetograph.walk"
+    bl_label = "Walk Along Curve"
+
+    curve: StringProperty(name="Curve", description="The curve, or the object that moves; the active one unless given")
+    library: StringProperty(name="Library", subtype="DIR_PATH")
+    armature: StringProperty(name="Armature", description="The armature that walks; a new one unless given")
+    speed: FloatProperty(name="Speed", default=1.2, min=0.05, max=12.0, unit="VELOCITY", description="Metres per second")
+    by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
+    keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
+    mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
+
+    def filled_in(self, context):
+        super().filled_in(context)
+        settings = context.scene.kinetograph
+        self.speed, self.mirror, self.by_radius = settings.speed, settings.mirror, settings.by_radius
+        self.keep_time = settings.keep_time
+        if not self.curve and settings.curve is not None:
+            self.curve = settings.curve.name
+
+    def task(self, context):
+        scene = context.scene
+        thing = tasks.named(self.curve or getattr(context.object, "name", ""), "curve")
+        target = Target(self.armature, scene)
+        asked = recordings(self.library, scene, self.mirror)
+        path = path_of(thing, scene, self.speed, self.by_radius)
+        yield from target.prepared()
+        params = {"recordings": asked, "path": path, "keep_time": self.keep_time, "fps": rate(scene)}
+        made = yield "walk", {**params, "folder": tasks.folder(), **target.asked()}
+        with tasks.at_once():
+            how = Put(f"Walk along {thing.name}"[:60], scene.frame_start)
+            rig, _ = target.put(context, made, how, facts(asked))
+            shown(scene, scene.frame_start, made["frames"])
+        return _said(f"{rig.thing.name} walks along {thing.name}", made)
+
+
+def _said(text, made):
+    return "; ".join([text, *made.get("warnings", [])[:2]])
+
+
+CLASSES = (KINETOGRAPH_OT_walk,)
