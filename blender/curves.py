@@ -82,8 +82,10 @@ def polyline(thing):
         points, factors = _hair(thing)
     elif not data.splines:
         raise Trouble(f"{thing.name} has no points: draw a curve of two or more")
+    elif data.splines[0].type == "NURBS":
+        points, factors = _nurbs(thing)
     else:
-        points, factors = _SPLINES[data.splines[0].type](data.splines[0])
+        points, factors = (_bezier if data.splines[0].type == "BEZIER" else _poly)(data.splines[0])
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     kept = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9]) if len(points) else []
     points, factors = points[kept], np.asarray(factors, dtype=float)[kept]
@@ -107,28 +109,29 @@ def _poly(spline):
     return [tuple(knot.co[:3]) for knot in knots], [knot.radius for knot in knots]
 
 
-def _nurbs(spline):
-    """A NURBS by de Boor's recurrence over homogeneous points, the radius along with them."""
-    knots = list(spline.points)
-    order = max(2, min(spline.order_u, len(knots)))
-    if spline.use_cyclic_u:
-        knots = knots + knots[: order - 1]
-    if len(knots) < 2:
-        return _poly(spline)
-    rows = np.array([[*(np.array(k.co[:3]) * k.co[3]), k.radius * k.co[3], k.co[3]] for k in knots])
-    vector = np.arange(len(knots) + order, dtype=float)
-    if spline.use_endpoint_u and not spline.use_cyclic_u:
-        vector = np.clip(vector, order - 1, len(knots))
-    low, high = vector[order - 1], vector[len(knots)]
-    at = np.linspace(low, high - 1e-9 * (high - low), _STEPS * max(len(knots) - order + 1, 1) + 1)
-    basis = ((at[:, None] >= vector[:-1]) & (at[:, None] < vector[1:])).astype(float)
-    for k in range(2, order + 1):
-        left, right = vector[k - 1 : -1] - vector[:-k], vector[k:] - vector[1 : len(vector) - k + 1]
-        left, right = np.where(left > 0, left, np.inf), np.where(right > 0, right, np.inf)
-        up = (at[:, None] - vector[: -k]) / left * basis[:, :-1]
-        basis = up + (vector[k:] - at[:, None]) / right * basis[:, 1:]
-    out = basis[:, : len(knots)] @ rows
-    return out[:, :3] / out[:, 4:], out[:, 3] / out[:, 4]
+def _nurbs(thing):
+    """The points at which Blender evaluates a NURBS, without its bevel; radii are spread evenly over them."""
+    copy, data = thing.copy(), thing.data.copy()
+    copy.data = data
+    data.bevel_depth = data.extrude = data.offset = 0.0
+    data.bevel_object = data.taper_object = None
+    data.resolution_u = data.render_resolution_u = _STEPS
+    for other in list(data.splines)[1:]:
+        data.splines.remove(other)
+    bpy.context.scene.collection.objects.link(copy)
+    try:
+        bpy.context.view_layer.update()
+        shown = copy.evaluated_get(_graph())
+        points = [tuple(vertex.co) for vertex in shown.to_mesh().vertices]
+        shown.to_mesh_clear()
+        spline = data.splines[0]
+        radii = [knot.radius for knot in spline.points]
+        if spline.use_cyclic_u:
+            points, radii = points + points[:1], radii + radii[:1]
+    finally:
+        bpy.data.objects.remove(copy)
+        bpy.data.curves.remove(data)
+    return points, np.interp(np.linspace(0, len(radii) - 1, len(points)), np.arange(len(radii)), radii)
 
 
 def _hair(thing):
@@ -140,9 +143,6 @@ def _hair(thing):
     speed = data.attributes.get("speed")
     factors = [speed.data[i].value for i in range(len(positions))] if speed is not None else np.ones(len(positions))
     return positions, factors
-
-
-_SPLINES = {"BEZIER": _bezier, "POLY": _poly, "NURBS": _nurbs}
 
 
 # ---- speed ----

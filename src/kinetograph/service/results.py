@@ -11,7 +11,7 @@ from kinetograph.post import retarget
 from kinetograph.post.rest_pose import leg_length
 from kinetograph.service.bodies import Body, Moving, skeleton_of, written
 from kinetograph.skeleton import Skeleton, same_shape
-from kinetograph.synthesis import Synthesis
+from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
 SHAPE = 1e-3
@@ -154,10 +154,17 @@ def made_of(synthesis: Synthesis, motion: Motion, output: Output, result: str = 
     return Made(
         written(replace(motion, bones=None), output.folder),
         len(motion),
-        tuple(Source(p.start, p.stop, p.take, p.source_start, p.source_stop, p.mirrored) for p in synthesis.pieces),
+        tuple(_source(piece, motion.duration) for piece in synthesis.pieces if piece.start < motion.duration),
         tuple(Contact(n.kind, n.label, n.start, n.stop) for n in synthesis.annotations if n.kind != "cut"),
         float(synthesis.cost),
         synthesis.warnings,
         tuple(float(time) for time in synthesis.met),
         result,
     )
+
+
+def _source(piece: Piece, end: float) -> Source:
+    """A piece without what of it lies before or after the result."""
+    start, stop = max(piece.start, 0.0), min(piece.stop, end)
+    first, last = (piece.source_start,) * 2 if piece.held else piece.source_time([start, stop]).tolist()
+    return Source(start, stop, piece.take, first, last, piece.mirrored)

@@ -10,6 +10,7 @@ from kinetograph.errors import RequestError
 from kinetograph.formats.csv import path_of
 from kinetograph.library import Library
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.motion import Motion, resample, sample
 from kinetograph.pipeline import Smoothing, fit_performance, has_partners, perform_with
 from kinetograph.service.bodies import Moving, motion_of
 from kinetograph.service.job import Job
@@ -71,7 +72,17 @@ def walk(asked: Walk, job: Job) -> Made:
     body = own_body(asked, own)
     control = replace(path, values=path.values / ratio_of(body, own))
     made = perform_with(model, control, smoothing=Smoothing(asked.smooth_time), progress=job.progress)
-    return made_of(made, worn(made.motion, body, asked.fps, made.annotations), asked)
+    motion = _as_long(made.motion, path.duration, asked.fps)
+    return made_of(made, worn(motion, body, None, made.annotations), asked)
+
+
+def _as_long(motion: Motion, seconds: float, fps: float | None) -> Motion:
+    """A motion at a rate, with as many frames as its path has; its last frame is held for less than one of its own."""
+    rate = motion.fps if fps is None else fps
+    if abs(motion.duration - seconds) > 1.5 / motion.fps:
+        return resample(motion, rate)
+    times = np.arange(round(seconds * rate) + 1) / rate
+    return sample(motion, np.minimum(times, motion.duration), rate)
 
 
 def _path(rows: tuple[Row, ...]) -> Signal:
