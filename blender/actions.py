@@ -208,7 +208,15 @@ def write_bone(curves, thing, name, frames, quaternions, places=None, span=None)
     path, values = rotations_as(bone.rotation_mode, quaternions)
     curves.write(base + path, frames, values, name, span)
     if places is not None:
+        if not bone.bone.use_local_location:
+            places = places @ _own_axes(bone.bone).T
         curves.write(base + "location", frames, places, name, span)
+
+
+def _own_axes(bone):
+    """The axes of a bone at rest, seen from its parent or from the armature."""
+    rest = np.array(bone.matrix_local)[:3, :3]
+    return rest if bone.parent is None else np.linalg.inv(np.array(bone.parent.matrix_local)[:3, :3]) @ rest
 
 
 def mark(action, frames, names):

@@ -135,21 +135,26 @@ def _listed(root, children):
 
 def _rigify_tree(thing):
     """The bones of the metarig, whose copies begin with ORG-; the spine's are joined where one ends and one begins."""
-    bones = [bone for bone in thing.data.bones if bone.name.startswith("ORG-")]
+    face = thing.data.bones.get("ORG-face")
+    left = {bone.name for bone in face.children_recursive} if face is not None else set()
+    bones = [bone for bone in thing.data.bones if bone.name.startswith("ORG-") and bone.name not in left]
     known, below = {bone.name for bone in bones}, {bone.name: [] for bone in bones}
     root = thing.data.bones.get("ORG-spine") or bones[0]
+    spine = [bone for bone in bones if bone.name.startswith("ORG-spine")]
     for bone in bones:
         above = bone.parent
         while above is not None and above.name not in known:
             above = above.parent
-        if bone is not root:
-            parent = above or _ending_at(bones, bone) or root
+        if bone != root:
+            parent = above or _ending_at(spine, bone) or root
             below[parent.name].append(bone)
     return _listed(root, lambda bone: below[bone.name])
 
 
 def _ending_at(bones, bone):
-    return next((o for o in bones if o is not bone and (o.tail_local - bone.head_local).length < 1e-4), None)
+    """The bone before in the numbered row of a spine, which ends where this one begins."""
+    before = [other for other in bones if other.name < bone.name]
+    return next((other for other in before if (other.tail_local - bone.head_local).length < 1e-4), None)
 
 
 def below_hips(names, parents, hips):

@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from . import tasks
 from .apply import Put, new_armature, put
-from .bodies import find_rig, require_armature, require_writable
+from .bodies import find_rig, require_armature, require_writable, store_roles, stored_roles
 from .curves import path_of, rate, unit
 from .link import Trouble
 from .motions import described
@@ -124,6 +124,8 @@ class Target:
             names = list(rig.bones)
         else:
             names = body["names"]
+            if not stored_roles(self.thing):
+                store_roles(self.thing, roles)
         return rig, put(rig, roles, made, names, how, context.scene, facts)
 
 
@@ -174,4 +176,48 @@ def _said(text, made):
     return "; ".join([text, *made.get("warnings", [])[:2]])
 
 
-CLASSES = (KINETOGRAPH_OT_walk,)
+class KINETOGRAPH_OT_retarget(Asking, bpy.types.Operator):
+    """Put the motion of an armature onto another"""
+
+    bl_idname = "kinetograph.retarget"
+    bl_label = "Retarget"
+
+    source: StringProperty(name="Source", description="The armature that moves")
+    target: StringProperty(name="Target", description="The armature that gets the motion")
+    keep_place: BoolProperty(name="Keep Place", description="Do not scale the path on the ground with the legs")
+
+    def filled_in(self, context):
+        settings = context.scene.kinetograph
+        self.source = self.source or _setting(settings, "leader")
+        self.target = self.target or _setting(settings, "armature")
+
+    def task(self, context):
+        scene = context.scene
+        source, target = tasks.named(self.source, "armature"), Target(self.target or " ", scene)
+        if source == target.thing:
+            raise Trouble("source and target are the same armature; choose two")
+        rig, roles = yield from find_rig(source, unit(scene))
+        yield from target.prepared()
+        frames = played(source)
+        motion = described(rig, roles, scene, frames, tasks.folder(), source.name)
+        scale = {"scale": 1.0} if self.keep_place else {}
+        made = yield "retarget", {"motion": motion, **target.asked(), **scale, "folder": tasks.folder()}
+        with tasks.at_once():
+            target.put(context, made, Put(f"{source.name} on {target.thing.name}"[:60], frames[0]), facts({"library": ""}))
+            shown(scene, frames[0], len(frames))
+        return f"{target.thing.name} moves as {source.name}"
+
+
+def played(thing):
+    """The frames of the action that an armature plays. Raises Trouble."""
+    data = thing.animation_data
+    action = data.action if data is not None else None
+    strips = [strip for track in data.nla_tracks for strip in track.strips] if data is not None else []
+    if action is None and not strips:
+        raise Trouble(f"{thing.name} has no action")
+    first = min([s.frame_start for s in strips] + ([action.frame_range[0]] if action else []))
+    last = max([s.frame_end for s in strips] + ([action.frame_range[1]] if action else []))
+    return list(range(int(round(first)), int(round(last)) + 1))
+
+
+CLASSES = (KINETOGRAPH_OT_walk, KINETOGRAPH_OT_retarget)
