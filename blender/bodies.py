@@ -6,6 +6,8 @@ kinetograph. The first joint is the bone that plays the hips; what is above it s
 """
 
 import json
+import os
+import re
 
 import bpy
 import numpy as np
@@ -55,22 +57,63 @@ class Rig:
             "names": self.bones,
             "parents": self.parents,
             "offsets": [offset.tolist() for offset in np.array(offsets)],
-            "ends": ends + self._soles(roles or {}, heads),
+            "ends": ends,
             "roles": {role: bone for role, bone in (roles or {}).items() if bone in self.bones or bone == ""},
         }
 
-    def _soles(self, roles, heads):
-        """The lowest points of the skin, below the ankles: where the floor is."""
-        low = skin_floor(self.thing)
-        feet = [roles[role] for role in ("left_foot", "right_foot") if roles.get(role) in self.bones]
-        if low is None or not feet:
-            return []
-        floor = low * self.unit
-        return [
-            {"joint": foot, "offset": [0.0, float(floor - heads[self.bones.index(foot)][1]), 0.0]}
-            for foot in feet
-            if 0.0 < heads[self.bones.index(foot)][1] - floor < 0.3
-        ]
+    def skin(self, roles, folder):
+        """A file of what is around the joints at rest: the meshes that the armature moves, or else its soles."""
+        points, joints, weights = _meshes(self) or _soles(self, roles)
+        points = axes.to_y_up(points) - axes.to_y_up(self.heads[0])
+        path = os.path.join(folder, f"skin-{len(os.listdir(folder))}.npz")
+        np.savez(path, points=points, joints=joints, weights=weights)
+        return path
+
+
+def _meshes(rig):
+    """Points (V, 3) of meshes in metres of the world, and the joints (V, 4) that move them, with weights (V, 4)."""
+    points, joints, weights = [], [], []
+    for mesh in bpy.data.objects:
+        if mesh.type != "MESH" or mesh.find_armature() != rig.thing or not len(mesh.data.vertices):
+            continue
+        places = np.empty(3 * len(mesh.data.vertices))
+        mesh.data.vertices.foreach_get("co", places)
+        world = np.array(mesh.matrix_world)
+        moved = [_joint_of(rig, group.name) for group in mesh.vertex_groups]
+        for vertex, place in zip(mesh.data.vertices, places.reshape(-1, 3)):
+            found = [(g.weight, moved[g.group]) for g in vertex.groups if moved[g.group] is not None and g.weight > 0]
+            if found:
+                best = sorted(found, reverse=True)[:4]
+                total = sum(weight for weight, _ in best)
+                points.append((world[:3, :3] @ place + world[:3, 3]) * rig.unit)
+                joints.append([joint for _, joint in best] + [0] * (4 - len(best)))
+                weights.append([weight / total for weight, _ in best] + [0.0] * (4 - len(best)))
+    return (np.array(points), np.array(joints), np.array(weights)) if points else None
+
+
+def _joint_of(rig, name):
+    """The joint that a vertex group goes with: its bone, the bone that it is a copy of, or one above it."""
+    bone = rig.thing.data.bones.get(name)
+    while bone is not None:
+        for known in (bone.name, re.sub(r"^DEF-", "ORG-", bone.name), re.sub(r"^DEF-(.*?)(\.\d+)?$", r"ORG-\1", bone.name)):
+            if known in rig.bones:
+                return rig.bones.index(known)
+        bone = bone.parent
+    return None
+
+
+def _soles(rig, roles):
+    """Points below the ankles, the toes and their tips, as low as anything of the armature."""
+    points, joints = [rig.heads[0].tolist()], [[0, 0, 0, 0]]
+    floor = min(rig.heads[:, 2].min(), rig.to_world(rig.tails)[:, 2].min())
+    for role in ("left_foot", "left_toe", "right_foot", "right_toe"):
+        if roles.get(role) in rig.bones:
+            joint = rig.bones.index(roles[role])
+            tip = rig.to_world(rig.tails)[joint]
+            for place in (rig.heads[joint], tip) if role.endswith("toe") else (rig.heads[joint],):
+                points.append([place[0], place[1], floor])
+                joints.append([joint, 0, 0, 0])
+    return np.array(points), np.array(joints), np.tile([1.0, 0.0, 0.0, 0.0], (len(points), 1))
 
 
 def _turn_and_scale(thing, world):
@@ -79,18 +122,6 @@ def _turn_and_scale(thing, world):
     if np.ptp(scales) > 1e-3 * scales.max() or np.linalg.det(world[:3, :3]) <= 0:
         raise Trouble(f"{thing.name} is scaled differently along its axes, or mirrored: apply its scale (Ctrl-A)")
     return axes.quaternions(world[:3, :3] / scales), float(scales.mean())
-
-
-def skin_floor(thing):
-    """The height, in the world's units, of the lowest point of the meshes that an armature moves, at rest."""
-    lowest = []
-    for mesh in bpy.data.objects:
-        if mesh.type == "MESH" and mesh.find_armature() == thing and len(mesh.data.vertices):
-            points = np.empty(3 * len(mesh.data.vertices))
-            mesh.data.vertices.foreach_get("co", points)
-            world = np.array(mesh.matrix_world)
-            lowest.append(float((points.reshape(-1, 3) @ world[2, :3] + world[2, 3]).min()))
-    return min(lowest, default=None)
 
 
 def require_armature(thing, name="an armature"):

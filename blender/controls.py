@@ -34,6 +34,7 @@ class Pole:
 
     def __init__(self, bone, limb):
         self.bone, self.limb = bone, limb
+        self.turn = 0.0  # radians about the line from the first joint to the last, that what it does is corrected by
 
 
 def driven(rig):
@@ -45,6 +46,8 @@ def driven(rig):
 
 def write(rig, roles, curves, scene, frames, turned, heads, span=None):
     """Key the controls of a rig so that its bones are where a motion puts them, as near as the rig lets them."""
+    if is_rigify(rig.thing) and scene.kinetograph.on_fk:
+        _switch_to_fk(rig, curves, frames, span)
     table, poles = _rigify(rig, curves, frames, span) if is_rigify(rig.thing) else _others(rig)
     goals = _matrices(turned, heads)
     solver = _Solver(rig, table, poles, goals)
@@ -87,7 +90,7 @@ class _Solver:
             self._key(control.bone, space, self.goal[control.bone], control.what, curves, frames, span)
         for pole in self.poles:
             goal = np.broadcast_to(np.eye(4), (len(frames), 4, 4)).copy()
-            goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole.limb)
+            goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole)
             self._key(pole.bone, self._space(pole.bone), goal, _PLACED, curves, frames, span)
 
     def _space(self, name):
@@ -115,6 +118,8 @@ class _Solver:
         for control in self.table:
             if control.bone == "torso":
                 self._shift(control)
+        for pole in self.poles:
+            pole.turn = pole.turn + _amiss(self.posed, self.goal, pole.limb)
         off = [apart(self.posed[control.joint], self.goal[control.joint]) for control in self.table]
         self.near = all(self._is_near(control.joint) for control in self.table)
         return sum(float(turn.mean() + place.mean() / self._size()) for turn, place in off)
@@ -160,17 +165,29 @@ def _matrices(turned, heads):
     return out
 
 
-def _pole_places(goal, rest, limb):
+def _pole_places(goal, rest, pole):
     """Where a pole stands: as far from the knee as the limb is long, on the side that the knee bends to."""
-    upper, lower, end = limb
-    a, b, c = (goal[name][:, :3, 3] for name in limb)
-    still = _outward(*(rest[name][:3, 3][None] for name in limb))[0]
+    upper = pole.limb[0]
+    a, b, c = (goal[name][:, :3, 3] for name in pole.limb)
+    still = _outward(*(rest[name][:3, 3][None] for name in pole.limb))[0]
     turn = goal[upper][:, :3, :3] @ np.linalg.inv(rest[upper][:3, :3])
     usual = turn @ _unit(still)
     bent = _outward(a, b, c)
     length = np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - b, axis=1)
     share = np.clip(np.linalg.norm(bent, axis=1) / (0.01 * length), 0.0, 1.0)[:, None]  # a straight knee shows no plane
-    return b + _unit(share * _unit(bent) + (1 - share) * usual) * length[:, None]
+    towards = _unit(share * _unit(bent) + (1 - share) * usual)
+    half = 0.5 * np.broadcast_to(pole.turn, length.shape)[:, None]
+    turn = np.concatenate([np.cos(half), np.sin(half) * _unit(c - a)], axis=1)
+    return b + axes.rotate(turn, towards) * length[:, None]
+
+
+def _amiss(posed, goal, limb):
+    """By how much a knee is beside where it is to be, (F,) radians about the line from hip to ankle."""
+    a, b, c = (goal[name][:, :3, 3] for name in limb)
+    wanted, found = _outward(a, b, c), _outward(*(posed[name][:, :3, 3] for name in limb))
+    about = (_unit(c - a) * np.cross(found, wanted)).sum(-1)
+    angle = np.arctan2(about, (found * wanted).sum(-1))
+    return angle * np.clip(np.linalg.norm(wanted, axis=1) / (0.01 * np.linalg.norm(b - a, axis=1)), 0.0, 1.0)
 
 
 def _outward(a, b, c):
@@ -227,6 +244,12 @@ def _rigify(rig, curves, frames, span):
     return table, poles
 
 
+def _switch_to_fk(rig, curves, frames, span):
+    for bone in rig.thing.pose.bones:
+        if "IK_FK" in bone:
+            _set(rig, bone.name, "IK_FK", 1.0, curves, frames, span)
+
+
 def _on_ik(rig, side, limb, curves, frames, span):
     """The controls of a limb that is on IK."""
     bones = rig.thing.pose.bones
@@ -242,10 +265,15 @@ def _on_ik(rig, side, limb, curves, frames, span):
     names = tuple(f"ORG-{joint}.{side}" for joint in joints)
     if pole not in bones or not set(names) <= set(rig.bones) or "pole_vector" not in bones[switch]:
         return table, []
-    bones[switch]["pole_vector"] = True
-    path = f'pose.bones["{switch}"]["pole_vector"]'
-    curves.write(path, frames[[0, -1]], np.ones((2, 1)), switch, span)
+    _set(rig, switch, "pole_vector", True, curves, frames, span)
     return table, [Pole(pole, names)]
+
+
+def _set(rig, bone, name, value, curves, frames, span):
+    """Give a bone's own setting a value, and key it."""
+    rig.thing.pose.bones[bone][name] = value
+    path = f'pose.bones["{bone}"]["{name}"]'
+    curves.write(path, frames[[0, -1]], np.full((2, 1), float(value)), bone, span)
 
 
 def _tweaks(rig):

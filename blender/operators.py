@@ -113,7 +113,9 @@ class Target:
 
     def asked(self):
         """What is asked for of a result."""
-        return {} if self.rig is None else {"body": self.rig.body(self.roles)}
+        if self.rig is None:
+            return {}
+        return {"body": {**self.rig.body(self.roles), "skin": self.rig.skin(self.roles, tasks.folder())}}
 
     def put(self, context, made, how, facts):
         """The result on it, in one change of the scene."""

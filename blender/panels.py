@@ -23,6 +23,7 @@ class KINETOGRAPH_PT_recordings(Panel, bpy.types.Panel):
         layout.prop(settings, "without")
         layout.prop(settings, "armature")
         layout.prop(settings, "mirror")
+        layout.prop(settings, "on_fk")
 
 
 class KINETOGRAPH_PT_walk(Panel, bpy.types.Panel):

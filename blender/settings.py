@@ -23,6 +23,9 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
+    on_fk: BoolProperty(
+        name="Rigify on FK", description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %"
+    )
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
     readings: StringProperty(name="Readings", subtype="FILE_PATH", description="A file of body-worn sensors' readings")
     layout: StringProperty(name="Layout", default="wii", description="wii, phone, imu, ideal, or a .toml file")

@@ -11,10 +11,12 @@ import itertools
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 
+from kinetograph.character import Character, Skin
 from kinetograph.errors import RequestError
 from kinetograph.formats.stances import with_stance
 from kinetograph.motion import Motion
@@ -54,6 +56,9 @@ class Body(msgspec.Struct, forbid_unknown_fields=True):
     ends : tuple of End, optional
     roles : dict of str to str, optional
         Joints by role; those that are not given are found by names and shape, and one that is given as "" is nobody's.
+    skin : str, optional
+        A .npz file of what is around the joints at rest, so that it is stood on the floor: ``points`` (V, 3), metres
+        from the first joint, and the ``joints`` (V, 4) that move them, with ``weights`` (V, 4).
     """
 
     names: tuple[str, ...]
@@ -61,6 +66,7 @@ class Body(msgspec.Struct, forbid_unknown_fields=True):
     offsets: tuple[Vector, ...]
     ends: tuple[End, ...] = ()
     roles: dict[str, str] = msgspec.field(default_factory=dict)
+    skin: str = ""
 
 
 class Moving(msgspec.Struct, forbid_unknown_fields=True):
@@ -94,6 +100,26 @@ def skeleton_of(body: Body) -> Skeleton:
     return _standing(_plain(body))
 
 
+def wearer_of(body: Body) -> Skeleton | Character:
+    """A client's skeleton, with its skin where it has one.
+
+    Raises
+    ------
+    RequestError, DataError
+        As `skeleton_of`, and where a skin cannot be read.
+    """
+    skeleton = skeleton_of(body)
+    if not body.skin:
+        return skeleton
+    found = _arrays(Path(body.skin), ("points", "joints", "weights"))
+    points, joints, weights = (found[name] for name in ("points", "joints", "weights"))
+    if joints.size and not 0 <= joints.min() <= joints.max() < len(skeleton):
+        raise RequestError(f"{body.skin}: joints of a skin are 0 to {len(skeleton) - 1}, found {joints.max()}")
+    none = np.zeros((0, 3), dtype=np.int64)
+    skin = Skin(points, np.zeros_like(points), none, joints, weights, none[:, 0], ())
+    return Character("client", skeleton, skin)
+
+
 def _plain(body: Body) -> Skeleton:
     ends = [end for end in body.ends if end.joint in body.names]
     plain = Skeleton(
@@ -122,13 +148,17 @@ def motion_of(moving: Moving) -> Motion:
     DataError
         Where they are of other shapes than its skeleton.
     """
-    path = Path(moving.arrays)
+    found = _arrays(Path(moving.arrays), ("translation", "rotations"))
+    return Motion(skeleton_of(moving.body), found["translation"], normalize(found["rotations"]), moving.fps)
+
+
+def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, Any]:
+    """Arrays of a file. Raises RequestError."""
     try:
         with np.load(path) as arrays:
-            translation, rotations = arrays["translation"], arrays["rotations"]
+            return {name: arrays[name] for name in names}
     except (OSError, ValueError, KeyError) as error:
-        raise RequestError(f"{path}: expected a .npz file with translation and rotations: {error}") from None
-    return Motion(skeleton_of(moving.body), translation, normalize(rotations), moving.fps)
+        raise RequestError(f"{path}: expected a .npz file with {', '.join(names)}: {error}") from None
 
 
 def body_of(skeleton: Skeleton) -> Body:

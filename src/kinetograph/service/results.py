@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import msgspec
 
+from kinetograph.character import Character
 from kinetograph.motion import Motion, resample
 from kinetograph.post import retarget
 from kinetograph.post.rest_pose import leg_length
-from kinetograph.service.bodies import Body, Moving, skeleton_of, written
+from kinetograph.service.bodies import Body, Moving, wearer_of, written
 from kinetograph.skeleton import Skeleton, same_shape
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
@@ -100,22 +101,24 @@ class Made(msgspec.Struct):
     result: str = ""
 
 
-def own_body(output: Output, library: Skeleton) -> Skeleton | None:
-    """The skeleton of a client where it is another than the library's; None otherwise."""
+def own_body(output: Output, library: Skeleton) -> Skeleton | Character | None:
+    """The body of a client where it is another than the library's, or has a skin; None otherwise."""
     if output.body is None:
         return None
-    body = skeleton_of(output.body)
-    return None if same_shape(body, library, SHAPE) else body
+    body = wearer_of(output.body)
+    return None if isinstance(body, Skeleton) and same_shape(body, library, SHAPE) else body
 
 
-def ratio_of(body: Skeleton | None, library: Skeleton) -> float:
+def ratio_of(body: Skeleton | Character | None, library: Skeleton) -> float:
     """How much longer the legs of a client's body are than the library's."""
-    return 1.0 if body is None else leg_length(body) / leg_length(library)
+    if body is None:
+        return 1.0
+    return leg_length(body.skeleton if isinstance(body, Character) else body) / leg_length(library)
 
 
 def worn(
     motion: Motion,
-    body: Skeleton | None,
+    body: Skeleton | Character | None,
     fps: float | None,
     notes: tuple[Annotation, ...] = (),
     scale: float | None = None,
@@ -125,7 +128,7 @@ def worn(
     Parameters
     ----------
     motion : Motion
-    body : Skeleton or None
+    body : Skeleton, Character or None
         None for the library's own.
     fps : float or None
         None for that of the motion.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import msgspec
 
+from kinetograph.character import Character
 from kinetograph.errors import RequestError
 from kinetograph.motion import resample
 from kinetograph.post import joint_table, retarget
 from kinetograph.post.rest_pose import leg_length
-from kinetograph.service.bodies import Body, Moving, motion_of, skeleton_of, written
+from kinetograph.service.bodies import Body, Moving, motion_of, skeleton_of, wearer_of, written
 from kinetograph.service.job import Job
 from kinetograph.skeleton import ROLES
 from kinetograph.stance import stands
@@ -74,6 +75,7 @@ class Worn(msgspec.Struct):
     Parameters
     ----------
     motion : Moving
+    frames : int
     scale : float
         Of the root path on the ground.
     pairs : dict of str to str
@@ -81,6 +83,7 @@ class Worn(msgspec.Struct):
     """
 
     motion: Moving
+    frames: int
     scale: float
     pairs: dict[str, str]
 
@@ -95,11 +98,13 @@ def roles(asked: Roles, job: Job) -> FoundRoles:
 
 def retargeted(asked: Retarget, job: Job) -> Worn:
     """A motion on another body."""
-    motion, body = motion_of(asked.motion), skeleton_of(asked.body)
+    motion, body = motion_of(asked.motion), wearer_of(asked.body)
     if len(motion) == 0:
         raise RequestError("there is no frame to retarget")
     if asked.fps is not None and asked.fps != motion.fps:
         motion = resample(motion, asked.fps)
-    table = joint_table(motion.skeleton, body)
+    table = joint_table(motion.skeleton, body.skeleton if isinstance(body, Character) else body)
     made = retarget(motion, body, table=table, scale=asked.scale)
-    return Worn(written(made.motion, asked.folder, asked.motion.name), made.scale, dict(made.table.pairs))
+    return Worn(
+        written(made.motion, asked.folder, asked.motion.name), len(made.motion), made.scale, dict(made.table.pairs)
+    )
