@@ -6,7 +6,7 @@ import numpy as np
 
 from . import axes
 
-SIZES = {"rotation_quaternion": 4, "rotation_axis_angle": 4}
+_ROTATIONS = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
 
 
 class Curves:
@@ -33,14 +33,20 @@ class Curves:
         except TypeError:  # before 5.0 a channel bag knew no groups by name
             return self._bag.fcurves.new(path, index=index)
 
+    def value(self, path, index, frame, still):
+        """The value of a property at a frame, or what it is where it has no curve."""
+        found = self._bag.fcurves.find(path, index=index)
+        return still if found is None or not found.keyframe_points else found.evaluate(frame)
+
     def write(self, path, frames, values, group="", span=None):
         """Values (F, K) at frames, in place of what there is within a span of frames, or at all."""
+        still = np.ravel(self._thing.path_resolve(path)).astype(float)
         for index in range(values.shape[1]):
             curve = self.at(path, index, group)
             if span is None:
                 fill(curve, frames, values[:, index])
             else:
-                splice(curve, frames, values[:, index], span)
+                splice(curve, frames, values[:, index], span, still[index])
 
 
 def _bag(action, thing):
@@ -88,16 +94,17 @@ def _set(points, frames, values, indices):
         points[i].interpolation = "LINEAR"
 
 
-def splice(curve, frames, values, span):
+def splice(curve, frames, values, span, still):
     """Put keys in place of those within a span of frames; what a curve is before and after stays as it was.
 
-    A curve that goes on smoothly beside the span is cut at its borders, exactly.
+    A curve that goes on smoothly beside the span is cut at its borders, exactly. ``still`` is the value of a property
+    that was not animated.
     """
     low, high = span
-    rows = _rows(curve)
-    if not rows:
-        fill(curve, frames, values)
-        return
+    held = {"interpolation": "CONSTANT", "kind": "FREE"}
+    rows = _rows(curve) or [
+        {"co": (f, still), "left": (f - 0.3, still), "right": (f + 0.3, still), **held} for f in (low - 1.0, high + 1.0)
+    ]
     before = [row for row in _cut(rows, low) if row["co"][0] < low - 1e-6]
     after = [row for row in _cut(rows, high) if row["co"][0] > high + 1e-6]
     first, last = _border(rows, low), _border(rows, high)
@@ -105,11 +112,11 @@ def splice(curve, frames, values, span):
         {"co": (float(f), float(v)), "left": (f - 0.3, v), "right": (f + 0.3, v), "interpolation": "LINEAR", "kind": "VECTOR"}
         for f, v in zip(frames, values)
     ]
-    if inner:
-        inner[0]["left"], inner[0]["kind"] = first["left"], "FREE"
-        inner[0]["right"] = (inner[0]["co"][0] + 0.3, inner[0]["co"][1])
-        inner[-1]["right"], inner[-1]["interpolation"], inner[-1]["kind"] = last["right"], last["interpolation"], "FREE"
-        inner[-1]["left"] = (inner[-1]["co"][0] - 0.3, inner[-1]["co"][1])
+    # at the borders values are those that were there: poses are the same, and rotations must not come back negated
+    value, end = first["co"][1], last["co"][1]
+    inner[0] |= {"co": (low, value), "left": first["left"], "right": (low + 0.3, value), "kind": "FREE"}
+    inner[-1] |= {"co": (high, end), "left": (high - 0.3, end), "right": last["right"], "kind": "FREE"}
+    inner[-1]["interpolation"] = last["interpolation"]
     _put(curve, [*before, *inner, *after])
 
 
@@ -184,19 +191,23 @@ def _put(curve, rows):
     curve.update()
 
 
-def rotations_as(mode, quaternions):
-    """Rotations over time as a bone's mode wants them: the property's name, and values (F, 4) or (F, 3)."""
-    from mathutils import Quaternion
+def rotations_as(mode, quaternions, start):
+    """Rotations over time as a bone's mode wants them: the property's name, and values (F, 4) or (F, 3).
+
+    ``start`` are the values that the first ones are to be near, of all that mean the same rotation.
+    """
+    from mathutils import Euler, Quaternion
 
     if mode == "QUATERNION":
-        return "rotation_quaternion", axes.unrolled(quaternions)
+        values = axes.unrolled(quaternions)
+        return "rotation_quaternion", values if values[0] @ start >= 0 else -values
     each = [Quaternion(q) for q in quaternions]
     if mode == "AXIS_ANGLE":
         pairs = [q.to_axis_angle() for q in each]
         return "rotation_axis_angle", np.array([[angle, *axis] for axis, angle in pairs])
-    rows, before = [], None
+    rows, before = [], Euler(start, mode)
     for q in each:
-        before = q.to_euler(mode) if before is None else q.to_euler(mode, before)
+        before = q.to_euler(mode, before)
         rows.append(before[:])
     return "rotation_euler", np.array(rows)
 
@@ -205,7 +216,11 @@ def write_bone(curves, thing, name, frames, quaternions, places=None, span=None)
     """Key a pose bone: its rotations (F, 4) and, where given, its places (F, 3), both of its own basis."""
     bone = thing.pose.bones[name]
     base = f'pose.bones["{bpy.utils.escape_identifier(name)}"].'
-    path, values = rotations_as(bone.rotation_mode, quaternions)
+    path = _ROTATIONS.get(bone.rotation_mode, "rotation_euler")
+    start = np.array(getattr(bone, path)[:], dtype=float)
+    if span is not None:
+        start = np.array([curves.value(base + path, index, span[0], value) for index, value in enumerate(start)])
+    path, values = rotations_as(bone.rotation_mode, quaternions, start)
     curves.write(base + path, frames, values, name, span)
     if places is not None:
         if not bone.bone.use_local_location:

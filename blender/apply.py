@@ -73,10 +73,14 @@ def _size(joint, parents):
 
 
 class Put:
-    """A result that is put onto a rig: the action's name, its first frame, and what it replaces, if anything."""
+    """How a result is put onto a rig.
 
-    def __init__(self, name, start, action=None, span=None):
-        self.name, self.start, self.action, self.span = name, start, action, span
+    The name of a new action and its first frame; an action, and a span of its frames, that it goes into instead; and
+    whether bones that it does not move stay as they are.
+    """
+
+    def __init__(self, name, start, action=None, span=None, keep_pose=False):
+        self.name, self.start, self.action, self.span, self.keep_pose = name, start, action, span, keep_pose
 
 
 def put(rig, roles, made, names, how, scene, facts):
@@ -94,7 +98,8 @@ def put(rig, roles, made, names, how, scene, facts):
     action = bpy.data.actions.new(how.name) if fresh else how.action
     if fresh:
         assign(rig.thing, None)
-        rest(rig.thing)
+        if not how.keep_pose:
+            rest(rig.thing)
         assign(rig.thing, action)
     curves = Curves(action, rig.thing)
     assign(rig.thing, action)
@@ -151,3 +156,23 @@ def _write_root(rig, curves, frames, turned, heads, span):
     basis = axes.multiply(np.broadcast_to(axes.inverse(q), turned.shape), turned)
     places = heads @ inverse[:3, :3].T + inverse[:3, 3]
     write_bone(curves, rig.thing, bone.name, frames, basis, places, span)
+
+
+def in_tracks(thing, original, made, start):
+    """Put actions into NLA tracks above the original one, each from its first frame; only the first is heard."""
+    data = thing.animation_data
+    data.action = None
+    if original is not None and not any(s.action == original for t in data.nla_tracks for s in t.strips):
+        _track(data, original, int(round(original.frame_range[0])), "HOLD").name = "original"
+    for number, action in enumerate(made):
+        track = _track(data, action, start, "NOTHING")
+        track.name, track.mute = action.name, number > 0
+
+
+def _track(data, action, start, extrapolation):
+    track = data.nla_tracks.new()
+    strip = track.strips.new(action.name, start, action)
+    strip.extrapolation, strip.blend_type = extrapolation, "REPLACE"
+    if hasattr(strip, "action_slot") and strip.action_slot is None and action.slots:
+        strip.action_slot = action.slots[0]
+    return track

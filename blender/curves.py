@@ -19,7 +19,10 @@ def path_of(thing, scene, speed, by_radius):
     """The path of a curve, or of another object that moves: rows of seconds and metres x, z, Y up. Raises Trouble."""
     if thing.type in ("CURVE", "CURVES"):
         points, factors = polyline(thing)
-        return _rows(_walked(thing, points * unit(scene), factors if by_radius else None, scene, speed), scene)
+        points = _walked(thing, points * unit(scene), factors if by_radius else None, scene, speed)
+        if len(points) < 2:
+            raise Trouble(f"{thing.name} goes nowhere: it is walked within a frame; draw a longer one")
+        return _rows(points, scene)
     if not moves(thing):
         raise Trouble(f"{thing.name} does not move: choose a curve, or an object with an animation")
     return _rows(_moving(thing, scene) * unit(scene), scene)

@@ -144,7 +144,7 @@ class Link:
         if hello.error is not None or hello.result is None:
             said = " ".join(" ".join(self._said).split())
             self.close()
-            raise Trouble(_no_hello(self.command[0], hello.error, said))
+            raise Trouble(_no_hello(self.command[0], hello.error or "", said))
         self.version = hello.result.get("version", "")
 
     def _died(self):
@@ -167,7 +167,9 @@ def _how(code):
 def _no_hello(command, error, said):
     if "No such command" in said or "unrecognized" in said or "invalid choice" in said:
         return f"{command} is an older kinetograph, without serve --stdio: bring it up to date (pip install -U kinetograph)"
-    if error and "protocol" in error:
+    if "protocol" in error:
+        return error
+    if "killed" in error:
         return error
     if said:
         return f"{command} is not a kinetograph that works: {said[-300:]}"

@@ -40,4 +40,51 @@ class KINETOGRAPH_PT_walk(Panel, bpy.types.Panel):
         layout.operator("kinetograph.walk", icon="CURVE_PATH")
 
 
-CLASSES = (KINETOGRAPH_PT_recordings, KINETOGRAPH_PT_walk)
+class KINETOGRAPH_PT_inbetween(Panel, bpy.types.Panel):
+    """Poses become a motion"""
+
+    bl_label = "In-between"
+
+    def draw(self, context):
+        settings, layout = context.scene.kinetograph, self.layout
+        layout.label(text="Pose markers, or selected keyframes")
+        layout.prop(settings, "alternatives")
+        layout.prop(settings, "layered")
+        layout.prop(settings, "moving")
+        row = layout.row(align=True)
+        row.prop(settings, "lock_start")
+        row.prop(settings, "lock_end")
+        layout.operator("kinetograph.inbetween", icon="POSE_HLT")
+
+
+class KINETOGRAPH_PT_leader(Panel, bpy.types.Panel):
+    """Another armature leads"""
+
+    bl_label = "Leader"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.prop(context.scene.kinetograph, "leader")
+        layout.operator("kinetograph.follow", icon="COMMUNITY")
+        layout.operator("kinetograph.retarget", icon="ARMATURE_DATA")
+
+
+class KINETOGRAPH_PT_sensors(Panel, bpy.types.Panel):
+    """Readings become a motion"""
+
+    bl_label = "Sensors"
+
+    def draw(self, context):
+        settings, layout = context.scene.kinetograph, self.layout
+        layout.prop(settings, "readings")
+        layout.prop(settings, "layout")
+        layout.operator("kinetograph.sense", icon="TRACKING")
+
+
+CLASSES = (
+    KINETOGRAPH_PT_recordings,
+    KINETOGRAPH_PT_walk,
+    KINETOGRAPH_PT_inbetween,
+    KINETOGRAPH_PT_leader,
+    KINETOGRAPH_PT_sensors,
+)

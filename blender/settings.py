@@ -27,6 +27,10 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
         name="Rigify on FK", description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %"
     )
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
+    layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
+    moving: BoolProperty(name="Keep Speeds", description="Pass through the keys as fast as the action does")
+    lock_start: IntProperty(name="Lock From", description="A span of an earlier result that stays; 0 and 0 for none")
+    lock_end: IntProperty(name="Lock To")
     readings: StringProperty(name="Readings", subtype="FILE_PATH", description="A file of body-worn sensors' readings")
     layout: StringProperty(name="Layout", default="wii", description="wii, phone, imu, ideal, or a .toml file")
     words: StringProperty(name="Search", description="Words of a take's name, its tags or its labels")

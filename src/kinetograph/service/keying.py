@@ -117,7 +117,7 @@ def inbetween(asked: Inbetween, job: Job) -> Results:
     for synthesis, met in _found(asked, model, keys, job):
         frames = _frames(asked.keys, met, asked.fps or synthesis.motion.fps)
         motion = worn(_timed(synthesis.motion, frames, met, asked.fps), body, None)
-        motion = _exact(motion, frames, asked.keys, theirs)
+        motion = _exact(motion, _waypoints(asked, frames, motion.fps, theirs), theirs)
         results.append(made_of(replace(synthesis, met=met), motion, output, job.warm.keep(synthesis)))
     return Results(tuple(results))
 
@@ -177,12 +177,21 @@ def _timed(motion: Motion, frames: list[int], met: tuple[float, ...], fps: float
     return sample(motion, np.clip(times, 0.0, motion.duration), rate)
 
 
-def _exact(motion: Motion, frames: list[int], keys: tuple[Pose, ...], poses: Motion) -> Motion:
-    """A motion that meets poses of its own body exactly, by edits that fade away from them."""
+def _waypoints(asked: Inbetween, frames: list[int], fps: float, poses: Motion) -> list[Waypoint]:
+    """What a result is to meet exactly: its keys, and every frame of a span that is held."""
+    wanted = {frame: (key.second, key.placed, key.facing) for frame, key in zip(frames, asked.keys, strict=True)}
+    if asked.held is not None:
+        first, last = round(asked.held.start * fps), round(asked.held.stop * fps)
+        wanted |= {f: (asked.keys[0].second + f / fps, True, True) for f in range(max(first, 0), last + 1)}
     points = []
-    for frame, key in zip(frames, keys, strict=True):
-        source = min(round(key.second * poses.fps), len(poses) - 1)
+    for frame, (second, placed, facing) in sorted(wanted.items()):
+        source = min(round(second * poses.fps), len(poses) - 1)
         x, _, z = poses.translation[source].tolist()
-        place = complex(z, x) if key.placed else None
-        points.append(Waypoint(frame, poses, source, place, heading_at(poses, source) if key.facing else None))
+        place = complex(z, x) if placed else None
+        points.append(Waypoint(frame, poses, source, place, heading_at(poses, source) if facing else None))
+    return [point for point in points if point.frame <= frames[-1]]
+
+
+def _exact(motion: Motion, points: list[Waypoint], poses: Motion) -> Motion:
+    """A motion that meets poses of its own body exactly, by edits that fade away from them."""
     return meet_poses(bend(replace(motion, skeleton=poses.skeleton), points), points, _DECAY)
