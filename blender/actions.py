@@ -89,7 +89,7 @@ def _set(points, frames, values, indices):
         points.foreach_set("co", np.stack([frames, values], axis=1).ravel())
         points.foreach_set("interpolation", np.full(len(points), 1, dtype=np.int32))  # LINEAR
         return
-    for i, frame, value in zip(indices, frames, values):
+    for i, frame, value in zip(indices, frames, values, strict=True):
         points[i].co = (frame, value)
         points[i].interpolation = "LINEAR"
 
@@ -109,8 +109,14 @@ def splice(curve, frames, values, span, still):
     after = [row for row in _cut(rows, high) if row["co"][0] > high + 1e-6]
     first, last = _border(rows, low), _border(rows, high)
     inner = [
-        {"co": (float(f), float(v)), "left": (f - 0.3, v), "right": (f + 0.3, v), "interpolation": "LINEAR", "kind": "VECTOR"}
-        for f, v in zip(frames, values)
+        {
+            "co": (float(f), float(v)),
+            "left": (f - 0.3, v),
+            "right": (f + 0.3, v),
+            "interpolation": "LINEAR",
+            "kind": "VECTOR",
+        }
+        for f, v in zip(frames, values, strict=True)
     ]
     # at the borders values are those that were there: poses are the same, and rotations must not come back negated
     value, end = first["co"][1], last["co"][1]
@@ -173,7 +179,13 @@ def _halves(one, other, frame):
         low, high = (t, high) if x < frame else (low, t)
     a, b, c = (p[i] + t * (p[i + 1] - p[i]) for i in range(3))
     d, e = a + t * (b - a), b + t * (c - b)
-    middle = {"co": tuple(d + t * (e - d)), "left": tuple(d), "right": tuple(e), "interpolation": "BEZIER", "kind": "FREE"}
+    middle = {
+        "co": tuple(d + t * (e - d)),
+        "left": tuple(d),
+        "right": tuple(e),
+        "interpolation": "BEZIER",
+        "kind": "FREE",
+    }
     middle["co"] = (float(frame), middle["co"][1])
     return [{**one, "right": tuple(a)}, middle, {**other, "left": tuple(c)}]
 
@@ -182,7 +194,7 @@ def _put(curve, rows):
     points = curve.keyframe_points
     points.clear()
     points.add(len(rows))
-    for point, row in zip(points, rows):
+    for point, row in zip(points, rows, strict=True):
         point.co = row["co"]
         point.interpolation = row["interpolation"]
         point.handle_left_type = point.handle_right_type = row["kind"]
@@ -236,9 +248,9 @@ def _own_axes(bone):
 
 def mark(action, frames, names):
     """Pose markers of an action."""
-    for frame, name in zip(frames, names):
+    for frame, name in zip(frames, names, strict=True):
         marker = action.pose_markers.new(name)
-        marker.frame = int(round(frame))
+        marker.frame = round(frame)
 
 
 def provenance(action, made, start, fps, version, library):

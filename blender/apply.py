@@ -6,7 +6,7 @@ import numpy as np
 
 from . import axes, controls
 from .actions import Curves, assign, provenance, write_bone
-from .bodies import Rig, store_roles
+from .bodies import MADE, Rig, store_roles
 from .link import Trouble
 from .motions import arrays, targets
 
@@ -29,7 +29,7 @@ def new_armature(context, body, name, unit):
         names = _bones(data, body, unit)
     finally:
         bpy.ops.object.mode_set(mode="OBJECT")
-    data.display_type = "OCTAHEDRAL"
+    data[MADE] = True
     store_roles(thing, {role: names[body["names"].index(bone)] for role, bone in body["roles"].items()})
     for bone in thing.pose.bones:
         bone.rotation_mode = "QUATERNION"
@@ -39,7 +39,7 @@ def new_armature(context, body, name, unit):
 def _bones(data, body, unit):
     """Make the bones of a body at rest, each towards its child; their names, which Blender may shorten."""
     heads = np.zeros((len(body["names"]), 3))
-    for joint, (parent, offset) in enumerate(zip(body["parents"], body["offsets"])):
+    for joint, (parent, offset) in enumerate(zip(body["parents"], body["offsets"], strict=True)):
         if parent >= 0:
             heads[joint] = heads[parent] + axes.to_z_up(offset)
     ends = {end["joint"]: axes.to_z_up(end["offset"]) for end in body.get("ends", [])}
@@ -143,7 +143,9 @@ def _write_root(rig, curves, frames, turned, heads, span):
     """Key the root, in which what is above it stands as it stands now."""
     bone = rig.thing.data.bones[rig.bones[0]]
     if bone.use_connect:
-        raise Trouble(f"{rig.thing.name}: the bone {bone.name} is connected to its parent and cannot move; disconnect it")
+        raise Trouble(
+            f"{rig.thing.name}: the bone {bone.name} is connected to its parent and cannot move; disconnect it"
+        )
     above, below = np.eye(4), np.array(bone.matrix_local)
     if bone.parent is not None:
         posed = np.array(rig.thing.pose.bones[bone.parent.name].matrix)
@@ -163,7 +165,7 @@ def in_tracks(thing, original, made, start):
     data = thing.animation_data
     data.action = None
     if original is not None and not any(s.action == original for t in data.nla_tracks for s in t.strips):
-        _track(data, original, int(round(original.frame_range[0])), "HOLD").name = "original"
+        _track(data, original, round(original.frame_range[0]), "HOLD").name = "original"
     for number, action in enumerate(made):
         track = _track(data, action, start, "NOTHING")
         track.name, track.mute = action.name, number > 0

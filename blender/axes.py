@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Between Blender's world (Z up) and kinetograph's (Y up, metres); arrays of quaternions w, x, y, z. Needs only NumPy."""
+"""Between Blender's world (Z up) and kinetograph's (Y up, metres); quaternions are w, x, y, z. Needs only NumPy."""
 
 import numpy as np
 

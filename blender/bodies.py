@@ -18,6 +18,9 @@ from .link import Trouble
 ROLES = "kinetograph_roles"
 """The property of an armature that keeps the bones by role, as JSON."""
 
+MADE = "kinetograph_made"
+"""The property of armatures that the extension made."""
+
 
 class Rig:
     """An armature, the bones of it that are joints, and how they stand in the world at rest.
@@ -50,7 +53,9 @@ class Rig:
     def body(self, roles=None):
         """What kinetograph is told of it."""
         heads, tails = axes.to_y_up(self.heads), axes.to_y_up(self.to_world(self.tails))
-        offsets = [head - (heads[parent] if parent >= 0 else 0.0) for head, parent in zip(heads, self.parents)]
+        offsets = [
+            head - (heads[parent] if parent >= 0 else 0.0) for head, parent in zip(heads, self.parents, strict=True)
+        ]
         last = [i for i in range(len(self.bones)) if i not in self.parents]
         ends = [{"joint": self.bones[i], "offset": (tails[i] - heads[i]).tolist()} for i in last]
         return {
@@ -62,8 +67,14 @@ class Rig:
         }
 
     def skin(self, roles, folder):
-        """A file of what is around the joints at rest: the meshes that the armature moves, or else its soles."""
-        points, joints, weights = _meshes(self) or _soles(self, roles)
+        """A file of what is around the joints at rest: the meshes that the armature moves, or else its soles.
+
+        Empty for an armature that the extension made, which stays at the heights of the recordings.
+        """
+        found = _meshes(self)
+        if found is None and self.thing.data.get(MADE):
+            return ""
+        points, joints, weights = found or _soles(self, roles)
         points = axes.to_y_up(points) - axes.to_y_up(self.heads[0])
         path = os.path.join(folder, f"skin-{len(os.listdir(folder))}.npz")
         np.savez(path, points=points, joints=joints, weights=weights)
@@ -80,7 +91,7 @@ def _meshes(rig):
         mesh.data.vertices.foreach_get("co", places)
         world = np.array(mesh.matrix_world)
         moved = [_joint_of(rig, group.name) for group in mesh.vertex_groups]
-        for vertex, place in zip(mesh.data.vertices, places.reshape(-1, 3)):
+        for vertex, place in zip(mesh.data.vertices, places.reshape(-1, 3), strict=True):
             found = [(g.weight, moved[g.group]) for g in vertex.groups if moved[g.group] is not None and g.weight > 0]
             if found:
                 best = sorted(found, reverse=True)[:4]
@@ -95,7 +106,11 @@ def _joint_of(rig, name):
     """The joint that a vertex group goes with: its bone, the bone that it is a copy of, or one above it."""
     bone = rig.thing.data.bones.get(name)
     while bone is not None:
-        for known in (bone.name, re.sub(r"^DEF-", "ORG-", bone.name), re.sub(r"^DEF-(.*?)(\.\d+)?$", r"ORG-\1", bone.name)):
+        for known in (
+            bone.name,
+            re.sub(r"^DEF-", "ORG-", bone.name),
+            re.sub(r"^DEF-(.*?)(\.\d+)?$", r"ORG-\1", bone.name),
+        ):
             if known in rig.bones:
                 return rig.bones.index(known)
         bone = bone.parent

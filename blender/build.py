@@ -11,7 +11,9 @@ _TIME = (2000, 1, 1, 0, 0, 0)
 
 def build(folder):
     """Write the zip into a folder; its path."""
-    names = sorted(["LICENSE", "blender_manifest.toml", *(p.name for p in HERE.glob("*.py") if p.name != Path(__file__).name)])
+    names = sorted(
+        ["LICENSE", "blender_manifest.toml", *(p.name for p in HERE.glob("*.py") if p.name != Path(__file__).name)]
+    )
     manifest = (HERE / "blender_manifest.toml").read_text()
     version = next(line.split('"')[1] for line in manifest.splitlines() if line.startswith("version"))
     folder = Path(folder)

@@ -107,7 +107,9 @@ class _Solver:
         places = basis[:, :3, 3] if what in (_FULL, _PLACED) else None
         if what == _PLACED:
             q = np.broadcast_to(np.array([1.0, 0, 0, 0]), q.shape)
-        self.basis[name] = _matrices(q[:, None], (np.zeros_like(goal[:, :3, 3]) if places is None else places)[:, None])[:, 0]
+        self.basis[name] = _matrices(
+            q[:, None], (np.zeros_like(goal[:, :3, 3]) if places is None else places)[:, None]
+        )[:, 0]
         write_bone(curves, self.rig.thing, name, frames, q, places, span)
 
     def look(self, scene, frames):
@@ -150,7 +152,9 @@ class _Solver:
 
 def apart(one, other):
     """How far matrices are from one another: radians, and distances."""
-    turn = axes.multiply(axes.inverse(axes.quaternions(_pure(one[..., :3, :3]))), axes.quaternions(_pure(other[..., :3, :3])))
+    turn = axes.multiply(
+        axes.inverse(axes.quaternions(_pure(one[..., :3, :3]))), axes.quaternions(_pure(other[..., :3, :3]))
+    )
     angle = 2 * np.arctan2(np.linalg.norm(turn[..., 1:], axis=-1), np.abs(turn[..., 0]))
     return angle, np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
 
@@ -223,7 +227,7 @@ _IK = {
 
 
 def _rigify(rig, curves, frames, span):
-    """The controls of a rig that Rigify generated. Where a limb is on IK, its hand or foot and its pole are keyed too."""
+    """The controls of a rig that Rigify generated. A limb on IK has its end and its pole keyed too."""
     bones = rig.thing.pose.bones
     table = [Control("torso", rig.bones[0], _FULL)] if "torso" in bones else []
     spine = [name for name in rig.bones if re.fullmatch(r"ORG-spine(\.\d+)?", name)]

@@ -99,12 +99,14 @@ def polyline(thing):
 
 def _bezier(spline):
     knots = list(spline.bezier_points)
-    pairs = list(zip(knots, knots[1:] + (knots[:1] if spline.use_cyclic_u else [])))
+    pairs = list(zip(knots, knots[1:] + (knots[:1] if spline.use_cyclic_u else []), strict=False))
     points, factors = [], []
     for one, other in pairs:
         points += interpolate_bezier(one.co, one.handle_right, other.handle_left, other.co, _STEPS + 1)
         factors += np.linspace(one.radius, other.radius, _STEPS + 1).tolist()
-    return [tuple(point) for point in points] or [tuple(knot.co) for knot in knots], factors or [k.radius for k in knots]
+    return [tuple(point) for point in points] or [tuple(knot.co) for knot in knots], factors or [
+        k.radius for k in knots
+    ]
 
 
 def _poly(spline):

@@ -76,11 +76,12 @@ class Installing:
         self.done = True
 
     def _call(self, words):
-        self._process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=_clean())
-        for line in self._process.stdout:
-            self.said = line.strip() or self.said
-        if self._process.wait() != 0:
-            raise Trouble("cancelled" if not self._wanted else f"it could not be installed: {self.said}")
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        with subprocess.Popen(words, env=_clean(), **pipes) as self._process:
+            for line in self._process.stdout:
+                self.said = line.strip() or self.said
+        if self._process.returncode != 0:
+            raise Trouble(f"it could not be installed: {self.said}" if self._wanted else "cancelled")
 
 
 def _clean():

@@ -5,6 +5,7 @@ Nothing here knows Blender. Answers are read by a thread and handed on by `Link.
 timer of the interface, or a loop.
 """
 
+import contextlib
 import json
 import os
 import queue
@@ -54,6 +55,8 @@ class Link:
     def ask(self, method, params):
         """Send a request; its ticket fills in while `pump` is called."""
         if not self.alive:
+            if self._process is not None:
+                self._died()
             self._start()
         return self._send(method, params)
 
@@ -116,13 +119,8 @@ class Link:
         process, self._process = self._process, None
         if process is None:
             return
-        for stream in (process.stdin, process.stdout, process.stderr):
-            try:
-                stream.close()
-            except OSError:
-                pass
         process.kill()
-        process.wait()
+        _end(process)
         self._fail("cancelled")
 
     def _start(self):
@@ -150,7 +148,7 @@ class Link:
     def _died(self):
         """The process has ended by itself."""
         process, self._process = self._process, None
-        code = process.wait() if process is not None else None
+        code = _end(process) if process is not None else None
         said = " ".join(self._said[-1:]).strip()
         self._fail(f"kinetograph ended unexpectedly ({_how(code)}); try again{': ' + said if said else ''}")
 
@@ -160,13 +158,26 @@ class Link:
         self._open.clear()
 
 
+def _end(process):
+    """End a process, and close what leads to it; how it ended."""
+    if process.poll() is None:
+        try:
+            process.wait(0.2)  # it has closed its output, and is about to end
+        except subprocess.TimeoutExpired:
+            process.kill()
+    for stream in (process.stdin, process.stdout, process.stderr):
+        with contextlib.suppress(OSError):
+            stream.close()
+    return process.wait()
+
+
 def _how(code):
     return f"it was killed by signal {-code}" if code is not None and code < 0 else f"status {code}"
 
 
 def _no_hello(command, error, said):
     if "No such command" in said or "unrecognized" in said or "invalid choice" in said:
-        return f"{command} is an older kinetograph, without serve --stdio: bring it up to date (pip install -U kinetograph)"
+        return f"{command} is an older kinetograph, without serve --stdio: update it (pip install -U kinetograph)"
     if "protocol" in error:
         return error
     if "killed" in error:

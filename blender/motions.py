@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motions: read off the poses of an armature, and turned into poses of one."""
 
+import contextlib
 import os
 
 import numpy as np
@@ -66,10 +67,8 @@ def arrays(moving):
             out = found["translation"], found["rotations"]
     except (OSError, ValueError, KeyError) as error:
         raise Trouble(f"kinetograph's result cannot be read: {error}") from None
-    try:
+    with contextlib.suppress(OSError):
         os.remove(moving["arrays"])
-    except OSError:
-        pass
     return out
 
 

@@ -5,7 +5,7 @@ import os
 import re
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
 from . import tasks
 from .actions import Curves
@@ -14,7 +14,6 @@ from .bodies import find_rig, require_armature, require_writable, store_roles, s
 from .curves import path_of, rate, unit
 from .link import Trouble
 from .motions import described
-
 
 _MOST_KEYS = 60
 
@@ -150,7 +149,9 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
     curve: StringProperty(name="Curve", description="The curve, or the object that moves; the active one unless given")
     library: StringProperty(name="Library", subtype="DIR_PATH")
     armature: StringProperty(name="Armature", description="The armature that walks; a new one unless given")
-    speed: FloatProperty(name="Speed", default=1.2, min=0.05, max=12.0, unit="VELOCITY", description="Metres per second")
+    speed: FloatProperty(
+        name="Speed", default=1.2, min=0.05, max=12.0, unit="VELOCITY", description="Metres per second"
+    )
     by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
@@ -210,7 +211,9 @@ class KINETOGRAPH_OT_retarget(Asking, bpy.types.Operator):
         scale = {"scale": 1.0} if self.keep_place else {}
         made = yield "retarget", {"motion": motion, **target.asked(), **scale, "folder": tasks.folder()}
         with tasks.at_once():
-            target.put(context, made, Put(f"{source.name} on {target.thing.name}"[:60], frames[0]), facts({"library": ""}))
+            target.put(
+                context, made, Put(f"{source.name} on {target.thing.name}"[:60], frames[0]), facts({"library": ""})
+            )
             shown(scene, frames[0], len(frames))
         return f"{target.thing.name} moves as {source.name}"
 
@@ -224,7 +227,7 @@ def played(thing):
         raise Trouble(f"{thing.name} has no action")
     first = min([s.frame_start for s in strips] + ([action.frame_range[0]] if action else []))
     last = max([s.frame_end for s in strips] + ([action.frame_range[1]] if action else []))
-    return list(range(int(round(first)), int(round(last)) + 1))
+    return list(range(round(first), round(last) + 1))
 
 
 class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
@@ -235,7 +238,9 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
 
     armature: StringProperty(name="Armature", description="The active one unless given")
     library: StringProperty(name="Library", subtype="DIR_PATH")
-    alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8, description="More than one go into NLA tracks")
+    alternatives: IntProperty(
+        name="Alternatives", default=1, min=1, max=8, description="More than one go into NLA tracks"
+    )
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
     moving: BoolProperty(name="Keep Speeds", description="Pass through the keys as fast as the action does")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
@@ -267,7 +272,6 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
         params |= self._held(action, first, rate(scene))
         found = yield "inbetween", {**params, **target.asked(), "folder": tasks.folder()}
         with tasks.at_once():
-            names = target.rig.bones
             if layered:
                 made = []
                 for number, each in enumerate(found["made"], start=1):
@@ -312,8 +316,8 @@ def keyed_poses(thing):
     named = {marker.frame: marker.name for marker in action.pose_markers}
     if len(named) < 2:
         points = [point for curve in Curves(action, thing).all() for point in curve.keyframe_points]
-        chosen = {int(round(point.co[0])) for point in points if point.select_control_point}
-        every = {int(round(point.co[0])) for point in points}
+        chosen = {round(point.co[0]) for point in points if point.select_control_point}
+        every = {round(point.co[0]) for point in points}
         named = {frame: f"frame {frame}" for frame in (chosen if len(chosen) > 1 else every)}
         if len(named) > _MOST_KEYS:
             raise Trouble(f"{len(named)} keyframes are chosen: select those of the poses, or add pose markers")

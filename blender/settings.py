@@ -24,7 +24,8 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
     on_fk: BoolProperty(
-        name="Rigify on FK", description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %"
+        name="Rigify on FK",
+        description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %",
     )
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")

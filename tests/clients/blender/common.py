@@ -60,7 +60,7 @@ def bezier(name, points, cyclic=False):
     spline = data.splines.new("BEZIER")
     spline.bezier_points.add(len(points) - 1)
     spline.use_cyclic_u = cyclic
-    for knot, (x, y) in zip(spline.bezier_points, points):
+    for knot, (x, y) in zip(spline.bezier_points, points, strict=True):
         knot.co, knot.handle_left_type, knot.handle_right_type = (x, y, 0.0), "AUTO", "AUTO"
     thing = bpy.data.objects.new(name, data)
     bpy.context.collection.objects.link(thing)

@@ -31,7 +31,7 @@ def look(what, thing, distances, armature):
 
 
 def constant(what, points, cyclic, fps, base=1.0, speed=1.1, **moved):
-    scene = emptied(fps, base)
+    emptied(fps, base)
     thing = bezier("path", points, cyclic)
     for name, value in moved.items():
         setattr(thing, name, value)
@@ -101,7 +101,7 @@ def radii():
     """The radius of points says how fast: twice as fast at the end as at the beginning."""
     emptied(60)
     thing = bezier("path", [(0, 0), (0, 6)])
-    for knot, radius in zip(thing.data.splines[0].bezier_points, (0.6, 1.2)):
+    for knot, radius in zip(thing.data.splines[0].bezier_points, (0.6, 1.2), strict=True):
         knot.radius = radius
         knot.handle_left_type = knot.handle_right_type = "VECTOR"
     bpy.context.view_layer.update()

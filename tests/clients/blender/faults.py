@@ -20,7 +20,9 @@ def state():
     chosen = sorted(thing.name for thing in bpy.context.selected_objects)
     scene = bpy.context.scene
     active = bpy.context.view_layer.objects.active
-    playing = [(t.name, t.animation_data.action.name) for t in bpy.data.objects if t.animation_data and t.animation_data.action]
+    playing = [
+        (t.name, t.animation_data.action.name) for t in bpy.data.objects if t.animation_data and t.animation_data.action
+    ]
     return names, chosen, active and active.name, scene.frame_current, scene.frame_end, playing
 
 
@@ -63,7 +65,8 @@ for line in sys.stdin:
 """
 
 installed()
-import addon_utils  # noqa: E402  of Blender, which is there once bpy is
+import addon_utils
+
 row("installed by Blender's package call", MODULE in bpy.context.preferences.addons.keys(), ZIP.name)
 emptied()
 bezier("path", [(0, 0), (0, 4)])
@@ -141,21 +144,21 @@ bpy.context.collection.objects.link(into.objects[0])
 fails("a linked armature", ["linked", "override"], walk, armature="linked one")
 
 emptied()
-bezier("Weg über 腕 \"quoted\"", [(0, 0), (1, 4)])
-said = error_of(walk, curve="Weg über 腕 \"quoted\"")
+bezier('Weg über 腕 "quoted"', [(0, 0), (1, 4)])
+said = error_of(walk, curve='Weg über 腕 "quoted"')
 rig = bpy.context.object
 row("unicode names", said == "" and rig.type == "ARMATURE", rig.name)
 for bone in rig.data.bones:
-    bone.name = f"{bone.name} \"Knöchel\" 腕"
+    bone.name = f'{bone.name} "Knöchel" 腕'
 roles = {}
-said = error_of(bpy.ops.kinetograph.walk, curve="Weg über 腕 \"quoted\"", library=WALKS, armature=rig.name)
+said = error_of(bpy.ops.kinetograph.walk, curve='Weg über 腕 "quoted"', library=WALKS, armature=rig.name)
 row("unicode bones", said == "", said or rig.data.bones[0].name)
 
 bpy.ops.preferences.addon_disable(module=MODULE)
 bpy.ops.preferences.addon_enable(module=MODULE)
 repo = next(i for i, r in enumerate(bpy.context.preferences.extensions.repos) if r.module == "user_default")
 bpy.ops.extensions.package_uninstall(repo_index=repo, pkg_id="kinetograph")
-left = [name for name in dir(bpy.ops.kinetograph)] if hasattr(bpy.types, "KINETOGRAPH_OT_walk") else []
+left = list(dir(bpy.ops.kinetograph)) if hasattr(bpy.types, "KINETOGRAPH_OT_walk") else []
 gone = MODULE not in bpy.context.preferences.addons.keys() and not hasattr(bpy.types.Scene, "kinetograph") and not left
 row("disabled, enabled, removed", gone and not addon_utils.check(MODULE)[1], "nothing of it is left")
 finish()

@@ -63,12 +63,16 @@ def in_place():
     changed = abs(evaluated(thing, outside) - before).max()
     moved = np.linalg.norm((evaluated(thing, [60]) - inner)[..., :3, 3], axis=-1).max()
     good = apart < 1e-3 and changed < 1e-4 and moved > 0.01
-    row("in place, frames 33 to 87", good, f"keys met to {1000 * apart:.4f} mm; outside changed by {1000 * changed:.4f} mm")
+    row(
+        "in place, frames 33 to 87",
+        good,
+        f"keys met to {1000 * apart:.4f} mm; outside changed by {1000 * changed:.4f} mm",
+    )
 
 
 def posed():
     """Two poses of an armature that has nothing else: a key each, all bones that are not keyed stay."""
-    thing, action = walker()
+    thing, _action = walker()
     poses = {}
     for frame in (20, 74):
         bpy.context.scene.frame_set(frame)
@@ -79,7 +83,6 @@ def posed():
             bone.rotation_quaternion, bone.location = poses[key][bone.name]
             bone.keyframe_insert("rotation_quaternion", frame=frame)
             bone.keyframe_insert("location", frame=frame)
-    action = thing.animation_data.action
     keys = evaluated(thing, [1, 61])
     bpy.ops.kinetograph.inbetween(armature=thing.name, library=WALKS)
     apart = np.linalg.norm((evaluated(thing, [1, 61]) - keys)[..., :3, 3], axis=-1).max()
@@ -99,7 +102,9 @@ def in_tracks():
     changed = abs(evaluated(thing, outside) - before).max()
     muted = [track.mute for track in tracks]
     good = apart < 1e-3 and changed < 1e-6 and muted[:2] == [False, False] and all(muted[2:]) and len(muted) >= 3
-    said = f"keys met to {1000 * apart:.4f} mm, outside changed by {1000 * changed:.4f} mm; {len(muted) - 1} alternatives"
+    said = (
+        f"keys met to {1000 * apart:.4f} mm, outside changed by {1000 * changed:.4f} mm; {len(muted) - 1} alternatives"
+    )
     row("NLA tracks, a window in between", good, said)
 
 

@@ -1,4 +1,4 @@
-"""A walk onto other bodies: a rig that Rigify generates, one with an FBX's scale and Mixamo's names, VRM's, and a person.
+"""A walk onto other bodies: rigs of Rigify, with an FBX's scale and Mixamo's names, with VRM's, with IK, and a person.
 
 What each bone does in Blender is compared with kinetograph's own retargeting, which the extension is given; and feet,
 while the recording's are planted, with where they are planted first.
@@ -62,7 +62,7 @@ def look(what, degrees, used, only_direction=False, near=2):
 
 
 def feet(rig, frames):
-    """How far planted ankles move and rise, in metres: the median over steps of the furthest, a step being low and slow."""
+    """How far planted ankles move and rise, metres: the median over steps of the furthest; a step is low and slow."""
     roles = json.loads(rig.thing.data.get("kinetograph_roles", "{}")) or _given.get("roles", {})
     moved, risen = [], []
     for side in ("left", "right"):
