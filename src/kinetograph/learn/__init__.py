@@ -30,6 +30,7 @@ _ROOMS = {
     "Hypotheses": "commitment",
     "KernelRegression": "kernel_ridge",
     "Lle": "embedding",
+    "Margins": "margins",
     "Mixture": "mixture",
     "NearSearch": "retrieval",
     "NearState": "retrieval",
@@ -41,6 +42,7 @@ _ROOMS = {
     "Plan": "frame_programme",
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
+    "PricedPath": "margins",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
     "Reuse": "reuse",
@@ -70,6 +72,7 @@ _ROOMS = {
     "count_transitions": "markov",
     "discourage": "transitions",
     "fading": "reuse",
+    "find_margins": "margins",
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
@@ -102,6 +105,7 @@ _ROOMS = {
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
+    "price_path": "margins",
     "prove": "proving",
     "representatives": "linkage",
     "retime": "retiming",
@@ -135,6 +139,7 @@ __all__ = [
     "Hypotheses",
     "KernelRegression",
     "Lle",
+    "Margins",
     "Mixture",
     "NearSearch",
     "NearState",
@@ -146,6 +151,7 @@ __all__ = [
     "Plan",
     "Playing",
     "PreparedExamples",
+    "PricedPath",
     "Quantiser",
     "Rbf",
     "Reuse",
@@ -175,6 +181,7 @@ __all__ = [
     "count_transitions",
     "discourage",
     "fading",
+    "find_margins",
     "find_route",
     "find_transitions",
     "fit_gaussian",
@@ -207,6 +214,7 @@ __all__ = [
     "outputs_by_bayes",
     "padded_width",
     "plan_frames",
+    "price_path",
     "prove",
     "representatives",
     "retime",
@@ -261,6 +269,7 @@ if TYPE_CHECKING:
         left_out,
     )
     from kinetograph.learn.linkage import ClosePairs, complete_linkage, linked, representatives
+    from kinetograph.learn.margins import Margins, PricedPath, find_margins, price_path
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
     from kinetograph.learn.placement import Placement
