@@ -18,6 +18,8 @@ COSTS = {
     "reuse": "reuse",
     "change": "changes of person or style",
     "unusual": "not walked or run",
+    "keys": "recordings unlike the keys",
+    "moves": "moves not asked for",
 }
 """What the parts of a cost are called."""
 

@@ -1,8 +1,8 @@
 """Whole jobs, as the command line calls them: from files and libraries to results.
 
-`perform` and `inbetween` make a motion; `segment_library` and `grow_library` cut the takes of a library, and
-`label_partners` names what is danced in them; the others read what a person names on the command line. Rooms are
-imported on first use, so that a command loads what it needs.
+`perform` and `inbetween` make a motion, and `render_request` what a request asks for; `segment_library` and
+`grow_library` cut the takes of a library, and `label_partners` names what is danced in them; the others read what a
+person names on the command line. Rooms are imported on first use, so that a command loads what it needs.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ _ROOMS = {
     "Movement": "calibrating",
     "ReadRecordings": "reading",
     "Recording": "folders",
+    "Rendered": "requesting",
     "Segmented": "segmenting",
     "Smoothing": "performing",
     "Units": "labelling",
     "WornCalibration": "calibrating",
     "add_readings": "capturing",
+    "asked_key": "requesting",
     "calibrate_worn": "calibrating",
     "capture": "capturing",
     "copies_among": "copies",
@@ -62,12 +64,15 @@ _ROOMS = {
     "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
+    "perform_asked": "requesting",
     "perform_with": "performing",
     "read_rows": "sensing",
     "read_take": "libraries",
     "read_takes": "libraries",
     "refuse_cuts": "segmenting",
     "remarks_on": "calibrating",
+    "render_request": "requesting",
+    "rules_of": "requesting",
     "segment_library": "segmenting",
     "sense_layer": "layering",
     "sensors_of_parts": "layering",
@@ -95,11 +100,13 @@ __all__ = [
     "Movement",
     "ReadRecordings",
     "Recording",
+    "Rendered",
     "Segmented",
     "Smoothing",
     "Units",
     "WornCalibration",
     "add_readings",
+    "asked_key",
     "calibrate_worn",
     "capture",
     "copies_among",
@@ -132,12 +139,15 @@ __all__ = [
     "open_without_labels",
     "perform",
     "perform_alternatives",
+    "perform_asked",
     "perform_with",
     "read_rows",
     "read_take",
     "read_takes",
     "refuse_cuts",
     "remarks_on",
+    "render_request",
+    "rules_of",
     "segment_library",
     "segment_take",
     "sense_layer",
@@ -197,6 +207,7 @@ if TYPE_CHECKING:
         winding_path,
     )
     from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
+    from kinetograph.pipeline.requesting import Rendered, asked_key, perform_asked, render_request, rules_of
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,

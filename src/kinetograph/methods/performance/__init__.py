@@ -41,15 +41,19 @@ from kinetograph.methods.performance.growing import (
 )
 from kinetograph.methods.performance.handholds import usual_grip
 from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.keyed import distances_to
 from kinetograph.methods.performance.leaving_out import fit_without
 from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
+from kinetograph.methods.performance.moments import Moment
+from kinetograph.methods.performance.moves import contact_moments, foot_moments
 from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
+from kinetograph.methods.performance.performing import perform_read
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.repetition import most_used, times_running
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.rules import Demand, Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
     Instances,
@@ -82,6 +86,7 @@ __all__ = [
     "Continued",
     "Control",
     "ControlPoints",
+    "Demand",
     "Fitted",
     "Fixed",
     "FramePlanner",
@@ -91,6 +96,7 @@ __all__ = [
     "Growth",
     "Instances",
     "Live",
+    "Moment",
     "PerformanceControl",
     "PerformanceModel",
     "PerformanceSettings",
@@ -116,13 +122,16 @@ __all__ = [
     "build_instances",
     "by_hand",
     "check_alike",
+    "contact_moments",
     "cut_segments",
     "cut_tracks",
     "cuts_of",
+    "distances_to",
     "explain",
     "fine_borders",
     "fit_examples",
     "fit_without",
+    "foot_moments",
     "grow",
     "grow_rest",
     "grow_takes",
@@ -138,6 +147,7 @@ __all__ = [
     "partner_control",
     "path_on_ground",
     "path_speeds",
+    "perform_read",
     "pieces_of",
     "points_of",
     "read_control",

@@ -14,8 +14,9 @@ from kinetograph.learn import Arrivals, Margins, SegmentalPath, find_margins, pr
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted, fitted_for
 from kinetograph.methods.performance.interpretation import Interpreting
+from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.pieces import pieces_of
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.rules import Demand
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.progress import Progress
 from kinetograph.synthesis import Piece
@@ -138,7 +139,7 @@ def explain(
     fitted: Fitted,
     control: Control,
     second: float,
-    rules: Sequence[Rule] = (),
+    rules: Sequence[Demand] = (),
     count: int = 10,
     progress: Progress | None = None,
 ) -> Reasons:
@@ -152,7 +153,7 @@ def explain(
     control : Control
     second : float
         Within the control.
-    rules : sequence of Rule
+    rules : sequence of Rule or Moment
         What is pinned or forbidden.
     count : int
         How many pieces are compared.
@@ -195,7 +196,7 @@ class _Question:
 
     search: Interpreting
     moment: float
-    rules: tuple[Rule, ...]
+    rules: tuple[Demand, ...]
 
     @property
     def fitted(self) -> Fitted:
@@ -306,7 +307,9 @@ def _others(question: _Question, margins: Margins, progress: Progress | None) ->
         yield name, search()
 
 
-def _named(rule: Rule) -> str:
+def _named(rule: Demand) -> str:
+    if isinstance(rule, Moment):
+        return f"asks for {rule.label}"
     return f"{'forbids' if rule.forbid else 'pins'} {rule}"
 
 
