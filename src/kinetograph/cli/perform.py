@@ -229,7 +229,7 @@ def perform(
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
         made = _synthesised(model, performed, answers, asked)
-    made = wearing(made, read_layers(layers, library, reading), model.fitted)
+    made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = reasons_at(model, performed, answers.why or (), asked.rules)
     summary = _figures(made[0], model, performed, asked, search.gap)

@@ -69,8 +69,8 @@ class EndPlaces(Message, frozen=True, tag="end_places"):
     position: tuple[float, float]
     heading: float
     said: tuple[str, ...] = ()
-    positions: dict[str, tuple[float, float, float]] = {}
-    orientations: dict[str, tuple[float, float, float, float]] = {}
+    positions: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
+    orientations: dict[str, tuple[float, float, float, float]] = msgspec.field(default_factory=dict)
 
 
 class MetRow(msgspec.Struct, frozen=True):
