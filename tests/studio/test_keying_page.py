@@ -298,6 +298,8 @@ def drag(page: Page, start: dict[str, float], by: tuple[float, float]) -> None:
 
 def test_place_heading_and_hands_on_the_stage(page: Page, three: Server) -> None:
     solved(page, three)
+    page.get_by_label("Force timings that are too quick").check()  # anywhere it is dragged to
+    settled(page)
     page.locator(".key-row", has_text="key 2").click()
     page.wait_for_function("kinetograph.studio.panel.stage.handles.children.length === 4")
     where = "part => kinetograph.studio.stage.screenPoint(...kinetograph.studio.panel.stage.pointOf(part))"
