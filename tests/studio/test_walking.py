@@ -31,6 +31,7 @@ from kinetograph.motion import Motion
 from kinetograph.pipeline import Smoothing, open_library, perform
 from kinetograph.studio.messages import (
     AskPace,
+    AskWhy,
     CandidateClip,
     Candidates,
     Message,
@@ -40,6 +41,7 @@ from kinetograph.studio.messages import (
     PlayTake,
     WalkDrawn,
     WalkLive,
+    Why,
 )
 from kinetograph.studio.project import Project, RuleRow, Walk
 from kinetograph.studio.room import Room
@@ -273,6 +275,24 @@ def _made(tmp_path: Path, project: Project) -> Room:
     assert made is not None
     room.latest["walk"] = made
     return room
+
+
+def test_why_a_piece_is_there(tmp_path: Path, project: Project) -> None:
+    room = _made(tmp_path, project)
+    shown = room.latest["walk"].synthesis
+    answer = _ask(room, project, AskWhy(7, 3.0))
+    assert isinstance(answer, Why)
+    (chosen,) = (row for row in answer.rows if row.chosen)
+    piece = shown.piece_at(90)
+    assert (chosen.take, chosen.source_start) == (piece.take, piece.source_start)
+    assert sum(chosen.terms.values()) == pytest.approx(shown.cost, rel=1e-4)
+    other = next(row for row in answer.rows if not row.chosen)
+    pinned = RuleRow(2.98, 3.02, other.take, (other.source_start + other.source_stop) / 2)
+    ruled = Project(libraries=project.libraries, walk=_with(project.walk, (pinned,)))
+    again = _ask(_made(tmp_path, ruled), ruled, AskWhy(8, 3.0))
+    assert isinstance(again, Why)
+    constraints = [row.constraint for row in again.without]
+    assert any("pins take" in constraint for constraint in constraints)
 
 
 def test_candidates_are_shown_pinned_and_forbidden(tmp_path: Path, project: Project) -> None:

@@ -30,6 +30,7 @@ _ROOMS = {
     "Hypotheses": "commitment",
     "KernelRegression": "kernel_ridge",
     "Lle": "embedding",
+    "Margins": "margins",
     "Mixture": "mixture",
     "NearSearch": "retrieval",
     "NearState": "retrieval",
@@ -41,6 +42,7 @@ _ROOMS = {
     "Plan": "frame_programme",
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
+    "PricedPath": "margins",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
     "Reuse": "reuse",
@@ -71,6 +73,7 @@ _ROOMS = {
     "count_transitions": "markov",
     "discourage": "transitions",
     "fading": "reuse",
+    "find_margins": "margins",
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
@@ -103,6 +106,7 @@ _ROOMS = {
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
+    "price_path": "margins",
     "prove": "proving",
     "representatives": "linkage",
     "retime": "retiming",
@@ -136,6 +140,7 @@ __all__ = [
     "Hypotheses",
     "KernelRegression",
     "Lle",
+    "Margins",
     "Mixture",
     "NearSearch",
     "NearState",
@@ -147,6 +152,7 @@ __all__ = [
     "Plan",
     "Playing",
     "PreparedExamples",
+    "PricedPath",
     "Quantiser",
     "Rbf",
     "Reuse",
@@ -177,6 +183,7 @@ __all__ = [
     "count_transitions",
     "discourage",
     "fading",
+    "find_margins",
     "find_route",
     "find_transitions",
     "fit_gaussian",
@@ -209,6 +216,7 @@ __all__ = [
     "outputs_by_bayes",
     "padded_width",
     "plan_frames",
+    "price_path",
     "prove",
     "representatives",
     "retime",
@@ -263,6 +271,7 @@ if TYPE_CHECKING:
         left_out,
     )
     from kinetograph.learn.linkage import ClosePairs, complete_linkage, linked, representatives
+    from kinetograph.learn.margins import Margins, PricedPath, find_margins, price_path
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
     from kinetograph.learn.placement import Placement

@@ -662,6 +662,13 @@ export interface AskPace {
   id: number;
 }
 
+/** Why is the piece at a time of the walk there, and what else could be? Answered by `Why`. */
+export interface AskWhy {
+  kind: "ask_why";
+  id: number;
+  time: number;
+}
+
 /** The walk as a clip under rules besides its own: those of a candidate. */
 export interface CandidateClip {
   kind: "candidate_clip";
@@ -744,6 +751,39 @@ export interface WalkLive {
   kind: "walk_live";
 }
 
+/** Why a piece is there: those with the least margins, and what would have to go for another to be there. */
+export interface Why {
+  kind: "why";
+  id: number;
+  time: number;
+  rows: WhyRow[];
+  without: WithoutRow[];
+}
+
+/** A piece that could be at a time of the walk, with what the best walk with it is charged for. */
+export interface WhyRow {
+  take: string;
+  mirrored: boolean;
+  chosen: boolean;
+  source_start: number;
+  source_stop: number;
+  start: number;
+  stop: number;
+  margin: number;
+  terms: Record<string, number>;
+  without: string[];
+}
+
+/** What would be at a time of the walk without a constraint or a cost, and how much less the walk would cost. */
+export interface WithoutRow {
+  constraint: string;
+  take: string;
+  mirrored: boolean;
+  source_start: number;
+  source_stop: number;
+  saved: number;
+}
+
 export type AnyMessage =
   | Cancel
   | Edit
@@ -795,6 +835,7 @@ export type AnyMessage =
   | LiveEnded
   | PhoneLink
   | AskPace
+  | AskWhy
   | CandidateClip
   | Candidates
   | NextBest
@@ -802,4 +843,5 @@ export type AnyMessage =
   | PieceSource
   | PlayTake
   | WalkDrawn
-  | WalkLive;
+  | WalkLive
+  | Why;
