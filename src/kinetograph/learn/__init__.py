@@ -60,6 +60,7 @@ _ROOMS = {
     "StepCosts": "retrieval",
     "Tolls": "goals",
     "UnreachableError": "markov",
+    "Way": "goals",
     "Windows": "windows",
     "advance_body": "frame_programme",
     "bar": "transitions",
@@ -169,6 +170,7 @@ __all__ = [
     "StepCosts",
     "Tolls",
     "UnreachableError",
+    "Way",
     "Windows",
     "advance_body",
     "bar",
@@ -256,7 +258,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
     from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
-    from kinetograph.learn.goals import Goal, SearchOptions, Tolls, least_interval, least_steps
+    from kinetograph.learn.goals import Goal, SearchOptions, Tolls, Way, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
     from kinetograph.learn.k_best import k_best_paths

@@ -64,6 +64,26 @@ class Walk(_Part, frozen=True):
     rules: tuple[RuleRow, ...] = ()
 
 
+class PartRow(_Part, frozen=True):
+    """Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it.
+
+    Parameters
+    ----------
+    role : str
+    within : str
+        What its place is seen from: ``"root"`` or ``"world"``; ``in`` in the document.
+    position : (float, float, float), optional
+        Metres; as in the pose unless given.
+    orientation : (float, float, float, float), optional
+        Unit quaternion w, x, y, z of the part's joint; free unless given.
+    """
+
+    role: str
+    within: Literal["root", "world"] = msgspec.field(name="in")
+    position: tuple[float, float, float] | None = None
+    orientation: tuple[float, float, float, float] | None = None
+
+
 class KeyRow(_Part, frozen=True):
     """A key, with the fields of `kinetograph.formats.keys_json`.
 
@@ -84,6 +104,8 @@ class KeyRow(_Part, frozen=True):
         frame of the root's heading.
     name : str, optional
         What messages call it.
+    parts : tuple of PartRow
+        Parts that are to be elsewhere than in the pose, each met within 1 mm and half a degree.
     """
 
     pose: str
@@ -93,6 +115,7 @@ class KeyRow(_Part, frozen=True):
     roles: tuple[str, ...] | None = None
     moved: dict[str, tuple[float, float, float]] = {}
     name: str | None = None
+    parts: tuple[PartRow, ...] = ()
 
 
 class Lock(_Part, frozen=True):
@@ -123,6 +146,8 @@ class Keys(_Part, frozen=True):
         Which of them is shown and exported, from 0.
     lock : Lock, optional
         What is kept of an earlier result.
+    force : bool
+        Make what is worse than recordings are, as timings that are too quick make it, all the same.
     """
 
     library: str = ""
@@ -134,6 +159,7 @@ class Keys(_Part, frozen=True):
     alternatives: int = 1
     chosen: int = 0
     lock: Lock | None = None
+    force: bool = False
 
 
 class Duet(_Part, frozen=True):

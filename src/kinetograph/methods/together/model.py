@@ -23,10 +23,15 @@ from kinetograph.methods.performance import (
     GroundPath,
     Moment,
     PerformanceModel,
+    Reasons,
+    at_rate,
     contact_moments,
     distances_to,
+    explain,
+    fitted_for,
     foot_moments,
     perform_read,
+    settle,
 )
 from kinetograph.methods.recordings import adopt, same_joints
 from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
@@ -62,21 +67,65 @@ def performed(
     RequestError
         For a control that cannot be performed, and for keys that cannot be met, with the nearest that could.
     """
-    read = replace(model.read(control), contacts=asked.contacts)
-    require_within(asked, read)
+    read = _read(model, control, asked)
     if not (asked.keys or asked.feet or asked.contacts):
         return perform_read(model.fitted, read, progress, asked.rules)[0]
+    keys, bent, demands = _demanded(model, read, asked)
+    synthesis, settled = perform_read(model.fitted, bent, progress, demands)
+    seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
+    return _meeting(model, read, synthesis, [_at(each.key, s) for each, s in zip(keys, seconds, strict=True)])
+
+
+def explained(
+    model: PerformanceModel, control: Take | Signal | Motion, asked: Asked, second: float, count: int = 10
+) -> Reasons:
+    """Why a piece is at a moment of a control, with all that is asked for.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+    second : float
+        Within the control.
+    count : int
+        How many pieces are compared.
+
+    Raises
+    ------
+    RequestError
+        As `performed`, and for a moment outside the control.
+    """
+    read = _read(model, control, asked)
+    if not (asked.keys or asked.feet):
+        return explain(model.fitted, read, second, asked.rules, count)
+    _, bent, demands = _demanded(model, read, asked)
+    fitted = fitted_for(model.fitted, bent)
+    x = at_rate(bent.points, bent.fps, fitted.settings.rate)
+    return explain(model.fitted, bent, second, settle(fitted, x, None, demands)[1], count)
+
+
+def _read(model: PerformanceModel, control: Take | Signal | Motion, asked: Asked) -> Control:
+    """The control, with the contacts that are asked for. Raises RequestError for spans outside it."""
+    read = replace(model.read(control), contacts=asked.contacts)
+    require_within(asked, read)
+    return read
+
+
+def _demanded(
+    model: PerformanceModel, read: Control, asked: Asked
+) -> tuple[tuple[AskedKey, ...], Control, list[Demand]]:
+    """The keys at their times, the control bent to them, and what the search is asked for."""
     keys = tuple(_on_body(each, model.fitted) for each in timed(asked.keys, read))
     _require_ground(model, keys)
     fitted = model.fitted
-    for each in keys:  # what cannot be met is refused before the work
-        aims_of([_at_once(each.key)], fitted.sources[0].motion.skeleton, read.fps)
+    skeleton, timed_keys = fitted.sources[0].motion.skeleton, [each.key for each in keys]
+    for each in timed_keys:  # what cannot be met is refused before the work
+        aims_of([_at_once(each)], skeleton, read.fps)
+    aims_of([each for each in timed_keys if each.time == _at_once(each).time], skeleton, read.fps)
     moments = [_moment(fitted, each) for each in keys]
-    demands: list[Demand] = [*moments, *asked.rules, *_feet(fitted, asked)]
     bent = bent_to(read, [_at_once(each.key) for each in keys], fitted)
-    synthesis, settled = perform_read(fitted, bent, progress, demands)
-    seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
-    return _meeting(model, read, synthesis, [_at(each.key, s) for each, s in zip(keys, seconds, strict=True)])
+    return keys, bent, [*moments, *asked.rules, *_feet(fitted, asked)]
 
 
 def _require_ground(model: PerformanceModel, keys: Sequence[AskedKey]) -> None:

@@ -26,6 +26,14 @@ export interface Walk {
   rules?: RuleRow[];
 }
 
+/** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
+export interface PartRow {
+  role: string;
+  in: "root" | "world";
+  position?: [number, number, number] | null;
+  orientation?: [number, number, number, number] | null;
+}
+
 /** A key, with the fields of `kinetograph.formats.keys_json`. */
 export interface KeyRow {
   pose: string;
@@ -35,6 +43,7 @@ export interface KeyRow {
   roles?: string[] | null;
   moved?: Record<string, [number, number, number]>;
   name?: string | null;
+  parts?: PartRow[];
 }
 
 /** A span of an earlier result that is kept, and what that result was made of. */
@@ -54,6 +63,7 @@ export interface Keys {
   alternatives?: number;
   chosen?: number;
   lock?: Lock | null;
+  force?: boolean;
 }
 
 /** A leader, who is answered. */
@@ -348,6 +358,8 @@ export interface EndPlaces {
   position: [number, number];
   heading: number;
   said?: string[];
+  positions?: Record<string, [number, number, number]>;
+  orientations?: Record<string, [number, number, number, number]>;
 }
 
 /** Asks where the hands and feet of a key are (`EndPlaces`). */
@@ -397,6 +409,7 @@ export interface Trouble {
   message?: string;
   row?: number | null;
   seconds?: number | null;
+  force?: boolean;
 }
 
 /** Parts of takes that are like an example, the nearest first, one of each track. */
