@@ -33,6 +33,39 @@ class RuleRow(_Part, frozen=True):
     forbid: bool = False
 
 
+class LayerRow(_Part, frozen=True):
+    """A part of a walk's body that something else drives.
+
+    Parameters
+    ----------
+    parts : tuple of str
+        See `kinetograph.post.Layer`.
+    source : str
+        ``"take:NAME"``, or a file of the project: a motion, or readings.
+    library : str
+        Name of the library that the take, or poses for readings, are in; the first unless given.
+    start : float
+        Seconds of the walk.
+    second : float
+        Second of the source that it begins with.
+    seconds : float, optional
+        How long it is; to the source's end unless given.
+    ease : float
+        Seconds over which it comes and goes.
+    hold : bool
+        Whether its first and last pose are held instead.
+    """
+
+    parts: tuple[str, ...]
+    source: str
+    library: str = ""
+    start: float = 0.0
+    second: float = 0.0
+    seconds: float | None = None
+    ease: float = 0.3
+    hold: bool = False
+
+
 class Walk(_Part, frozen=True):
     """A drawn path, and how it is walked.
 
@@ -52,6 +85,8 @@ class Walk(_Part, frozen=True):
         Degrees from z to x that the walk begins facing.
     rules : tuple of RuleRow
         What is pinned and forbidden, in seconds of the path.
+    layers : tuple of LayerRow
+        Parts of the body that something else drives; later ones are on top.
     """
 
     library: str = ""
@@ -62,6 +97,7 @@ class Walk(_Part, frozen=True):
     keep_time: bool = False
     facing: float | None = None
     rules: tuple[RuleRow, ...] = ()
+    layers: tuple[LayerRow, ...] = ()
 
 
 class PartRow(_Part, frozen=True):

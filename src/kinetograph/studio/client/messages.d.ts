@@ -14,6 +14,18 @@ export interface RuleRow {
   forbid?: boolean;
 }
 
+/** A part of a walk's body that something else drives. */
+export interface LayerRow {
+  parts: string[];
+  source: string;
+  library?: string;
+  start?: number;
+  second?: number;
+  seconds?: number | null;
+  ease?: number;
+  hold?: boolean;
+}
+
 /** A drawn path, and how it is walked. */
 export interface Walk {
   library?: string;
@@ -24,6 +36,7 @@ export interface Walk {
   keep_time?: boolean;
   facing?: number | null;
   rules?: RuleRow[];
+  layers?: LayerRow[];
 }
 
 /** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
