@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import answer, invoke
 
 import kinetograph as kg
+from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError
+from kinetograph.formats.readings import write_readings
+from kinetograph.sensing import preset, simulate
 from made_walks import PATH, walked
 
 
@@ -19,7 +23,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("requests")
     walked(root)
     (root / "path.csv").write_text("t,x,z\n" + "".join(f"{t!r},{x!r},{z!r}\n" for t, x, z in PATH))
-    kg.save(kg.Library.open(root / "walks").take("left").motion(), root / "pose.bvh")
+    left = kg.Library.open(root / "walks").take("left").motion()
+    kg.save(left, root / "pose.bvh")
+    write_readings(simulate(left, preset("wii"), np.random.default_rng(0)), root / "readings.csv")
     return root
 
 
@@ -53,6 +59,14 @@ def rendered(request: Path, tmp_path: Path) -> bytes:
         ),
         ({"moves": [{"start": 0, "stop": 3, "name": "right", "weight": 0.2}]}, ("--move", "0-3=right:0.2")),
         ({"pieces": [{"start": 1, "stop": 2, "take": "right"}]}, ("--pin", "right@1-2")),
+        (
+            {"layers": [{"parts": ["left arm", "right_hand"], "motion": "pose.bvh", "start": 0.5, "ease": 0.2}]},
+            ("--layer", "left arm+right_hand=FOLDER/pose.bvh@0.5", "--layer-ease", "0.2"),
+        ),
+        (
+            {"layers": [{"parts": ["arms"], "readings": "readings.csv", "hold": True}]},
+            ("--layer", "arms=FOLDER/readings.csv", "--layer-hold"),
+        ),
         ({"search": {"continuity": 0.3, "reuse": 0}}, ("--continuity", "0.3", "--reuse", "0")),
     ],
 )
@@ -64,6 +78,40 @@ def test_perform_is_the_short_form_of_a_request(
     for path in ("path.csv", PATH):
         made = rendered(asked(folder, tmp_path, path=path, **document), tmp_path)
         assert made == (tmp_path / "short.bvh").read_bytes()
+
+
+def test_a_layer_goes_from_key_to_key_while_the_legs_follow_the_path(folder: Path, tmp_path: Path) -> None:
+    keys = [{"pose": "take:left@1"}, {"pose": "take:left@2", "time": 1}]
+    layers = [{"parts": ["arms"], "keys": keys, "start": 0.5, "ease": 0}]
+    answer("render", asked(folder, tmp_path, path="path.csv"), "-o", tmp_path / "plain.bvh")
+    request = asked(folder, tmp_path, path="path.csv", layers=layers)
+    answer("render", request, "-o", tmp_path / "asked.bvh", "--report", tmp_path / "report.json")
+    plain, made = (kg.load(tmp_path / f"{name}.bvh").motion() for name in ("plain", "asked"))
+    take = kg.Library.open(folder / "walks").take("left").motion()
+    elbow, knee = (made.skeleton.index(name) for name in ("left_elbow", "left_knee"))
+    first, last = round(0.5 * made.fps), round(1.5 * made.fps)
+    for frame, second in ((first, 1.0), (last, 2.0)):
+        there = take.rotations[round(second * take.fps), elbow]
+        assert np.degrees(rot.angle_between(made.rotations[frame, elbow], there)) < 1.0
+    np.testing.assert_allclose(made.rotations[:, knee], plain.rotations[:, knee], atol=1e-3)
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert [run["layer"] for run in report["joints"]["left_elbow"]] == [None, "keys", None]
+    assert report["layers"][0]["pieces"][0]["take"] == "left"
+
+
+@pytest.mark.parametrize(
+    ("layer", "match"),
+    [
+        ({"parts": ["arms"]}, "the layer of arms: expected a motion, readings or keys, one of them, found none"),
+        ({"parts": ["wings"], "motion": "pose.bvh"}, "expected parts among arms, .* found \\['wings'\\]"),
+        ({"parts": ["arms"], "motion": "path.csv"}, "the layer of arms: expected a motion, found a path in path.csv"),
+        ({"parts": ["arms"], "motion": "pose.bvh", "start": 90}, "begins at 90 s .* has none of it"),
+    ],
+)
+def test_layers_that_cannot_be_are_refused(folder: Path, tmp_path: Path, layer: dict[str, object], match: str) -> None:
+    with pytest.raises(KinetographError, match=match) as caught:
+        answer("render", asked(folder, tmp_path, path="path.csv", layers=[layer]), "-o", tmp_path / "asked.bvh")
+    assert "\n" not in str(caught.value)
 
 
 def test_inbetween_is_the_short_form_of_keys_alone(folder: Path, tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     "live perform": ("live perform -l lib --from replay:walk.bvh@9 --to OUT", "out.bvh"),
     "record": ("record --from replay:r.csv@9 -o OUT", "out.csv"),
 }
-WRITE_NOTHING = {"info", "data", "devices", "evaluate", "studio"}
+WRITE_NOTHING = {"info", "data", "devices", "evaluate", "serve", "studio"}
 """Commands without outputs, or whose exports are numbered."""
 FOLDERS = {"demo", "reproduce"}
 """Commands that say in their help that they write into a folder in place of an earlier run."""

@@ -296,6 +296,31 @@ def test_why_a_piece_is_there_and_another_pinned_in_its_place(walking: Walking) 
     assert "Without the rule that pins" in reasons.inner_text()
 
 
+def test_a_take_drives_the_arms_of_a_walk(walking: Walking) -> None:
+    walking.draw(eight(8.0, size=1.4))
+    page = walking.page
+    plain = walking.server.desk.room.latest["walk"].synthesis.motion
+    walking.stop_at(2.0)
+    page.get_by_label("Driven by").select_option(label="turn_left1")
+    page.get_by_label("Part", exact=True).select_option("left arm")
+    with walking.made():
+        page.get_by_role("button", name="Add layer").click()
+    (row,) = walking.project.walk.layers
+    assert (row.parts, row.source, row.start) == (("left arm",), "take:turn_left1", pytest.approx(2.0, abs=0.04))
+    made = walking.server.desk.room.latest["walk"].synthesis
+    assert made.layers[0].joints[-1] == "left_wrist"
+    leg = plain.skeleton.index("left_knee")
+    np.testing.assert_allclose(np.abs(made.motion.rotations[:, leg]), np.abs(plain.rotations[:, leg]), atol=2e-2)
+    page.locator(".lane", has_text="layers").locator(".span").wait_for()
+    with walking.made():
+        page.get_by_label("left arm by turn_left1: from, seconds").fill("1")
+        page.get_by_label("left arm by turn_left1: from, seconds").press("Tab")
+    assert walking.project.walk.layers[0].start == 1.0
+    with walking.made():
+        page.get_by_role("button", name="Remove: left arm by turn_left1").click()
+    assert walking.project.walk.layers == ()
+
+
 def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> None:
     walking.draw(eight(8.0, size=1.4))
     page, before = walking.page, np.array(walking.project.walk.path)

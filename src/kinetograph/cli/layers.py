@@ -16,7 +16,7 @@ from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.library import Library
-    from kinetograph.methods.performance import Fitted
+    from kinetograph.methods.performance import PerformanceModel
     from kinetograph.post import Layer
     from kinetograph.synthesis import Synthesis
 
@@ -158,13 +158,10 @@ def _sensed(asked: LayerFile, layers: Layers, library: Library) -> Layer:
         return sense_layer(rows, asked.parts, learnt, method, note=note, progress=progress)
 
 
-def wearing(made: Sequence[Synthesis], layers: list[Layer], fitted: Fitted) -> tuple[Synthesis, ...]:
+def wearing(made: Sequence[Synthesis], layers: list[Layer], model: PerformanceModel) -> tuple[Synthesis, ...]:
     """Syntheses with their layers; hips follow them as in the recordings that each is made of."""
-    from kinetograph.pipeline import layered
+    from kinetograph.pipeline import layered, recordings_of
 
     if not layers:
         return tuple(made)
-    used = [{piece.take for piece in each.pieces} for each in made]
-    originals = [source for source in fitted.sources if not source.mirrored]
-    recordings = [[source.motion for source in originals if source.take in takes] for takes in used]
-    return tuple(layered(each, layers, own) for each, own in zip(made, recordings, strict=True))
+    return tuple(layered(each, layers, recordings_of(model, each)) for each in made)

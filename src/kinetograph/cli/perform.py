@@ -229,9 +229,9 @@ def perform(
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
         made = _synthesised(model, performed, answers, asked)
-    made = wearing(made, read_layers(layers, library, reading), model.fitted)
+    made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
-    reasons = reasons_at(model, performed, answers.why or (), asked.rules)
+    reasons = reasons_at(model, performed, answers.why or (), asked)
     summary = _figures(made[0], model, performed, asked, search.gap)
     _written(made, moves, wanted, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
@@ -318,8 +318,8 @@ def _synthesised(
 
     if answers.transcript:
         require_moves(model.fitted)
-    if (answers.alternatives > 1 or answers.why) and (asked.keys or asked.feet):
-        raise RequestError("--alternatives and --why are of a control alone: leave them out, or --key and feet")
+    if answers.alternatives > 1 and (asked.keys or asked.feet):
+        raise RequestError("--alternatives are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
         count, alike = answers.alternatives, answers.alike
         return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)

@@ -11,7 +11,8 @@ from kinetograph.cli.output import table
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel, Reasons, Rule
+    from kinetograph.methods.performance import PerformanceModel, Reasons
+    from kinetograph.methods.together import Asked
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Piece
@@ -28,10 +29,12 @@ def require_within(seconds: Sequence[float], control: Signal | Motion) -> None:
 
 
 def reasons_at(
-    model: PerformanceModel, control: Signal | Motion, seconds: Sequence[float], rules: Sequence[Rule]
+    model: PerformanceModel, control: Signal | Motion, seconds: Sequence[float], asked: Asked
 ) -> list[Reasons]:
     """Why the pieces at some moments, seconds of the control, are there."""
-    return [model.why(control, second, rules) for second in seconds]
+    from kinetograph.methods.together import explained
+
+    return [explained(model, control, asked, second) for second in seconds]
 
 
 def as_data(reasons: Sequence[Reasons]) -> list[dict[str, Any]]:

@@ -14,6 +14,9 @@
   are set down first and last in the span;
 - ``pieces``: ``{"start": 1, "stop": 3, "take": "15_03"}``, pinned, or with ``forbid`` ruled out;
 - ``contacts``: ``{"part": "left_foot", "start": 2, "stop": 3}``, a foot or toe that stays where it is;
+- ``layers``: parts of the body that something else drives: ``{"parts": ["arms"], "motion": "wave.bvh", "start": 2.5}``;
+  in place of ``motion`` a file of ``readings``, with the ``layout`` of the sensors, or ``keys`` that are gone between;
+  ``library`` where poses come from another one; ``ease``, ``hold``, see `kinetograph.post.Layer`;
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
 - ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``: as the options of ``perform``;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
@@ -54,7 +57,7 @@ class OnPathRow(KeyRow, frozen=True, forbid_unknown_fields=True, omit_defaults=T
 
     along: float | None = None
     near: tuple[float, float] | None = None
-    weight: float = 1.0
+    weight: float = 0.2
 
 
 class MoveRow(_Part, frozen=True):
@@ -119,6 +122,42 @@ class ContactRow(_Part, frozen=True):
     stop: float
 
 
+class LayerRow(_Part, frozen=True):
+    """A part of the body that another control drives: a motion, readings or keys, one of them.
+
+    Parameters
+    ----------
+    parts : tuple of str
+        See `kinetograph.post.Layer`.
+    motion : str
+        A motion file.
+    readings : str
+        A file of readings.
+    layout : str
+        That of the sensors: a preset's name, or a file.
+    keys : tuple of KeyRow
+        Poses that are gone between, from the layer's start on.
+    library : str or tuple of str
+        Folders of the library that readings and keys take poses from; the request's unless given.
+    start : float
+        Seconds of the control.
+    ease : float
+        Seconds over which it comes and goes.
+    hold : bool
+        Whether its first and last pose are held instead.
+    """
+
+    parts: tuple[str, ...]
+    motion: str = ""
+    readings: str = ""
+    layout: str = "wii"
+    keys: tuple[KeyRow, ...] = ()
+    library: str | tuple[str, ...] = ()
+    start: float = 0.0
+    ease: float = 0.3
+    hold: bool = False
+
+
 class SearchRow(_Part, frozen=True):
     """The search for segments: what is not given is as by default.
 
@@ -153,6 +192,8 @@ class Request(_Part, frozen=True):
         The library's track that is made.
     keys, moves, pieces, contacts
         What is asked for along the control.
+    layers : tuple of LayerRow
+        Parts of the body that other controls drive; later ones are on top.
     mirror, standing, keep_time, smooth_time, smooth_space, facing
         How the control is followed.
     search : SearchRow
@@ -167,6 +208,7 @@ class Request(_Part, frozen=True):
     moves: tuple[MoveRow, ...] = ()
     pieces: tuple[PieceRow, ...] = ()
     contacts: tuple[ContactRow, ...] = ()
+    layers: tuple[LayerRow, ...] = ()
     mirror: bool = False
     standing: bool = True
     keep_time: bool = False

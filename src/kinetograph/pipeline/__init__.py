@@ -71,6 +71,7 @@ _ROOMS = {
     "read_takes": "libraries",
     "refuse_cuts": "segmenting",
     "remarks_on": "calibrating",
+    "recordings_of": "layering",
     "render_request": "requesting",
     "rules_of": "requesting",
     "segment_library": "segmenting",
@@ -144,6 +145,7 @@ __all__ = [
     "read_rows",
     "read_take",
     "read_takes",
+    "recordings_of",
     "refuse_cuts",
     "remarks_on",
     "render_request",
@@ -187,7 +189,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, Units, couple_of, label_partners, unit_moves
-    from kinetograph.pipeline.layering import layered, sense_layer, sensors_of_parts
+    from kinetograph.pipeline.layering import layered, recordings_of, sense_layer, sensors_of_parts
     from kinetograph.pipeline.libraries import (
         differing_skeletons,
         has_partners,

@@ -10,6 +10,8 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.library import Library
+from kinetograph.methods.keyframe import KeyframeModel
+from kinetograph.methods.performance import PerformanceModel
 from kinetograph.methods.recordings import adopt
 from kinetograph.methods.sensor import SensorControl
 from kinetograph.motion import Motion
@@ -132,6 +134,14 @@ def sense_layer(
     model = fit_sensor(replace(method, layout=worn), library, exclude=left_out, note=note)
     made = model.synthesize(rows_of(readings, worn.names), progress)
     return Layer(made.motion, tuple(parts), pieces=made.pieces)
+
+
+def recordings_of(model: PerformanceModel | KeyframeModel, synthesis: Synthesis) -> list[Motion]:
+    """The recordings that a synthesis is made of, as its model has them, none mirrored."""
+    used = {piece.take for piece in synthesis.pieces}
+    if isinstance(model, PerformanceModel):
+        return [source.motion for source in model.fitted.sources if source.take in used and not source.mirrored]
+    return [example.motion for example in model.examples if example.take in used and not example.mirrored]
 
 
 def layered(synthesis: Synthesis, layers: Sequence[Layer], recordings: Sequence[Motion] = ()) -> Synthesis:

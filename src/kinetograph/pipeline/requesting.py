@@ -12,7 +12,8 @@ from kinetograph.errors import RequestError
 from kinetograph.formats import KeySources, read
 from kinetograph.formats.csv import path_of
 from kinetograph.formats.keys_json import key_of_row
-from kinetograph.formats.request_json import ContactRow, MoveRow, OnPathRow, Request
+from kinetograph.formats.readings import read_layout
+from kinetograph.formats.request_json import ContactRow, LayerRow, MoveRow, OnPathRow, Request
 from kinetograph.library import Library
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.methods.performance import (
@@ -26,13 +27,18 @@ from kinetograph.methods.performance import (
     read_control,
     smooth_path,
 )
+from kinetograph.methods.sensor import SensorControl
 from kinetograph.methods.together import Asked, AskedKey, Span, performed
 from kinetograph.motion import Motion
 from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
-from kinetograph.pipeline.libraries import has_partners
+from kinetograph.pipeline.layering import layered, recordings_of, sense_layer
+from kinetograph.pipeline.libraries import has_partners, open_library
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
+from kinetograph.pipeline.sensing import read_rows
+from kinetograph.post import Layer
 from kinetograph.progress import Progress
+from kinetograph.sensing import kinds_of
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
@@ -102,6 +108,14 @@ def render_request(
     FormatError
         For a file that cannot be read.
     """
+    layers = [layer_of(row, library, sources) for row in request.layers]
+    made = _without_layers(request, library, sources, progress)
+    if not layers:
+        return made
+    return replace(made, synthesis=layered(made.synthesis, layers, recordings_of(made.model, made.synthesis)))
+
+
+def _without_layers(request: Request, library: Library, sources: KeySources, progress: Progress | None) -> Rendered:
     if request.path is None and request.partner is None:
         return _keys_only(request, library, sources)
     control = control_of(request, sources)
@@ -220,6 +234,59 @@ def rules_of(row: MoveRow) -> tuple[Rule, ...]:
             raise RequestError(f"a move has a name, or a first or last foot; the one from {row.start:g} s has none")
         return ()
     return (Rule(row.start, row.stop, called=row.name, forbid=row.forbid, weight=row.weight),)
+
+
+def layer_of(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    """The layer of a row.
+
+    Parameters
+    ----------
+    row : LayerRow
+    library : Library
+        Where readings and keys take poses from, unless the row has another.
+    sources : KeySources
+        Where files are, and how they are read.
+
+    Raises
+    ------
+    RequestError
+        Unless it has a motion, readings or keys, one of them; for parts that do not exist, and as each of them does.
+    FormatError
+        For a file that cannot be read.
+    """
+    given = [name for name in ("motion", "readings", "keys") if getattr(row, name)]
+    parts = " and ".join(row.parts)
+    if len(given) != 1:
+        found = ", ".join(given) or "none"
+        raise RequestError(f"the layer of {parts}: expected a motion, readings or keys, one of them, found {found}")
+    folders = (row.library,) if isinstance(row.library, str) else row.library
+    own = open_library([sources.folder / each for each in folders]) if folders else library
+    made = {"motion": _motion_layer, "readings": _readings_layer, "keys": _keys_layer}[given[0]](row, own, sources)
+    return replace(made, start=row.start, ease=row.ease, hold=row.hold)
+
+
+def _motion_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    motion = _of_file(row.motion, sources)
+    if isinstance(motion, Signal):
+        raise RequestError(f"the layer of {' and '.join(row.parts)}: expected a motion, found a path in {row.motion}")
+    return Layer(motion, row.parts, name=row.motion)
+
+
+def _readings_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    readings, said = read_rows(sources.folder / row.readings)
+    for line in said if sources.note else ():
+        assert sources.note is not None
+        sources.note(f"{row.readings}: {line}")
+    beside = sources.folder / row.layout
+    method = SensorControl(layout=read_layout(str(beside) if beside.exists() else row.layout), kinds=kinds_of(readings))
+    return replace(sense_layer(readings, row.parts, library, method, note=sources.note), name=row.readings)
+
+
+def _keys_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    own = replace(sources, library=library)
+    keys = tuple(key_of_row(each, each.name or f"key {number}", own) for number, each in enumerate(row.keys, 1))
+    (made,) = inbetween_with(fit_keyframe(KeyframeControl(), library, note=sources.note), keys)
+    return Layer(made.motion, row.parts, name="keys", pieces=made.pieces)
 
 
 def _contact(row: ContactRow) -> Annotation:

@@ -24,7 +24,7 @@ from kinetograph.post.layering import PARTS, Layer, LayerSettings, driven_joints
 from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
-from kinetograph.post.part_targets import PartTarget, misses_of_parts
+from kinetograph.post.part_targets import PartTarget, misses_of_parts, parts_of
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.retargeting_error import RetargetingError, pooled, retargeting_error
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
@@ -93,6 +93,7 @@ __all__ = [
     "moving",
     "overlaps",
     "parse_table",
+    "parts_of",
     "planted_feet",
     "planted_roles",
     "pooled",

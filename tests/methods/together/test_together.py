@@ -28,7 +28,7 @@ from kinetograph.methods.performance import (
     left_early,
 )
 from kinetograph.methods.performance.interpretation import settle
-from kinetograph.methods.together import Asked, AskedKey, Span, performed
+from kinetograph.methods.together import Asked, AskedKey, Span, explained, performed
 from kinetograph.motion import Motion, heading_at
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -77,6 +77,23 @@ def straight(seconds: float, speed: float = 1.0) -> kg.Signal:
 def raised(time: float | tuple[float, float], **more: object) -> AskedKey:
     window = (time, time) if isinstance(time, float) else time
     return AskedKey(key_at(waving(walk(6.0), 3.1), 3.1, time=window, label="wave", **more))  # type: ignore[arg-type]
+
+
+def test_a_key_is_named_where_it_decides_what_is_there(model: PerformanceModel) -> None:
+    asked = Asked((raised(2.0),), (Rule(3.5, 4.5, called="turning", weight=5.0),))
+    made = performed(model, straight(5.0), asked)
+    reasons = explained(model, straight(5.0), asked, 2.0)
+    assert reasons.chosen.piece.take == made.piece_at(60).take == "wave"
+    assert [other.constraint for other in reasons.reversals] == ["the demand for wave"]
+    free = explained(model, straight(5.0), replace(asked, keys=()), 2.0)
+    assert reasons.reversals[0].saved == pytest.approx(reasons.cost - free.cost, rel=1e-3)
+    others = [each for each in reasons.contenders if each.piece.take != "wave"]
+    assert all(each.terms.rules > reasons.chosen.terms.rules for each in others)
+    later = explained(model, straight(5.0), asked, 4.0)
+    assert later.chosen.terms.total == pytest.approx(later.cost, rel=1e-5)
+    assert any("the rule that asks for" in other.constraint for other in later.reversals)
+    breaking = [each.terms.rules for each in later.contenders if each.piece.take in ("straight", "wave")]
+    assert all(rules > 0.01 for rules in breaking)
 
 
 # ---- the search ----

@@ -17,7 +17,7 @@ from kinetograph.methods.performance.control_points import (
     GroundPath,
     PointsByRole,
 )
-from kinetograph.methods.performance.fitted import Fitted, recorded_speeds, with_settings
+from kinetograph.methods.performance.fitted import Fitted, fitted_for, recorded_speeds, with_settings
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
 from kinetograph.methods.performance.ground_path import (
     begin_facing,
@@ -40,7 +40,7 @@ from kinetograph.methods.performance.growing import (
     growing_control,
 )
 from kinetograph.methods.performance.handholds import usual_grip
-from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.interpretation import interpret, settle
 from kinetograph.methods.performance.keyed import distances_to
 from kinetograph.methods.performance.leaving_out import fit_without
 from kinetograph.methods.performance.live import FARTHEST, Live
@@ -131,6 +131,7 @@ __all__ = [
     "fine_borders",
     "fit_examples",
     "fit_without",
+    "fitted_for",
     "foot_moments",
     "grow",
     "grow_rest",
@@ -155,6 +156,7 @@ __all__ = [
     "recorded_speeds",
     "require_moves",
     "segment_distances",
+    "settle",
     "short_pieces",
     "smooth_path",
     "times_running",

@@ -294,7 +294,7 @@ def _others(question: _Question, margins: Margins, progress: Progress | None) ->
     searches: list[tuple[str, Callable[[], SegmentalPath]]] = []
     for i, rule in enumerate(question.rules):
         fewer = (*question.rules[:i], *question.rules[i + 1 :])
-        searches.append((f"the rule that {_named(rule)}", partial(question.search.best, fewer)))
+        searches.append((_named(rule), partial(question.search.best, fewer)))
     if question.fitted.origins is not None:
         searches.append(("the cost of a change of person or style", partial(_without_change, question)))
     if question.fitted.prices is not None:
@@ -309,8 +309,10 @@ def _others(question: _Question, margins: Margins, progress: Progress | None) ->
 
 def _named(rule: Demand) -> str:
     if isinstance(rule, Moment):
-        return f"asks for {rule.label}"
-    return f"{'forbids' if rule.forbid else 'pins'} {rule}"
+        return f"the demand for {rule.label}"
+    if rule.forbid:
+        return f"the rule that forbids {rule}"
+    return f"the rule that {'pins' if rule.called is None and rule.weight is None else 'asks for'} {rule}"
 
 
 def _without_change(question: _Question) -> SegmentalPath:

@@ -14,6 +14,18 @@ export interface RuleRow {
   forbid?: boolean;
 }
 
+/** A part of a walk's body that something else drives. */
+export interface LayerRow {
+  parts: string[];
+  source: string;
+  library?: string;
+  start?: number;
+  second?: number;
+  seconds?: number | null;
+  ease?: number;
+  hold?: boolean;
+}
+
 /** A drawn path, and how it is walked. */
 export interface Walk {
   library?: string;
@@ -24,6 +36,15 @@ export interface Walk {
   keep_time?: boolean;
   facing?: number | null;
   rules?: RuleRow[];
+  layers?: LayerRow[];
+}
+
+/** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
+export interface PartRow {
+  role: string;
+  in: "root" | "world";
+  position?: [number, number, number] | null;
+  orientation?: [number, number, number, number] | null;
 }
 
 /** A key, with the fields of `kinetograph.formats.keys_json`. */
@@ -35,6 +56,7 @@ export interface KeyRow {
   roles?: string[] | null;
   moved?: Record<string, [number, number, number]>;
   name?: string | null;
+  parts?: PartRow[];
 }
 
 /** A span of an earlier result that is kept, and what that result was made of. */
@@ -54,6 +76,7 @@ export interface Keys {
   alternatives?: number;
   chosen?: number;
   lock?: Lock | null;
+  force?: boolean;
 }
 
 /** A leader, who is answered. */
@@ -348,6 +371,8 @@ export interface EndPlaces {
   position: [number, number];
   heading: number;
   said?: string[];
+  positions?: Record<string, [number, number, number]>;
+  orientations?: Record<string, [number, number, number, number]>;
 }
 
 /** Asks where the hands and feet of a key are (`EndPlaces`). */
@@ -397,6 +422,7 @@ export interface Trouble {
   message?: string;
   row?: number | null;
   seconds?: number | null;
+  force?: boolean;
 }
 
 /** Parts of takes that are like an example, the nearest first, one of each track. */
