@@ -23,6 +23,7 @@ _ROOMS = {
     "Fixed": "alignment",
     "FrameGraph": "frame_programme",
     "FrameRules": "frame_programme",
+    "Gate": "gating",
     "Gaussian": "posterior",
     "Goal": "goals",
     "Graph": "transitions",
@@ -41,6 +42,7 @@ _ROOMS = {
     "Plan": "frame_programme",
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
+    "Prior": "gating",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
     "Reuse": "reuse",
@@ -73,6 +75,7 @@ _ROOMS = {
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
+    "fit_gate": "gating",
     "fit_kernel_ridge": "kernel_ridge",
     "fit_lists": "retrieval",
     "fit_lle": "embedding",
@@ -99,6 +102,8 @@ _ROOMS = {
     "lists_without": "retrieval",
     "make_graph": "transitions",
     "mixed": "posterior",
+    "nearest_columns": "continuity",
+    "nearest_listed": "retrieval",
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
@@ -128,6 +133,7 @@ __all__ = [
     "Fixed",
     "FrameGraph",
     "FrameRules",
+    "Gate",
     "Gaussian",
     "Goal",
     "Graph",
@@ -146,6 +152,7 @@ __all__ = [
     "Plan",
     "Playing",
     "PreparedExamples",
+    "Prior",
     "Quantiser",
     "Rbf",
     "Reuse",
@@ -177,6 +184,7 @@ __all__ = [
     "fading",
     "find_route",
     "find_transitions",
+    "fit_gate",
     "fit_gaussian",
     "fit_kernel_ridge",
     "fit_lists",
@@ -204,6 +212,8 @@ __all__ = [
     "lists_without",
     "make_graph",
     "mixed",
+    "nearest_columns",
+    "nearest_listed",
     "outputs_by_bayes",
     "padded_width",
     "plan_frames",
@@ -244,10 +254,18 @@ if TYPE_CHECKING:
         Similarity,
     )
     from kinetograph.learn.commitment import Commitment, Hypotheses
-    from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
+    from kinetograph.learn.continuity import (
+        PathSearch,
+        PathState,
+        best_paths,
+        init_paths,
+        nearest_columns,
+        step_paths,
+    )
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
     from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
+    from kinetograph.learn.gating import Gate, Prior, fit_gate
     from kinetograph.learn.goals import Goal, SearchOptions, Tolls, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
@@ -287,6 +305,7 @@ if TYPE_CHECKING:
         fit_lists,
         init_near,
         lists_without,
+        nearest_listed,
         step_near,
     )
     from kinetograph.learn.reuse import Reuse, fading

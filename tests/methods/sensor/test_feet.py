@@ -31,7 +31,7 @@ def test_feet_that_slide_are_lifted_and_not_planted() -> None:
     assert fastest_low_toe(motion) > 1.5
     assert fastest_low_toe(made) < 0.3
     heights = role_positions(made, ("left_toe", "right_toe"))[..., 1]
-    assert heights[65:85].min() > heights[:50].max() + 0.03
+    assert heights[65:85].min() > heights[:50].max() + 0.015
     for role in ("left_foot", "right_toe"):
         planted = contact_mask(contacts, role, len(made), made.fps)
         assert planted[5:50].all()
