@@ -3,7 +3,7 @@
 #   make demo    a walk along a drawn path, from recordings that are fetched once
 #   make test    the whole suite
 # For those who work on it: make docs, make lint, make format, make bench, make mutants, make pictures, make page,
-# make dist, make check-dist, make check-clients, make clean.
+# make dist, make check-dist, make check-clients, make extension, make clean.
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -18,7 +18,7 @@ STUDIO := src/kinetograph/studio
 CHECK  := build/check-dist
 DEMO   ?= out
 
-.PHONY: studio demo test lint page format bench mutants docs pictures dist check-dist check-clients clean help
+.PHONY: studio demo test lint page format bench mutants docs pictures dist check-dist check-clients extension clean help
 
 help:
 	@sed -n '1,6p' $(firstword $(MAKEFILE_LIST)) | sed 's/^# //'
@@ -111,6 +111,10 @@ check-dist: dist
 	@cd $(CHECK)/sdist && ../suite/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@cd $(CHECK)/sdist && env -u KINETOGRAPH_DATA CI=true ../suite/bin/python -m pytest -x -q
 
+# Blender's extension, always the same bytes
+extension: $(MADE)
+	@$(BIN)/python blender/build.py dist
+
 check-clients: $(STAMP)
 	@command -v npm >/dev/null || { echo "missing: npm, which installs the glTF validator and three.js" >&2; exit 1; }
 	@cd tests/clients && npm ci --silent --no-fund --no-audit
@@ -118,6 +122,7 @@ check-clients: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips
 	@$(BIN)/kinetograph data fetch character
 	@$(BIN)/python tests/clients/check.py --blender $(BLENDER)/bin/python
+	@$(BIN)/python tests/clients/extension.py --blender $(BLENDER)/bin/python
 	@if test -d "$(VMC4B)"; then $(BIN)/python tests/clients/vmc.py --blender $(BLENDER)/bin/python --receiver $(VMC4B); else echo "without VMC4B=FOLDER, a checkout of that add-on, VMC is not checked in Blender"; fi
 
 clean:

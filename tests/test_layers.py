@@ -18,7 +18,7 @@ _MODULES = sorted(path for path in _PACKAGE.rglob("*.py") if path != _PACKAGE / 
 _LAYERS = (
     {"__main__"},
     {"cli", "studio"},
-    {"live"},
+    {"live", "service"},
     {"evaluation", "drawing"},
     {"pipeline"},
     {"methods", "post"},
@@ -26,7 +26,7 @@ _LAYERS = (
     {"take", "signal", "readings", "synthesis", "keys", "sensing"},
     {"kinematics", "motion", "mirroring", "skeleton", "roles", "body_shape", "stance", "character", "learn"},
     {"rotations", "rows", "sampling", "filters", "quaternion_kernels", "work"},
-    {"errors", "arrays", "display", "left_out", "progress"},
+    {"errors", "arrays", "display", "left_out", "progress", "stopping"},
 )
 """Top-level names from high to low. Names of one layer may import one another, but not in a circle."""
 

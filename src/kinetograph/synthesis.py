@@ -114,6 +114,28 @@ class LivePose:
 
 
 @dataclass(frozen=True, eq=False)
+class DrivenPart:
+    """A part of the body that a control of its own drives: a layer.
+
+    Parameters
+    ----------
+    name : str
+        What drives it.
+    joints : tuple of str
+    start, stop : float
+        Seconds of the result.
+    pieces : tuple of Piece
+        Where it comes from, in seconds of the result; empty where that is not recordings.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    start: float
+    stop: float
+    pieces: tuple[Piece, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class Synthesis:
     """A synthesised motion with its provenance.
 
@@ -142,6 +164,9 @@ class Synthesis:
         Seconds at which the keys of keyframe control are met, one per key; empty for other controls.
     left_out : mapping of str to tuple of str, optional
         Takes of the library that were not used, by reason.
+    layers : tuple of DrivenPart, optional
+        Parts of the body that other controls drive; of two that drive a joint, the later one counts. Pieces and edits
+        are those of the rest.
     """
 
     motion: Motion
@@ -155,6 +180,7 @@ class Synthesis:
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
     met: tuple[float, ...] = ()
     left_out: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    layers: tuple[DrivenPart, ...] = ()
 
     def _repr_html_(self) -> str:
         return notebook_html(self)
@@ -173,6 +199,19 @@ class Synthesis:
         """
         time = frame / self.motion.fps
         return self.pieces[max(bisect_right(self.pieces, time + 1e-9, key=lambda piece: piece.start) - 1, 0)]
+
+    def layer_at(self, joint: str, frame: int) -> DrivenPart | None:
+        """The layer that a joint's rotation comes from in a frame; None where it comes from the pieces.
+
+        Parameters
+        ----------
+        joint : str
+        frame : int
+            Frame of the result.
+        """
+        time = frame / self.motion.fps
+        there = (each for each in self.layers if joint in each.joints and each.start <= time + 1e-9 <= each.stop + 2e-9)
+        return next(iter(list(there)[::-1]), None)
 
     def provenance(self) -> list[tuple[str, float]]:
         """For every frame, the name of the take it came from and the second in that take.

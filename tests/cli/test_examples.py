@@ -27,6 +27,7 @@ CORPUS = "needs a large library"
 
 NOT_AFTER_THE_DEMO = {
     "studio": SERVER,
+    "serve --stdio": "answers a program on its output; tested in tests/cli/test_serve.py",
     "studio out/walks.library out/clips.library --project out/studio/project.json": SERVER,
     "perform leader.bvh -l dances --target follower -o follower.bvh": DANCES,
     "evaluate performance -l dances --target follower": DANCES,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,10 @@ from command_line import answer
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError
+from kinetograph.formats.readings import write_readings
+from kinetograph.kinematics import role_positions
 from kinetograph.motion import place
+from kinetograph.sensing import preset, simulate
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -102,6 +106,9 @@ def run(folder: Path, tmp_path: Path) -> Run:
             r"\(on the command line: none\), found Ground",
         ),
         ("leader.bvh", "walks", ("--facing", "90"), "--facing is for a drawn path"),
+        ("path.csv", "walks", ("--layer", "wings=a.bvh"), r"as in arms=wave.bvh@2.5, with parts among arms, .*'wings"),
+        ("path.csv", "walks", ("--layer", "arms=a.bvh@2"), "--layer: there is no file a.bvh"),
+        ("path.csv", "walks", ("--why", "7"), r"--why: the control lasts 6\.00 s, found a time of 7 s"),
         (
             "leader.bvh",
             "talks",
@@ -159,6 +166,49 @@ def test_every_piece_says_where_it_is_from_and_what_it_costs(run: Run) -> None:
     for row in rows:
         assert row["stretch"] == pytest.approx((row["stop"] - row["start"]) / (row["to"] - row["from"]))
     assert "breakdown" not in run("path.csv", "walks", "--force")
+
+
+def test_why_a_piece_is_there(run: Run, tmp_path: Path, folder: Path) -> None:
+    summary = run("path.csv", "walks", "--why", 2.2, "--why", 0, "--pieces", "--report", tmp_path / "report.json")
+    (reasons, first) = summary["why"]
+    assert (reasons["second"], first["second"]) == (2.2, 0.0)
+    (chosen,) = (piece for piece in reasons["pieces"] if piece["chosen"])
+    there = next(row for row in summary["breakdown"] if row["start"] <= 2.2 < row["stop"])
+    assert chosen["source_start"] == pytest.approx(there["from"])
+    assert chosen["total"] == pytest.approx(summary["cost"], rel=1e-4)
+    assert chosen["total"] == pytest.approx(sum(chosen["terms"].values()))
+    margins = [piece["margin"] for piece in reasons["pieces"]]
+    assert margins[0] == pytest.approx(0.0, abs=1e-9)
+    assert margins == sorted(margins)
+    assert json.loads((tmp_path / "report.json").read_text())["why"] == summary["why"]
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "other.bvh")
+    said = answer("perform", *files, "--why", 2.2).stdout
+    assert f"why walk {there['from']:.2f}-{there['to']:.2f} s at 2.2 s" in said
+
+
+def test_arms_are_driven_by_a_motion_or_by_readings(run: Run, tmp_path: Path, folder: Path) -> None:
+    leader = kg.load(folder / "leader.bvh").motion()
+    raised = leader.rotations.copy()
+    raised[:, leader.skeleton.index("left_shoulder")] = rot.about("z", 1.0)
+    kg.save(replace(leader, rotations=raised), tmp_path / "wave.bvh")
+    plain = run("path.csv", "walks", "--force")
+    feet = role_positions(kg.load(tmp_path / "out.bvh").motion(), ("left_foot", "right_foot"))
+    layer = ("--layer", f"arms={tmp_path / 'wave.bvh'}@1.5", "--layer-ease", 0.2)
+    report = tmp_path / "report.json"
+    summary = run("path.csv", "walks", *layer, "--report", report, "--force")
+    assert summary["cost"] == plain["cost"]
+    assert summary["layers"][0]["name"] == "wave.bvh"
+    motion = kg.load(tmp_path / "out.bvh").motion()
+    np.testing.assert_allclose(role_positions(motion, ("left_foot", "right_foot")), feet, atol=1e-3)
+    shoulder = motion.skeleton.index("left_shoulder")
+    angles = rot.angle_between(motion.rotations[:, shoulder], rot.about("z", 1.0))
+    assert angles[60:].max() < 1e-3
+    assert angles[:45].min() > 0.5
+    runs = json.loads(report.read_text())["joints"]["left_shoulder"]
+    assert [(each["layer"], each["first"]) for each in runs] == [(None, 0), ("wave.bvh", 46)]
+    write_readings(simulate(leader, preset("wii"), np.random.default_rng(0)), tmp_path / "r.csv")
+    readings = run("path.csv", "walks", "--layer", f"left arm={tmp_path / 'r.csv'}", "--force")
+    assert len(readings["layers"][0]["joints"]) == 3
 
 
 @pytest.mark.parametrize("alike", [False, True])

@@ -95,7 +95,7 @@ def test_what_asks_for_nothing_and_what_is_no_project_is_said_in_one_line(tmp_pa
     with pytest.raises(RequestError, match=r"cannot write files of kind '\.doc'"):
         answer("render", project, "--to", ".doc")
     project.write_text('{"version": 1, "dance": {}}')
-    with pytest.raises(FormatError, match="expected a project of the studio"):
+    with pytest.raises(FormatError, match="expected a request"):
         answer("render", project)
     with pytest.raises(FormatError, match="cannot open it"):
         answer("render", tmp_path / "nothing.json")

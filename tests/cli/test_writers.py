@@ -38,12 +38,15 @@ WRITERS: dict[str, tuple[str, str]] = {
     "sense, picture": ("sense r.csv -l lib -o new.bvh --picture OUT", "out.png"),
     "simulate": ("simulate walk.bvh -o OUT", "out.csv"),
     "calibrate": ("calibrate r.csv -l lib -o OUT", "mine.toml"),
+    "render, a request": ("render request.json -o OUT", "out.bvh"),
+    "render, picture": ("render request.json -o new.bvh --picture OUT", "out.png"),
+    "render, report": ("render request.json -o new.bvh --report OUT", "out.json"),
     "render": ("render project.json -o exports", "exports/walk.bvh"),
     "live sense": ("live sense -l lib --from replay:r.csv@9 --to OUT", "out.bvh"),
     "live perform": ("live perform -l lib --from replay:walk.bvh@9 --to OUT", "out.bvh"),
     "record": ("record --from replay:r.csv@9 -o OUT", "out.csv"),
 }
-WRITE_NOTHING = {"info", "data", "devices", "evaluate", "studio"}
+WRITE_NOTHING = {"info", "data", "devices", "evaluate", "serve", "studio"}
 """Commands without outputs, or whose exports are numbered."""
 FOLDERS = {"demo", "reproduce"}
 """Commands that say in their help that they write into a folder in place of an earlier run."""
@@ -63,6 +66,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_readings(simulate(walk(2.0), preset("wii"), np.random.default_rng(0)), folder / "r.csv")
     write_project(Project(libraries={"lib": "lib"}, walk=Walk(path=((0.0, 0.0, 0.0), (1.0, 0.0, 1.0)))),
                   folder / "project.json")  # fmt: skip
+    (folder / "request.json").write_text('{"path": "path.csv", "library": "lib"}')
     (folder / "exports").mkdir()
     return folder
 

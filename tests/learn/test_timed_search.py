@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,11 +14,14 @@ from kinetograph.learn.goals import (
     Goal,
     SearchOptions,
     Tolls,
+    Way,
     costs_on_the_way,
     costs_to_go,
     least_interval,
     least_steps,
 )
+from kinetograph.learn.routes import OpenRoutes
+from kinetograph.learn.timed_problem import expected_costs, prepare
 from kinetograph.learn.timed_search import find_route
 from kinetograph.learn.transitions import (
     Graph,
@@ -238,3 +243,66 @@ def test_recordings_are_joined_even_where_others_are_nearer():
         assert (last[graph.target[last[source] == 40 * stance + 39]] == 439).any()
     apart = find_transitions(features, last, 3, limit=0.2, scale=0.1, fee=0.5)
     assert not (last[apart.target[apart.starts[400] :]] < 400).any()
+
+
+def test_most_of_a_narrow_beam_is_for_routes_that_get_to_the_place():
+    # twenty recordings go on for less than the one that turns to where the goal is
+    count, length = 21, 30
+    jumps = [(3, 5 + length * i, 0.1 + 0.01 * i) for i in range(count - 1)]
+    jumps += [(3, 5 + length * (count - 1), 5.0)]
+    graph = chain([5, *[length] * count], jumps)
+    ahead = np.arange(length, dtype=complex)
+    ground = np.concatenate([np.arange(5.0), *[ahead] * (count - 1), 1j * ahead])
+    facing = np.concatenate([np.ones(5), *[np.ones(length)] * (count - 1), [1, *[1j] * (length - 1)]])
+    start = Goal(np.array([0]), np.zeros(1), (0, 0), place=0j, heading=0.0)
+    ends = np.array([5 + length * (i + 1) - 5 for i in range(count)])
+    goals = [start, Goal(ends, np.zeros(count), place=4 + 25j, reach=1.0)]
+    narrow = SearchOptions(beam=5, warp=0.0, speed=2.0)
+    assert find_route(graph, goals, ground, facing, narrow) is None
+    route = find_route(graph, goals, ground, facing, replace(narrow, way=Way(1.0, 0.5, 2.0)))
+    assert route is not None
+    assert route.segments[-1].frame == 5 + length * (count - 1)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 100_000))
+def test_what_the_way_to_a_place_costs_is_as_if_written_out(seed: int):
+    rng = np.random.default_rng(seed)
+    graph = small_graph(rng, 1)
+    count, routes = len(graph), 9
+    ground = 3 * (rng.normal(size=count) + 1j * rng.normal(size=count))
+    facing = np.exp(1j * rng.uniform(-np.pi, np.pi, count))
+    heading = None if rng.random() < 0.5 else float(rng.uniform(-np.pi, np.pi))
+    goals = [Goal(np.array([0]), np.zeros(1), (0, 0)), Goal(np.array([1]), np.zeros(1)), goal(rng, count, 1)]
+    goals[2] = replace(goals[2], place=complex(*rng.normal(size=2)), heading=heading, offset=0.2j)
+    options, way = SearchOptions(longest=6), Way(0.4, 0.3, 0.7)
+    problem = prepare(graph, goals, ground, facing, options)
+    zeros = np.zeros(routes, dtype=np.int64)
+    table = OpenRoutes(
+        rng.integers(0, 2, routes),
+        rng.integers(0, count, routes),
+        np.zeros(routes),
+        zeros,
+        rng.integers(0, 3, routes),
+        np.zeros(routes),
+        np.exp(1j * rng.uniform(-np.pi, np.pi, routes)),
+        rng.normal(size=routes) + 1j * rng.normal(size=routes),
+    )
+    found = expected_costs(problem, table, 4, way)
+    for i in range(routes):
+        frame = table.frame[i]
+        if table.stage[i] == 0:  # its goal has no place
+            assert found[i] == 0
+            continue
+        gap = goals[2].place - (table.rotation[i] * ground[frame] + table.shift[i])
+        faces = np.angle(table.rotation[i] * facing[frame])
+        near = min(abs(gap), 1.0)
+        angle = near * (1 - np.cos(np.angle(gap) - faces))
+        if heading is not None:
+            angle += (1 - near) * (1 - np.cos(heading - faces))
+        needed = max(abs(gap) - 0.2, 0) / 0.4 + np.pi / 2 * angle / 0.3
+        latest = min((goals[2].window[1]) * 1.15, 6) - (4 - table.begun[i])
+        late = max(needed - max(latest, 0), 0) * 0.4 / options.place_scale
+        least = problem.steps[1, frame]
+        more = max(needed - (least if np.isfinite(least) else 0), 0)
+        assert found[i] == pytest.approx(late**2 + 0.7 * more, rel=1e-9)

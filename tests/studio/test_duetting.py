@@ -31,6 +31,7 @@ from kinetograph.methods.performance import PerformanceControl, Rule, partner_co
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.pipeline import open_library, perform_with, read_take, segment_library
 from kinetograph.segmentation import notation
+from kinetograph.stopping import stoppable
 from kinetograph.studio.duet import making as duetting
 from kinetograph.studio.duet import rehearsing
 from kinetograph.studio.duet.comparing import FACING, compared
@@ -54,7 +55,6 @@ from kinetograph.studio.messages import (
 )
 from kinetograph.studio.project import Duet, Project, RuleRow
 from kinetograph.studio.room import FILES, Room
-from kinetograph.studio.stopping import stoppable
 from kinetograph.studio.walk import answers as walk_answers
 from kinetograph.take import Annotation, Take
 

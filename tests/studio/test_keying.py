@@ -14,12 +14,13 @@ import pytest
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.cli.configurations import InbetweenSearch, keyframe_control
-from kinetograph.errors import RequestError, TooSoonError
+from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.formats.gltf import encode
 from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
 from kinetograph.pipeline import inbetween
-from kinetograph.post import ends_of, put_ends
+from kinetograph.post import ends_of, parts_of, put_ends
+from kinetograph.studio.keys import making
 from kinetograph.studio.keys.making import ANSWERS, MOST, Solved, control_of, make, solve
 from kinetograph.studio.made import Made
 from kinetograph.studio.messages import (
@@ -33,7 +34,7 @@ from kinetograph.studio.messages import (
     Met,
     Trouble,
 )
-from kinetograph.studio.project import KeyRow, Keys, Lock, Project
+from kinetograph.studio.project import KeyRow, Keys, Lock, PartRow, Project
 from kinetograph.studio.room import FILES, Room
 from kinetograph.take import Take
 from walkers import walk
@@ -97,9 +98,7 @@ def test_motions_are_those_of_inbetween(room: Room) -> None:
         key_at(takes.take("quick").motion(), 2.5, time=(2.0, 3.0), label="key 2"),
         key_at(takes.take("turning").motion(), 4.0, label="key 3"),
     )
-    expected = inbetween(
-        keys, takes, keyframe_control(InbetweenSearch(force_timing=True), mirror=True, footskate=True), 3
-    )
+    expected = inbetween(keys, takes, keyframe_control(InbetweenSearch(), mirror=True, footskate=True), 3)
     assert [each.cost for each in made.syntheses] == [each.cost for each in expected]
     for found, wanted in zip(made.syntheses, expected, strict=True):
         assert np.array_equal(found.motion.rotations, wanted.motion.rotations)
@@ -109,12 +108,8 @@ def test_motions_are_those_of_inbetween(room: Room) -> None:
 @pytest.mark.parametrize(
     ("fields", "search", "without"),
     [
-        ({"filler": True}, InbetweenSearch(filler=True, force_timing=True), ()),
-        (
-            {"moves": ("slow",), "without": ("turning",)},
-            InbetweenSearch(move=["slow"], force_timing=True),
-            ("turning",),
-        ),
+        ({"filler": True, "force": True}, InbetweenSearch(filler=True, force_timing=True), ()),
+        ({"moves": ("slow",), "without": ("turning",)}, InbetweenSearch(move=["slow"]), ("turning",)),
     ],
 )
 def test_the_configuration_is_that_of_the_command(
@@ -152,7 +147,7 @@ def test_choosing_an_alternative_searches_for_nothing(moves: Room, monkeypatch: 
 def test_moved_hands_are_where_they_were_put(room: Room) -> None:
     wanted = {"left_hand": (0.3, 1.2, 0.25), "right_foot": (-0.15, 0.3, 0.2)}
     row = msgspec.structs.replace(QUICK, moved=wanted, position=(0.3, 1.5), heading=20.0)
-    made = made_of(project_of(SLOW, row, TURNING), room)
+    made = made_of(project_of(SLOW, row, TURNING, force=True), room)
     motion = made.synthesis.motion
     frame = round(made.lanes[0].spans[1].start * motion.fps)
     ends = ends_of(motion, frame)
@@ -305,6 +300,55 @@ def test_a_key_that_comes_too_soon_can_be_put_off(room: Room) -> None:
     made = made_of(project_of(SLOW, later), room)
     assert made.synthesis.met[1] == pytest.approx(0.1 + trouble.seconds)
     assert ANSWERS[KeyTrouble](room, project_of(SLOW, later), KeyTrouble(2)) == Trouble(2)
+
+
+def test_parts_are_met_where_they_are_asked_for(room: Room) -> None:
+    wanted = (0.35, 1.25, 0.2)
+    turned = tuple(rot.about("x", -0.4).tolist())
+    parts = (PartRow("left_hand", "root", wanted), PartRow("right_hand", "world", (-0.2, 1.3, 2.2), None))
+    row = msgspec.structs.replace(QUICK, position=(0.3, 1.9), heading=0.0, roles=("left_hand",), parts=parts)
+    made = made_of(project_of(SLOW, row, force=True), room)
+    motion = made.synthesis.motion
+    frame = round(made.synthesis.met[1] * motion.fps)
+    assert np.linalg.norm(ends_of(motion, frame)["left_hand"] - np.array(wanted)) < 1.5e-3
+    there = role_positions(motion, ("right_hand",))[frame, 0]
+    assert np.linalg.norm(there - np.array([-0.2, 1.3, 2.2])) < 1.5e-3
+    hand = msgspec.structs.replace(QUICK, roles=("left_hand",), parts=(PartRow("left_hand", "root", None, turned),))
+    waving = made_of(project_of(SLOW, hand, force=True), room)
+    frame = round(waving.synthesis.met[1] * waving.synthesis.motion.fps)
+    _, rotations = parts_of(waving.synthesis.motion, ["left_hand"])
+    assert np.degrees(rot.angle_between(rotations[frame, 0], np.array(turned))) < 0.6
+
+
+def test_where_every_part_of_a_key_is(room: Room) -> None:
+    answer = ANSWERS[KeyEnds](room, project_of(SLOW), KeyEnds(1, SLOW))
+    assert isinstance(answer, EndPlaces)
+    motion = library_of(room).take("slow").motion()
+    places, rotations = parts_of(motion, list(answer.positions))
+    frame = round(motion.fps)
+    np.testing.assert_allclose(list(answer.positions.values()), places[frame], atol=1e-6)
+    np.testing.assert_allclose(list(answer.orientations.values()), rotations[frame], atol=1e-6)
+
+
+def test_a_timing_that_is_too_quick_is_forced_only_where_it_is_asked(
+    moves: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = (WALK, msgspec.structs.replace(KICK, time=0.8))
+    quick = project_of(*rows)
+    with pytest.raises(UnmetError, match="force-timing"):
+        make(quick, moves, progress)
+    monkeypatch.setattr(making, "inbetween_with", None)  # what was refused is not searched for again
+    trouble = ANSWERS[KeyTrouble](moves, quick, KeyTrouble(1))
+    monkeypatch.undo()
+    assert isinstance(trouble, Trouble)
+    assert trouble.row == 1
+    assert trouble.force
+    assert "force" not in trouble.message
+    made = made_of(project_of(*rows, force=True), moves)
+    assert made.synthesis.met[1] == pytest.approx(0.8, abs=0.02)
+    assert trouble.seconds is not None
+    later = (WALK, msgspec.structs.replace(KICK, time=0.8 + trouble.seconds))
+    assert made_of(project_of(*later), moves).synthesis.met[1] == pytest.approx(0.8 + trouble.seconds, abs=0.02)
 
 
 def test_it_stops_when_progress_raises(room: Room) -> None:

@@ -13,6 +13,7 @@ from programs import wait_for_state
 from rooms import served
 
 import kinetograph as kg
+from kinetograph import rotations as rot
 from kinetograph.kinematics import joint_positions
 from kinetograph.post import ends_of
 from kinetograph.studio import registry as making
@@ -197,11 +198,65 @@ def test_a_key_that_comes_too_soon_is_put_off(page: Page, library: Path, tmp_pat
         wait_for_state(page, "error")
         trouble = page.locator(".key-list li", has_text="key 2").get_by_role("alert")
         trouble.wait_for()
-        assert "give it more time" in (trouble.text_content() or "")
-        trouble.get_by_role("button").click()
+        assert "the least duration that is met" in (trouble.text_content() or "")
+        trouble.get_by_role("button", name="s more").click()
         settled(page)
         assert rows_of(page)[1]["time"] > 0.2
         assert page.get_by_role("alert").count() == 0
+
+
+def test_a_timing_that_is_too_quick_is_forced_only_when_asked(
+    page: Page, library: Path, tmp_path: Path, built_page: Path
+) -> None:
+    rows = (ROWS[0], KeyRow("take:kick@0.6", time=0.8))
+    with served(tmp_path, project_of(library, *rows), making.SECTIONS) as server:
+        opened(page, server)
+        wait_for_state(page, "error")
+        trouble = page.locator(".key-list li", has_text="key 2").get_by_role("alert")
+        trouble.get_by_role("button", name="s more").wait_for()
+        trouble.get_by_role("button", name="Make it all the same").click()
+        settled(page)
+        assert page.evaluate("kinetograph.studio.store.project.keys.force")
+        assert rows_of(page)[1]["time"] == 0.8
+        force = page.get_by_label("Force timings that are too quick")
+        assert force.is_checked()
+        force.uncheck()
+        wait_for_state(page, "error")
+        trouble.get_by_role("button", name="s more").click()
+        settled(page)
+        assert rows_of(page)[1]["time"] > 0.8
+        assert not page.evaluate("kinetograph.studio.store.project.keys.force")
+
+
+def test_parts_are_put_elsewhere_in_the_panel(page: Page, three: Server) -> None:
+    solved(page, three)
+    page.locator(".key-row", has_text="key 2").click()
+    page.locator("summary", has_text="Parts elsewhere").click()
+    page.get_by_label("Part to put elsewhere").select_option("left_hand")
+    page.get_by_role("button", name="Add part").click()
+    parts = page.get_by_role("list", name="Parts elsewhere")
+    page.wait_for_function("kinetograph.studio.store.project.keys.rows[1].parts?.length === 1")
+    (part,) = rows_of(page)[1]["parts"]
+    assert (part["role"], part["in"]) == ("left_hand", "root")
+    up = parts.get_by_label("left hand: up, metres")
+    up.fill(f"{part['position'][1] + 0.05:.3f}")
+    up.press("Tab")
+    page.wait_for_function("kinetograph.studio.store.project.keys.rows[1].parts[0].position[1] > 0", timeout=5000)
+    assert rows_of(page)[1]["parts"][0]["position"][1] == pytest.approx(part["position"][1] + 0.05, abs=1e-3)
+    parts.get_by_label("left hand: seen from").select_option("world")
+    page.wait_for_function("kinetograph.studio.store.project.keys.rows[1].parts[0].in === 'world'")
+    parts.get_by_label("Rotation").check()
+    page.wait_for_function("kinetograph.studio.store.project.keys.rows[1].parts[0].orientation")
+    quaternion = rows_of(page)[1]["parts"][0]["orientation"]
+    assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=1e-6)
+    parts.get_by_label("left hand: turn, degrees").press("ArrowUp")
+    page.wait_for_function(
+        "q => kinetograph.studio.store.project.keys.rows[1].parts[0].orientation[0] !== q", arg=quaternion[0]
+    )
+    turned = rows_of(page)[1]["parts"][0]["orientation"]
+    assert np.degrees(rot.angle_between(np.array(turned), np.array(quaternion))) == pytest.approx(5.0, abs=0.2)
+    parts.get_by_role("button", name="Remove: left hand").click()
+    page.wait_for_function("!kinetograph.studio.store.project.keys.rows[1].parts")
 
 
 def test_alternatives_are_chosen_by_their_ghosts(page: Page, three: Server) -> None:
@@ -243,6 +298,8 @@ def drag(page: Page, start: dict[str, float], by: tuple[float, float]) -> None:
 
 def test_place_heading_and_hands_on_the_stage(page: Page, three: Server) -> None:
     solved(page, three)
+    page.get_by_label("Force timings that are too quick").check()  # anywhere it is dragged to
+    settled(page)
     page.locator(".key-row", has_text="key 2").click()
     page.wait_for_function("kinetograph.studio.panel.stage.handles.children.length === 4")
     where = "part => kinetograph.studio.stage.screenPoint(...kinetograph.studio.panel.stage.pointOf(part))"

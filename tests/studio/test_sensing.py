@@ -292,7 +292,8 @@ def test_sensors_under_other_names_are_called_by_those_of_the_layout(folder: Pat
     assert all(row.known for row in heard[-1].rows)
     assert sent[-1].frames > 30
     direct = ran(folder, project(source="replay:strange.csv@4", names=names), Listen())
-    assert direct[-1].frames >= sent[-1].frames
+    assert all(row.known for message in direct if isinstance(message, Heard) for row in message.rows)
+    assert direct[-1].frames > 30
 
 
 def test_a_replay_reads_no_file_but_the_project_s(folder: Path) -> None:

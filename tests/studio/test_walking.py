@@ -6,9 +6,11 @@ import asyncio
 import itertools
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -31,6 +33,7 @@ from kinetograph.motion import Motion
 from kinetograph.pipeline import Smoothing, open_library, perform
 from kinetograph.studio.messages import (
     AskPace,
+    AskWhy,
     CandidateClip,
     Candidates,
     Message,
@@ -40,9 +43,10 @@ from kinetograph.studio.messages import (
     PlayTake,
     WalkDrawn,
     WalkLive,
+    Why,
 )
-from kinetograph.studio.project import Project, RuleRow, Walk
-from kinetograph.studio.room import Room
+from kinetograph.studio.project import LayerRow, Project, RuleRow, Walk
+from kinetograph.studio.room import FILES, Room
 from kinetograph.studio.walk.live import AT_ONCE, Follower, ready
 from kinetograph.studio.walk.making import ANSWERS, HEARD, RUNS, make
 from kinetograph.take import Annotation, Take
@@ -273,6 +277,74 @@ def _made(tmp_path: Path, project: Project) -> Room:
     assert made is not None
     room.latest["walk"] = made
     return room
+
+
+def test_why_a_piece_is_there(tmp_path: Path, project: Project) -> None:
+    room = _made(tmp_path, project)
+    shown = room.latest["walk"].synthesis
+    answer = _ask(room, project, AskWhy(7, 3.0))
+    assert isinstance(answer, Why)
+    (chosen,) = (row for row in answer.rows if row.chosen)
+    piece = shown.piece_at(90)
+    assert (chosen.take, chosen.source_start) == (piece.take, piece.source_start)
+    assert sum(chosen.terms.values()) == pytest.approx(shown.cost, rel=1e-4)
+    other = next(row for row in answer.rows if not row.chosen)
+    pinned = RuleRow(2.98, 3.02, other.take, (other.source_start + other.source_stop) / 2)
+    ruled = Project(libraries=project.libraries, walk=_with(project.walk, (pinned,)))
+    again = _ask(_made(tmp_path, ruled), ruled, AskWhy(8, 3.0))
+    assert isinstance(again, Why)
+    constraints = [row.constraint for row in again.without]
+    assert any("pins take" in constraint for constraint in constraints)
+
+
+def test_takes_and_files_drive_parts_of_a_walk(tmp_path: Path, project: Project) -> None:
+    plain = make(project, Room(tmp_path), _quiet)
+    assert plain is not None
+    (tmp_path / FILES).mkdir(exist_ok=True)
+    raised = walk(3.0)
+    turned = raised.rotations.copy()
+    turned[:, raised.skeleton.index("right_shoulder")] = rot.about("z", -1.0)
+    kg.save(replace(raised, rotations=turned), tmp_path / FILES / "wave.bvh")
+    layers = (
+        LayerRow(("left arm",), "take:left", start=0.5, second=1.0, seconds=1.0),
+        LayerRow(("right arm",), "wave.bvh", start=1.0, hold=True),
+    )
+    made = make(
+        Project(libraries=project.libraries, walk=msgspec.structs.replace(project.walk, layers=layers)),
+        Room(tmp_path),
+        _quiet,
+    )
+    assert made is not None
+    motion, before = made.synthesis.motion, plain.synthesis.motion
+    knee, left, right = (motion.skeleton.index(name) for name in ("left_knee", "left_shoulder", "right_shoulder"))
+    np.testing.assert_allclose(np.abs(motion.rotations[:, knee]), np.abs(before.rotations[:, knee]), atol=1e-4)
+    assert rot.angle_between(motion.rotations[:, right], rot.about("z", -1.0)).max() < 1e-3
+    recorded = kg.Library.open(tmp_path / "walks").take("left").motion()
+    np.testing.assert_allclose(
+        rot.angle_between(motion.rotations[30, left], recorded.rotations[round(1.5 * recorded.fps), left]),
+        0.0,
+        atol=1e-3,
+    )
+    lane = next(lane for lane in made.lanes if lane.name == "layers")
+    assert [span.label for span in lane.spans] == ["left", "wave.bvh"]
+
+
+@pytest.mark.parametrize(
+    ("row", "match"),
+    [
+        (LayerRow(("arms",), "take:nobody"), "nobody"),
+        (LayerRow(("arms",), "other.bvh"), "the project has no file 'other.bvh'"),
+        (LayerRow(("wings",), "take:left"), "parts among arms"),
+        (LayerRow(("arms",), "take:left", start=-1.0), "a layer's start is 0 s or more, found -1"),
+        (LayerRow(("arms",), "take:left", second=90.0), r"a layer needs 0\.2 s of it, found 0\.00 s from 90\.00 s on"),
+        (LayerRow(("arms",), "take:left", start=90.0), "the result, .* has none of it"),
+    ],
+)
+def test_layers_that_cannot_be_get_one_line(tmp_path: Path, project: Project, row: LayerRow, match: str) -> None:
+    asked = Project(libraries=project.libraries, walk=msgspec.structs.replace(project.walk, layers=(row,)))
+    with pytest.raises(KinetographError, match=match) as caught:
+        make(asked, Room(tmp_path), _quiet)
+    assert "\n" not in str(caught.value)
 
 
 def test_candidates_are_shown_pinned_and_forbidden(tmp_path: Path, project: Project) -> None:

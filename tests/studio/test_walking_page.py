@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Rows = list[tuple[float, float, float]]
 
 WAIT = 60_000  # milliseconds
+AXE = Path(__file__).parents[2] / "src/kinetograph/studio/client/node_modules/axe-core/axe.min.js"
 
 
 @pytest.fixture(scope="module")
@@ -260,6 +261,64 @@ def test_a_piece_is_opened_pinned_forbidden_and_let_free(walking: Walking) -> No
     with walking.made():
         page.get_by_role("button", name="Remove: not").click()
     assert walking.project.walk.rules == ()
+
+
+def test_why_a_piece_is_there_and_another_pinned_in_its_place(walking: Walking) -> None:
+    walking.draw(eight(8.0, size=1.4))
+    page = walking.page
+    walking.stop_at(2.0)
+    page.locator(".pieces .span").nth(4).click()
+    page.get_by_role("button", name="Why?").click()
+    table = page.get_by_role("table", name="Pieces at")
+    table.wait_for(timeout=WAIT)
+    shown = walking.server.desk.room.latest["walk"].synthesis.pieces[4]
+    row = table.get_by_role("row", name="Shown")
+    assert f"{shown.source_start:.2f} to {shown.source_stop:.2f} s" in row.inner_text()
+    margins = [float(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()]
+    assert len(margins) >= 10
+    assert margins[:10] == sorted(margins[:10])
+    if AXE.is_file():
+        page.evaluate(AXE.read_text())
+        assert page.evaluate("axe.run('.candidates').then(r => r.violations.map(v => v.id))") == []
+    pin = table.get_by_role("button", name="Pin").first
+    wanted = (pin.get_attribute("aria-label") or "").removeprefix("Pin ")
+    with walking.made():
+        pin.click()
+    (rule,) = walking.project.walk.rules
+    there = next(p for p in walking.server.desk.room.latest["walk"].synthesis.pieces if p.start <= rule.start < p.stop)
+    assert not rule.forbid
+    assert wanted.startswith(there.take)
+    assert f"{there.source_start:.2f} to {there.source_stop:.2f} s" in wanted
+    page.locator(".pieces .span").nth(4).click()
+    page.get_by_role("button", name="Why?").click()
+    reasons = page.get_by_role("list", name="What would have to go")
+    reasons.wait_for(timeout=WAIT)
+    assert "Without the rule that pins" in reasons.inner_text()
+
+
+def test_a_take_drives_the_arms_of_a_walk(walking: Walking) -> None:
+    walking.draw(eight(8.0, size=1.4))
+    page = walking.page
+    plain = walking.server.desk.room.latest["walk"].synthesis.motion
+    walking.stop_at(2.0)
+    page.get_by_label("Driven by").select_option(label="turn_left1")
+    page.get_by_label("Part", exact=True).select_option("left arm")
+    with walking.made():
+        page.get_by_role("button", name="Add layer").click()
+    (row,) = walking.project.walk.layers
+    assert (row.parts, row.source, row.start) == (("left arm",), "take:turn_left1", pytest.approx(2.0, abs=0.04))
+    made = walking.server.desk.room.latest["walk"].synthesis
+    assert made.layers[0].joints[-1] == "left_wrist"
+    leg = plain.skeleton.index("left_knee")
+    np.testing.assert_allclose(np.abs(made.motion.rotations[:, leg]), np.abs(plain.rotations[:, leg]), atol=2e-2)
+    page.locator(".lane", has_text="layers").locator(".span").wait_for()
+    with walking.made():
+        page.get_by_label("left arm by turn_left1: from, seconds").fill("1")
+        page.get_by_label("left arm by turn_left1: from, seconds").press("Tab")
+    assert walking.project.walk.layers[0].start == 1.0
+    with walking.made():
+        page.get_by_role("button", name="Remove: left arm by turn_left1").click()
+    assert walking.project.walk.layers == ()
 
 
 def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> None:

@@ -140,6 +140,7 @@ def test_errors_pass_through_a_cluster(machines: clusters.Machines) -> None:
 
 
 def test_rooms_of_a_cluster_are_its_workers(machines: clusters.Machines, tmp_path: Path) -> None:
+    machines.wait(2)
     with rooms(Workers(cluster=machines.address), [tmp_path, tmp_path]) as (first, second):
         one = {first.submit(clusters.process, n).result() for n in range(3)}
         two = {second.submit(clusters.process, n).result() for n in range(3)}

@@ -22,6 +22,7 @@ from kinetograph.cli import (
     render,
     reproduce,
     sense,
+    serve,
     studio,
     view,
 )
@@ -51,6 +52,7 @@ for group in (
     calibrate,
     evaluate,
     reproduce,
+    serve,
 ):
     group.register(app)
 

@@ -156,10 +156,13 @@ def _example_files(output: Path, walk: Motion) -> dict[str, Any]:
     (output / "keys.json").write_text(json.dumps({"keys": keys}, indent=1) + "\n", encoding="utf-8")
     write_readings(simulate(walk, preset("wii")), output / "readings.csv")
     write_readings(simulate(walk, _askew()), output / "worn.csv")
+    request = {"path": "path.csv", "mirror": True, "keys": [{"pose": f"take:{WALKS[0]}@0.3", "along": 6}]}
+    (output / "request.json").write_text(json.dumps(request, indent=1) + "\n", encoding="utf-8")
     steps = [f"{time:.3f}\n" for time in _steps(Library.open(output / "clips.library").take(RISE[2]).motion())]
     (output / "steps.csv").write_text("".join(["seconds\n", *steps]), encoding="utf-8")
     return {
         "keys": _in(output, "keys.json"),
+        "requests": _in(output, "request.json"),
         "readings_of_sensors": _in(output, "readings.csv", "worn.csv"),
         "times_of_steps": _in(output, "steps.csv"),
     }

@@ -18,6 +18,8 @@ COSTS = {
     "reuse": "reuse",
     "change": "changes of person or style",
     "unusual": "not walked or run",
+    "keys": "recordings unlike the keys",
+    "moves": "moves not asked for",
 }
 """What the parts of a cost are called."""
 
@@ -53,6 +55,11 @@ def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, contro
         first["planted_feet_speed"] = contact_speed(synthesis.motion, planted)
         first["planted_feet_speed_recorded"] = _recorded_speed(synthesis, model)
     summary = {**first, **summarize(synthesis)}
+    if synthesis.layers:
+        summary["layers"] = [
+            {"name": layer.name, "start": layer.start, "stop": layer.stop, "joints": list(layer.joints)}
+            for layer in synthesis.layers
+        ]
     if "untouched" in synthesis.statistics:
         summary["untouched_share"] = synthesis.statistics["untouched"]
     return summary
@@ -94,6 +101,9 @@ def in_words(summary: dict[str, Any]) -> dict[str, str]:
     if "handhold_residual_median" in summary:
         median, high = (100 * summary[f"handhold_residual_{q}"] for q in ("median", "p95"))
         rows["held hands"] = f"{median:.1f} cm from where they hold in the median, {high:.1f} cm in 95 % of frames"
+    for number, layer in enumerate(summary.get("layers", ()), start=1):
+        span = f"{layer['start']:.1f} to {layer['stop']:.1f} s"
+        rows[f"layer {number}"] = f"{layer['name']} drives {len(layer['joints'])} joints from {span}"
     return {**rows, **_as_recorded(summary), **_made_of(summary), **_search(summary)}
 
 

@@ -189,7 +189,12 @@ def write_text(text: str, path: Path, force: bool) -> None:
 
 
 def write_synthesis(
-    synthesis: Synthesis, written: Written, control: Signal | Motion | None, title: str, number: int = 1
+    synthesis: Synthesis,
+    written: Written,
+    control: Signal | Motion | None,
+    title: str,
+    number: int = 1,
+    more: Mapping[str, object] | None = None,
 ) -> None:
     """The motion in every format that was asked for, its picture and its report.
 
@@ -205,6 +210,8 @@ def write_synthesis(
         The picture's title.
     number : int
         Which of several syntheses it is, from 1.
+    more : mapping of str to object, optional
+        What the report says besides.
     """
     from kinetograph.drawing import draw_synthesis
     from kinetograph.formats import save, together, write_report
@@ -215,7 +222,7 @@ def write_synthesis(
         if written.picture:
             draw_synthesis(synthesis, numbered(written.picture, number), control, title)
         if written.report:
-            write_report(synthesis, numbered(written.report, number), force=written.force)
+            write_report(synthesis, numbered(written.report, number), force=written.force, more=more)
 
 
 SHOWN = ("gap", "handhold", "constraints", "most_used", "times_running")

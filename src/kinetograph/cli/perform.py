@@ -12,6 +12,7 @@ import typer
 
 from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
+from kinetograph.cli.layers import Layers, read_layers, wearing
 from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
 from kinetograph.cli.outcome import in_words, outcome
 from kinetograph.cli.output import (
@@ -27,11 +28,15 @@ from kinetograph.cli.output import (
     write_text,
 )
 from kinetograph.cli.reading import TimedReading, read_file
+from kinetograph.cli.why import as_data, reasons_at, require_within, say_reasons
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
+    from kinetograph.formats import KeySources
+    from kinetograph.formats.request_json import MoveRow
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Reasons, Rule
+    from kinetograph.methods.together import Asked
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
@@ -70,6 +75,10 @@ class Answers(Written):
     ] = False
     transcript: Annotated[
         Path | None, typer.Option(help="CSV to write: the moves of the motion, with their margins.")
+    ] = None
+    why: Annotated[
+        list[float] | None,
+        typer.Option(help="Say why the piece at this second is there, and what else could be. Repeatable."),
     ] = None
 
     def refuse(self) -> None:
@@ -116,6 +125,41 @@ class Following(Partner):
         return control
 
 
+@options("Together with the control")
+class Along:
+    """What is asked for along the control."""
+
+    key: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A pose to pass through: 'take:wave@1; time=4', or time=3..5, along=6 (metres), near=1,2; what else "
+            "keys have may follow, see inbetween. Repeatable, in order of time."
+        ),
+    ] = None
+    move: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Only this from second to second: 4-7=run, a name of a take, a tag or a label; !run: none of it; "
+            "run:0.5: at a cost a second; run/left or run/left/right: which foot first and last. Repeatable."
+        ),
+    ] = None
+
+    def asked(self, sources: KeySources, rules: Sequence[Rule]) -> Asked:
+        """The same for the methods, with rules for pieces."""
+        from kinetograph.formats.keys_json import row_from_text
+        from kinetograph.formats.request_json import OnPathRow
+        from kinetograph.methods.together import Asked, Span
+        from kinetograph.pipeline import asked_key, rules_of
+
+        moves = [move(text) for text in self.move or ()]
+        rows = [row_from_text(text, f"--key {number}", OnPathRow) for number, text in enumerate(self.key or (), 1)]
+        return Asked(
+            tuple(asked_key(row, f"--key {number}", sources) for number, row in enumerate(rows, 1)),
+            (*rules, *(rule for row in moves for rule in rules_of(row))),
+            tuple(Span(row.start, row.stop, row.first, row.last) for row in moves if row.first or row.last),
+        )
+
+
 @options("Search")
 class RuledSearch(Search):
     """The search, with rules for parts of the control."""
@@ -140,8 +184,10 @@ def perform(
     inputs: Inputs,
     answers: Answers,
     following: Following,
+    along: Along,
     search: RuledSearch,
     finish: Finish,
+    layers: Layers,
     reading: TimedReading,
     work: Jobs,
 ) -> None:
@@ -151,71 +197,100 @@ def perform(
 
     Example: kinetograph perform out/walk.bvh -l out/walks.library -o out/mine.glb --picture out/mine.png --pieces
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/posed.bvh
+    --key "take:humanoid3d_walk@0.3; time=4"
+
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
+
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/two.bvh --layer arms=out/walk.bvh@2
+
     Example: kinetograph perform leader.bvh -l dances --target follower -o follower.bvh
     """
+    from kinetograph.formats import KeySources
     from kinetograph.library import Shards
-    from kinetograph.methods.performance import only_track, read_control, require_moves
+    from kinetograph.methods.performance import only_track, read_control
     from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
+    layers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library, inputs.selection)
+    asked = along.asked(KeySources(library, reading.read_options, inputs.target, note=note), search.rules)
     method = finished(_configuration(wanted, library, inputs, following, search), following.alignment, finish)
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
+    require_within(answers.why or (), performed)
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
-        made, summary = _over_shards(method, library, workers, (inputs, answers, search), performed)
+        made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed, asked)
         _written(made, "", wanted, inputs, answers)
         _show(made, summary, answers)
         return
     with compilation_announced():
-        rules = search.rules
         model = fit_performance(method, library, track=inputs.target, note=note)
-        if answers.transcript:
-            require_moves(model.fitted)
-        made = _synthesised(model, performed, answers, rules)
-    moves = transcribed(model, performed, rules) if answers.transcript else ""
-    summary = outcome(made[0], model, performed)
-    summary |= {"gap": model.gap(performed, rules)} if search.gap and "gap" not in summary else {}
-    _written(made, moves, wanted, inputs, answers)
-    _show(made, summary, answers)
+        made = _synthesised(model, performed, answers, asked)
+    made = wearing(made, read_layers(layers, library, reading), model)
+    moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
+    reasons = reasons_at(model, performed, answers.why or (), asked)
+    summary = _figures(made[0], model, performed, asked, search.gap)
+    _written(made, moves, wanted, inputs, answers, reasons)
+    _show(made, summary, answers, reasons)
+
+
+def _figures(
+    made: Synthesis, model: PerformanceModel, control: Signal | Motion, asked: Asked, gap: bool
+) -> dict[str, Any]:
+    """What ends the command."""
+    summary = outcome(made, model, control)
+    return summary | ({"gap": model.gap(control, asked.rules)} if gap and "gap" not in summary else {})
 
 
 def _over_shards(
     method: PerformanceControl,
     library: Library,
     workers: Workers,
-    given: tuple[Inputs, Answers, RuledSearch],
+    given: tuple[Inputs, Answers, RuledSearch, Layers],
     control: Signal | Motion,
+    asked: Asked,
 ) -> tuple[tuple[Synthesis, ...], dict[str, Any]]:
     """A synthesis of a library whose shards, or ranges of takes, have processes of their own, and its figures."""
     from kinetograph.methods.performance import over_shards
     from kinetograph.pipeline import noted
 
-    inputs, answers, search = given
-    if answers.alternatives > 1 or answers.transcript or search.gap:
+    inputs, answers, search, layers = given
+    layers.refuse_any("shards in processes of their own make no layers: leave out --layer, or --jobs and --cluster")
+    if asked.keys or asked.feet:
+        raise RequestError("shards in processes of their own know no keys and no feet; leave out --jobs and --cluster")
+    if answers.alternatives > 1 or answers.transcript or answers.why or search.gap:
         raise RequestError(
-            "shards in processes of their own give one motion: leave out --alternatives, --transcript and --gap, "
-            "or leave out --jobs and --cluster tcp://HOST:PORT"
+            "shards in processes of their own give one motion: leave out --alternatives, --transcript, --why and "
+            "--gap, or leave out --jobs and --cluster tcp://HOST:PORT"
         )
     with (
         compilation_announced(),
         over_shards(method, library, workers, track=inputs.target) as model,
         progress_bar("searching") as progress,
     ):
-        made = noted(model.synthesize(control, progress, search.rules), model.notes, model.fitted.left_out)
+        made = noted(model.synthesize(control, progress, asked.rules), model.notes, model.fitted.left_out)
         return (made,), outcome(made, model.holding({piece.take for piece in made.pieces}), control)
 
 
-def _written(made: Sequence[Synthesis], moves: str, control: Signal | Motion, inputs: Inputs, answers: Answers) -> None:
+def _written(
+    made: Sequence[Synthesis],
+    moves: str,
+    control: Signal | Motion,
+    inputs: Inputs,
+    answers: Answers,
+    reasons: Sequence[Reasons] = (),
+) -> None:
     """Write all files or none, and say what a person should know."""
     from kinetograph.formats import together
 
     notes(made[0].warnings)
+    more = {"why": as_data(reasons)} if reasons else {}
     with together():
         for number, synthesis in enumerate(made, start=1):
-            write_synthesis(synthesis, answers, control, inputs.control.name, number)
+            write_synthesis(synthesis, answers, control, inputs.control.name, number, more)
         if answers.transcript:
             write_text(moves, answers.transcript, answers.force)
 
@@ -236,23 +311,33 @@ def _configuration(
 
 
 def _synthesised(
-    model: PerformanceModel, control: Signal | Motion, answers: Answers, rules: Sequence[Rule]
+    model: PerformanceModel, control: Signal | Motion, answers: Answers, asked: Asked
 ) -> tuple[Synthesis, ...]:
-    from kinetograph.pipeline import perform_alternatives, perform_with
+    from kinetograph.methods.performance import require_moves
+    from kinetograph.pipeline import perform_alternatives, perform_asked
 
+    if answers.transcript:
+        require_moves(model.fitted)
+    if answers.alternatives > 1 and (asked.keys or asked.feet):
+        raise RequestError("--alternatives are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
         count, alike = answers.alternatives, answers.alike
-        return perform_alternatives(model, control, count, alike=alike, rules=rules)
+        return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)
     with progress_bar("searching") as progress:
-        return (perform_with(model, control, rules=rules, progress=progress),)
+        return (perform_asked(model, control, asked, progress),)
 
 
-def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers) -> None:
+def _show(
+    made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Reasons] = ()
+) -> None:
     rows = breakdown(made[0]) if answers.pieces else []
     if answers.pieces and not answers.as_json:
         table(rows, as_json=False)
+    if reasons and not answers.as_json:
+        say_reasons(reasons)
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
+    listed |= {"why": as_data(reasons)} if reasons and answers.as_json else {}
     wrote = [str(path) for path in answers.every_file(len(made))]
     ending = summary if answers.as_json else in_words(summary)
     left = left_out(made[0], answers.as_json)
@@ -308,3 +393,38 @@ def rule(text: str, forbid: bool) -> Rule:
         return Rule(float(start), float(stop), take=take or None, forbid=forbid)
     except ValueError:
         raise RequestError(f"a rule is take@start-stop in seconds, as in waltz@1.5-3; found {text!r}") from None
+
+
+def move(text: str) -> MoveRow:
+    """``start-stop=name``, with what else is asked of the span, as a row of a request.
+
+    Raises
+    ------
+    RequestError
+        For text of another form.
+
+    Examples
+    --------
+    >>> move("4-7=run/left:0.5")
+    MoveRow(start=4.0, stop=7.0, name='run', weight=0.5, first='left')
+    """
+    import msgspec
+
+    from kinetograph.formats.request_json import MoveRow
+
+    span, separator, asked = text.partition("=")
+    start, _, stop = span.partition("-")
+    asked, weighted, weight = asked.partition(":")
+    name, *feet = asked.split("/")
+    values: dict[str, object] = {"name": name.removeprefix("!"), "forbid": name.startswith("!")}
+    try:
+        values |= {"start": float(start), "stop": float(stop)} | ({"weight": float(weight)} if weighted else {})
+        values |= dict(zip(("first", "last"), feet, strict=False))
+        if not separator or len(feet) > 2:
+            raise ValueError
+        return msgspec.convert(values, MoveRow)
+    except (ValueError, msgspec.ValidationError):
+        raise RequestError(
+            f"a move is start-stop=name in seconds, as in 4-7=run, 4-7=!run, 4-7=run:0.5 or 4-7=walk/left; "
+            f"found {text!r}"
+        ) from None

@@ -1,4 +1,4 @@
-"""The command render: a project of the studio becomes files."""
+"""The command render: a request, or a project of the studio, becomes files."""
 
 from __future__ import annotations
 
@@ -8,11 +8,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, Force, add, options
-from kinetograph.cli.output import note, notes, progress_bar, refuse_existing, result, summarize, table
+from kinetograph.cli.options import AsJson, Chosen, Force, Picture, Written, add, options
+from kinetograph.cli.output import (
+    left_out,
+    note,
+    notes,
+    progress_bar,
+    refuse_existing,
+    refuse_unknown_formats,
+    result,
+    summarize,
+    table,
+    write_synthesis,
+)
+from kinetograph.cli.reading import TimedReading
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
+    from kinetograph.formats import Request
+    from kinetograph.library import Library
+    from kinetograph.pipeline import Rendered
     from kinetograph.studio.exporting import Wanted
     from kinetograph.studio.made import Made
     from kinetograph.studio.project import Mode
@@ -24,43 +39,131 @@ def register(app: typer.Typer) -> None:
 
 
 @options()
-class Wishes:
+class Wishes(Chosen):
     """What is made, and where it goes."""
 
-    project: Annotated[Path, typer.Argument(help="A project of the studio, .json.")]
+    project: Annotated[
+        Path, typer.Argument(metavar="REQUEST", help="A request, or a project of the studio, both .json.")
+    ]
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder to write to; exports, beside the project, by default.")
+        list[Path] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="A request's motion to write (.bvh, .glb), repeatable; a project's folder, by default exports beside "
+            "it.",
+        ),
     ] = None
-    to: Annotated[str, typer.Option(help="Kinds of files, with commas between: .bvh,.glb,.fbx,.gif,.png,.json.")] = (
-        ".bvh"
-    )
-    section: Annotated[list[str] | None, typer.Option(help="Make only walk, keys, duet or sensors. Repeatable.")] = None
     library: Annotated[
-        list[str] | None, typer.Option("-l", "--library", help="Where a library is now: NAME=PATH. Repeatable.")
+        list[str] | None,
+        typer.Option(
+            "-l", "--library", help="A request's library; where a project's is now: NAME=PATH. Both repeatable."
+        ),
     ] = None
-    together: Annotated[
-        bool, typer.Option("--together", help="Write the leader, or the recording, into the same file.")
-    ] = False
+    picture: Picture = None
+    report: Annotated[
+        Path | None, typer.Option(help="JSON to write: pieces, costs, and where every frame comes from.")
+    ] = None
     force: Force = False
     as_json: AsJson = False
 
 
-def render(wishes: Wishes) -> None:
-    """Make what a project of the studio asks for, and write the files that the studio would.
+@options("Projects of the studio")
+class OfProject:
+    """What is made of a project, and how."""
+
+    to: Annotated[str, typer.Option(help="Kinds of files, with commas between: .bvh,.glb,.fbx,.gif,.png,.json.")] = (
+        ".bvh"
+    )
+    section: Annotated[list[str] | None, typer.Option(help="Make only walk, keys, duet or sensors. Repeatable.")] = None
+    together: Annotated[
+        bool, typer.Option("--together", help="Write the leader, or the recording, into the same file.")
+    ] = False
+
+
+def render(wishes: Wishes, of_project: OfProject, reading: TimedReading) -> None:
+    """Make what a request asks for: a path or a partner with keys, moves and pieces; or a project of the studio.
+
+    Example: kinetograph render out/request.json -l out/walks.library -o out/asked.bvh --picture out/asked.png
 
     Example: kinetograph render out/project.json -o out/rendered --to .bvh,.glb
     """
+    from kinetograph.formats.request_json import is_project
+
+    if is_project(wishes.project):
+        _render_project(wishes, of_project)
+    else:
+        _render_request(wishes, reading)
+
+
+# ---- requests ----
+
+
+def _render_request(wishes: Wishes, reading: TimedReading) -> None:
+    from kinetograph.formats import KeySources, read_request
+    from kinetograph.pipeline import render_request
+
+    request = read_request(wishes.project)
+    if not wishes.output:
+        raise RequestError("a request's motion needs a file to go to: -o out.bvh")
+    written = Written(
+        output=wishes.output,
+        picture=wishes.picture,
+        report=wishes.report,
+        force=wishes.force,
+        as_json=wishes.as_json,
+    )
+    refuse_unknown_formats(written.output)
+    refuse_existing(written.files, written.force)
+    library = _library_of(request, wishes)
+    sources = KeySources(library, reading.read_options, folder=wishes.project.parent, note=note)
+    with compilation_announced(), progress_bar("searching") as progress:
+        made = render_request(request, library, sources, progress)
+    notes(made.synthesis.warnings)
+    write_synthesis(made.synthesis, written, made.control, wishes.project.name)
+    _show_request(made, written)
+
+
+def _library_of(request: Request, wishes: Wishes) -> Library:
+    from kinetograph.pipeline import open_library
+
+    own = (request.library,) if isinstance(request.library, str) else request.library
+    folders = [Path(each) for each in wishes.library or ()] or [wishes.project.parent / each for each in own]
+    if not folders:
+        raise RequestError(f"{wishes.project} names no library; give one with -l")
+    return open_library(folders, wishes.selection)
+
+
+def _show_request(made: Rendered, written: Written) -> None:
+    from kinetograph.cli.outcome import in_words, outcome
+    from kinetograph.methods.performance import PerformanceModel
+
+    if isinstance(made.model, PerformanceModel) and made.control is not None:
+        summary = outcome(made.synthesis, made.model, made.control)
+    else:
+        summary = summarize(made.synthesis)
+    ending = summary if written.as_json else in_words(summary)
+    left = left_out(made.synthesis, written.as_json)
+    result({**ending, **left, "wrote": [str(path) for path in written.files]}, written.as_json)
+
+
+# ---- projects ----
+
+
+def _render_project(wishes: Wishes, of_project: OfProject) -> None:
     from kinetograph.studio import rendering
     from kinetograph.studio.project import read_project
-    from kinetograph.studio.room import EXPORTS, Room
+    from kinetograph.studio.room import Room
 
+    if wishes.picture or wishes.report:
+        raise RequestError("--picture and --report are for requests; a project's go by kind, --to .png,.json")
+    folder = _folder(wishes)
     project = rendering.relocated(read_project(wishes.project), wishes.library or ())
-    folder = wishes.output or wishes.project.parent / EXPORTS
-    wanted = {section: _wanted(section, wishes) for section in _sections(wishes.section)}
+    wanted = {section: _wanted(section, wishes, of_project) for section in _sections(of_project.section)}
     room = Room(wishes.project.parent)
     with compilation_announced():
         made, failed = rendering.render(project, room, wanted, progress_bar)
-    rendering.refuse_nothing(made, failed, wanted if wishes.section else ())
+    rendering.refuse_nothing(made, failed, wanted if of_project.section else ())
     for section, error in failed.items():
         note(f"{section}: {' '.join(str(error).split())}")
     for section, each in made.items():
@@ -72,6 +175,15 @@ def render(wishes: Wishes) -> None:
         raise typer.Exit(1)
 
 
+def _folder(wishes: Wishes) -> Path:
+    from kinetograph.studio.room import EXPORTS
+
+    given = wishes.output or [wishes.project.parent / EXPORTS]
+    if len(given) > 1:
+        raise RequestError(f"a project is written to one folder, found {len(given)}; the kinds of files are --to's")
+    return given[0]
+
+
 def _sections(names: list[str] | None) -> tuple[Mode, ...]:
     from kinetograph.studio.rendering import MODES
 
@@ -80,13 +192,13 @@ def _sections(names: list[str] | None) -> tuple[Mode, ...]:
     return tuple(mode for mode in MODES if not names or mode in names)
 
 
-def _wanted(section: str, wishes: Wishes) -> Wanted:
+def _wanted(section: str, wishes: Wishes, of_project: OfProject) -> Wanted:
     from kinetograph.studio.exporting import Wanted
-    from kinetograph.studio.room import EXPORTS
 
-    suffixes = tuple(text.strip() for text in wishes.to.split(",") if text.strip())
-    wanted = Wanted(tuple(s if s.startswith(".") else f".{s}" for s in suffixes), section, wishes.together, force=True)
-    folder = wishes.output or wishes.project.parent / EXPORTS
+    suffixes = tuple(text.strip() for text in of_project.to.split(",") if text.strip())
+    kinds = tuple(s if s.startswith(".") else f".{s}" for s in suffixes)
+    wanted = Wanted(kinds, section, of_project.together, force=True)
+    folder = _folder(wishes)
     if not wishes.force and folder.exists():
         refuse_existing([folder / f"{section}{suffix}" for suffix in wanted.suffixes], force=False)
     return wanted

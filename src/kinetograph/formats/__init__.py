@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from kinetograph.formats.keys_json import KeySources, find_pose, key_from_text, read_keys, read_keys_from
     from kinetograph.formats.readings import read_layout, read_readings, write_layout, write_readings
     from kinetograph.formats.report_json import write_report
+    from kinetograph.formats.request_json import Request, read_request, write_request
     from kinetograph.formats.sensor_recordings import (
         merge_sensors,
         read_kinect,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 _LATER = {
     "KeySources": "keys_json",
+    "Request": "request_json",
     "find_pose": "keys_json",
     "key_from_text": "keys_json",
     "merge_sensors": "sensor_recordings",
@@ -41,12 +43,14 @@ _LATER = {
     "read_layout": "readings",
     "read_qmt": "sensor_recordings",
     "read_readings": "readings",
+    "read_request": "request_json",
     "read_utd": "sensor_recordings",
     "read_vicon_rotations": "sensor_recordings",
     "read_xsens": "sensor_recordings",
     "write_layout": "readings",
     "write_readings": "readings",
     "write_report": "report_json",
+    "write_request": "request_json",
 }
 
 __all__ = [
@@ -56,6 +60,7 @@ __all__ = [
     "KeySources",
     "Loaded",
     "ReadOptions",
+    "Request",
     "WriteOptions",
     "atomic_path",
     "body_capsules",
@@ -74,6 +79,7 @@ __all__ = [
     "read_layout",
     "read_qmt",
     "read_readings",
+    "read_request",
     "read_utd",
     "read_vicon_rotations",
     "read_xsens",
@@ -87,6 +93,7 @@ __all__ = [
     "write_layout",
     "write_readings",
     "write_report",
+    "write_request",
 ]
 
 

@@ -27,7 +27,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, TypeVar
 
 import msgspec
 
@@ -72,20 +72,27 @@ class KeySources:
     note: Callable[[str], None] | None = None
 
 
-class _PartRow(msgspec.Struct, forbid_unknown_fields=True):
+_NUMBERS = ("time", "heading", "fps", "position", "along", "near", "weight")
+
+
+class PartRow(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A part of a key that is to be elsewhere than in the pose; see this module for the fields."""
+
     role: str
     within: Literal["root", "world"] = msgspec.field(name="in")
     position: tuple[float, float, float] | None = None
     orientation: tuple[float, float, float, float] | None = None
 
 
-class _Row(msgspec.Struct, forbid_unknown_fields=True):
+class KeyRow(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A key as a file has it; see this module for the fields."""
+
     pose: str
     time: float | tuple[float, float] | None = None
     position: tuple[float, float] | None = None
     heading: float | None = None
     roles: tuple[str, ...] | None = None
-    parts: tuple[_PartRow, ...] = ()
+    parts: tuple[PartRow, ...] = ()
     track: str | None = None
     units: str | None = None
     up: str | None = None
@@ -94,7 +101,7 @@ class _Row(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
-    keys: list[_Row]
+    keys: list[KeyRow]
 
 
 def read_keys(path: str | Path, library: Takes | None = None, options: ReadOptions | None = None) -> tuple[Key, ...]:
@@ -134,7 +141,7 @@ def read_keys_from(path: str | Path, sources: KeySources) -> tuple[Key, ...]:
     path = Path(path)
     rows = read_json(path, _File, '{"keys": [{"pose": "FILE@SECOND", ...}]}').keys
     beside = replace(sources, folder=path.parent)
-    return tuple(_key(row, row.name or f"key {number}", beside) for number, row in enumerate(rows, start=1))
+    return tuple(key_of_row(row, row.name or f"key {number}", beside) for number, row in enumerate(rows, start=1))
 
 
 def key_from_text(text: str, label: str, sources: KeySources) -> Key:
@@ -154,6 +161,29 @@ def key_from_text(text: str, label: str, sources: KeySources) -> Key:
     FormatError
         For a motion file that cannot be read.
     """
+    row = row_from_text(text, label, KeyRow)
+    return key_of_row(row, row.name or label, sources)
+
+
+Row = TypeVar("Row", bound=KeyRow)
+
+
+def row_from_text(text: str, label: str, kind: type[Row]) -> Row:
+    """The fields of a key as text; see `key_from_text`.
+
+    Parameters
+    ----------
+    text : str
+    label : str
+        What errors call it.
+    kind : type
+        `KeyRow`, or one with more fields.
+
+    Raises
+    ------
+    RequestError
+        For text that is no key.
+    """
     pose, *rest = (item.strip() for item in text.split(";"))
     values: dict[str, object] = {"pose": pose}
     parts: list[dict[str, object]] = []
@@ -166,17 +196,16 @@ def key_from_text(text: str, label: str, sources: KeySources) -> Key:
             values[name] = value
         elif name == "roles":
             values[name] = [role.strip() for role in value.split(",")]
-        elif name in ("time", "heading", "fps", "position"):
+        elif name in _NUMBERS:
             numbers = _numbers(value.replace("..", ","), label, name)
             values[name] = numbers[0] if len(numbers) == 1 else numbers
         else:
             where = within if at else "root"
             parts.append({"role": role, "in": where, "position": _numbers(value, label, role)})
     try:
-        row = msgspec.convert({**values, "parts": parts}, _Row)
+        return msgspec.convert({**values, "parts": parts}, kind)
     except msgspec.ValidationError as error:
         raise RequestError(f"{label}: {error}; a key is POSE; time=3; position=1,2; left_hand=0.2,1.4,0.4") from None
-    return _key(row, row.name or label, sources)
 
 
 def _numbers(text: str, label: str, name: str) -> list[float]:
@@ -186,7 +215,23 @@ def _numbers(text: str, label: str, name: str) -> list[float]:
         raise RequestError(f"{label}: {name} is numbers between commas, found {text!r}") from None
 
 
-def _key(row: _Row, label: str, sources: KeySources) -> Key:
+def key_of_row(row: KeyRow, label: str, sources: KeySources) -> Key:
+    """The key of a row.
+
+    Parameters
+    ----------
+    row : KeyRow
+    label : str
+        What messages call it.
+    sources : KeySources
+
+    Raises
+    ------
+    RequestError
+        For a pose that is not there, and for values out of range.
+    FormatError
+        For a motion file that cannot be read.
+    """
     own = {name: getattr(row, name) for name in ("units", "up", "fps") if getattr(row, name) is not None}
     track = row.track if row.track is not None else sources.track
     sources = replace(sources, options=replace(sources.options, **own), track=track)

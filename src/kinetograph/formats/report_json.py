@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,9 @@ from kinetograph.formats.atomic import atomic_path
 from kinetograph.synthesis import Synthesis
 
 
-def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) -> None:
+def write_report(
+    synthesis: Synthesis, path: str | Path, *, force: bool = True, more: Mapping[str, object] | None = None
+) -> None:
     """Write pieces, costs, contacts and warnings as JSON; the file appears whole or not at all.
 
     Parameters
@@ -20,6 +23,8 @@ def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) 
     path : str or Path
     force : bool
         Overwrite a file that exists.
+    more : mapping of str to object, optional
+        What else is known of the result, by name.
 
     Raises
     ------
@@ -37,10 +42,30 @@ def write_report(synthesis: Synthesis, path: str | Path, *, force: bool = True) 
             for piece in synthesis.pieces
         ],
         "annotations": [asdict(annotation) for annotation in synthesis.annotations],
+        **_layers(synthesis),
+        **(more or {}),
         "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:
         draft.write_text(json.dumps(content, indent=1))
+
+
+def _layers(synthesis: Synthesis) -> dict[str, Any]:
+    """The layers, and for every joint from which one its rotations come in which frames; none without layers."""
+    if not synthesis.layers:
+        return {}
+    joints: dict[str, list[dict[str, Any]]] = {}
+    for joint in synthesis.motion.skeleton.names:
+        runs: list[dict[str, Any]] = []
+        for frame in range(len(synthesis.motion)):
+            layer = synthesis.layer_at(joint, frame)
+            name = None if layer is None else layer.name
+            if runs and runs[-1]["layer"] == name:
+                runs[-1]["last"] = frame
+            else:
+                runs.append({"layer": name, "first": frame, "last": frame})
+        joints[joint] = runs
+    return {"layers": [asdict(layer) for layer in synthesis.layers], "joints": joints}
 
 
 def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:

@@ -31,6 +31,7 @@ _ROOMS = {
     "Hypotheses": "commitment",
     "KernelRegression": "kernel_ridge",
     "Lle": "embedding",
+    "Margins": "margins",
     "Mixture": "mixture",
     "NearSearch": "retrieval",
     "NearState": "retrieval",
@@ -42,6 +43,7 @@ _ROOMS = {
     "Plan": "frame_programme",
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
+    "PricedPath": "margins",
     "Prior": "gating",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
@@ -60,6 +62,7 @@ _ROOMS = {
     "StepCosts": "retrieval",
     "Tolls": "goals",
     "UnreachableError": "markov",
+    "Way": "goals",
     "Windows": "windows",
     "advance_body": "frame_programme",
     "bar": "transitions",
@@ -72,6 +75,7 @@ _ROOMS = {
     "count_transitions": "markov",
     "discourage": "transitions",
     "fading": "reuse",
+    "find_margins": "margins",
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
@@ -107,6 +111,7 @@ _ROOMS = {
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
+    "price_path": "margins",
     "prove": "proving",
     "representatives": "linkage",
     "retime": "retiming",
@@ -141,6 +146,7 @@ __all__ = [
     "Hypotheses",
     "KernelRegression",
     "Lle",
+    "Margins",
     "Mixture",
     "NearSearch",
     "NearState",
@@ -152,6 +158,7 @@ __all__ = [
     "Plan",
     "Playing",
     "PreparedExamples",
+    "PricedPath",
     "Prior",
     "Quantiser",
     "Rbf",
@@ -170,6 +177,7 @@ __all__ = [
     "StepCosts",
     "Tolls",
     "UnreachableError",
+    "Way",
     "Windows",
     "advance_body",
     "bar",
@@ -182,6 +190,7 @@ __all__ = [
     "count_transitions",
     "discourage",
     "fading",
+    "find_margins",
     "find_route",
     "find_transitions",
     "fit_gate",
@@ -217,6 +226,7 @@ __all__ = [
     "outputs_by_bayes",
     "padded_width",
     "plan_frames",
+    "price_path",
     "prove",
     "representatives",
     "retime",
@@ -266,7 +276,7 @@ if TYPE_CHECKING:
     from kinetograph.learn.embedding import Lle, fit_lle
     from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
     from kinetograph.learn.gating import Gate, Prior, fit_gate
-    from kinetograph.learn.goals import Goal, SearchOptions, Tolls, least_interval, least_steps
+    from kinetograph.learn.goals import Goal, SearchOptions, Tolls, Way, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
     from kinetograph.learn.k_best import k_best_paths
@@ -279,6 +289,7 @@ if TYPE_CHECKING:
         left_out,
     )
     from kinetograph.learn.linkage import ClosePairs, complete_linkage, linked, representatives
+    from kinetograph.learn.margins import Margins, PricedPath, find_margins, price_path
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
     from kinetograph.learn.placement import Placement

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from kinetograph.arrays import BoolArray, ComplexArray, FloatArray, IntArray, SingleArray
 
 
 @numba.njit(cache=True, nogil=True)
@@ -175,3 +175,44 @@ def add_squared_distances(rows: SingleArray, columns: IntArray, row: SingleArray
             gap = rows[i, columns[k]] - row[k]
             total += gap * gap
         out[i] += total
+
+
+@numba.njit(cache=True, nogil=True)
+def add_ways(
+    stage: int,
+    stages: IntArray,
+    frames: IntArray,
+    rotation: ComplexArray,
+    shift: ComplexArray,
+    ground: ComplexArray,
+    facing: ComplexArray,
+    left: FloatArray,
+    least: FloatArray,
+    goal: tuple[complex, float, complex],
+    way: tuple[float, float, float, float],
+    near: float,
+    out: FloatArray,
+) -> None:
+    """Add to ``out`` ``(R,)`` what the way to a goal's place costs the routes of its stage more than they must.
+
+    goal: its place, the distance from it that is none, and its heading as a unit number, or 0 where that is free; way:
+    pace, rotation and cost of a step, and the metres off a place that cost 1. Rotations count by half of pi times one
+    less their cosine.
+    """
+    place, off, heading = goal
+    pace, speed, cost, scale = way
+    for i in range(len(frames)):
+        if stages[i] != stage:
+            continue
+        frame = frames[i]
+        gap = place - (rotation[i] * ground[frame] + shift[i])
+        faces = rotation[i] * facing[frame]
+        metres = np.sqrt(gap.real * gap.real + gap.imag * gap.imag)
+        share = min(metres / near, 1.0)
+        angle = share * (1.0 - (gap.real * faces.real + gap.imag * faces.imag) / max(metres, 1e-9))
+        if heading != 0:
+            angle += (1.0 - share) * (1.0 - (heading.real * faces.real + heading.imag * faces.imag))
+        needed = max(metres - off, 0.0) / pace + 0.5 * np.pi * angle / speed
+        late = max(needed - max(left[i], 0.0), 0.0) * pace / scale
+        more = max(needed - (least[frame] if least[frame] < np.inf else 0.0), 0.0)
+        out[i] += late * late + cost * more

@@ -37,6 +37,9 @@ class Near:
         Those that score above it by at most this; in place of ``pieces``.
     bounded : bool
         Whether the others get a lower bound; otherwise they are left out, as by a beam.
+    wide : tuple of (int, int)
+        Spans of steps at which all are looked at: before something that few states can show, the best sequence may go
+        through states that score badly.
 
     Raises
     ------
@@ -47,6 +50,7 @@ class Near:
     pieces: float = 4.0
     width: float | None = None
     bounded: bool = True
+    wide: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         if not (self.pieces >= 0 and (self.width is None or self.width >= 0)):
@@ -113,7 +117,7 @@ class NearRing(Ring):
     def _width(self, time: int) -> float:
         if self.near.width is not None:
             return min(self.near.width, HUGE)
-        if time <= len(self.live):
+        if time <= len(self.live) or any(first <= time <= last for first, last in self.near.wide):
             return HUGE
         return min(self.near.pieces * self.steps * float(self.least[(time - 1) % len(self.live)]) / (time - 1), HUGE)
 

@@ -78,6 +78,25 @@ class Goal:
 
 
 @dataclass(frozen=True)
+class Way:
+    """How a body usually goes to a place.
+
+    Parameters
+    ----------
+    pace : float
+        Metres in a step.
+    rotation : float
+        Radians in a step.
+    cost : float
+        Of a step.
+    """
+
+    pace: float
+    rotation: float
+    cost: float
+
+
+@dataclass(frozen=True)
 class SearchOptions:
     """Parameters of `find_route`.
 
@@ -99,6 +118,9 @@ class SearchOptions:
         Steps of the longest interval.
     speed : float
         Metres that a recording moves in a step at most.
+    way : Way, optional
+        Where places are asked for, most of the beam is for routes that get there soonest if they go on like this;
+        without it, all of it is for those of the least bounds.
     """
 
     beam: int = 3000
@@ -110,6 +132,7 @@ class SearchOptions:
     most_heading: float = 1.0
     longest: int = 300
     speed: float = np.inf
+    way: Way | None = None
 
 
 def longest_intervals(goals: list[Goal], options: SearchOptions) -> list[float]:

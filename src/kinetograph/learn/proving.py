@@ -28,7 +28,10 @@ DEARER = 1.5
 
 
 def prove(
-    search: SegmentalSearch, arrivals: Callable[[], Iterable[Arrivals]], partial: dict[int, Arrivals] | None = None
+    search: SegmentalSearch,
+    arrivals: Callable[[], Iterable[Arrivals]],
+    partial: dict[int, Arrivals] | None = None,
+    wide: tuple[tuple[int, int], ...] = (),
 ) -> SegmentalPath:
     """The best sequence for a whole control where there are many states, most of which need not be worked out.
 
@@ -44,6 +47,8 @@ def prove(
         Called for every attempt; gives the arrivals of steps 1, 2, ..., T.
     partial : dict of int to Arrivals, optional
         By number of steps used, the arrivals of the longer states, which are left after these steps at step T.
+    wide : tuple of (int, int)
+        Spans of steps at which all predecessors are looked at from the beginning; see `Near`.
 
     Returns
     -------
@@ -60,7 +65,7 @@ def prove(
         few = replace(search, share=IN_BEAM)
         return solve(few, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
     narrow = [replace(search, share=share) for share in SHARES[:-1]]
-    for each in narrow if many else [replace(search, near=Near(more * pieces)) for pieces in PIECES]:
+    for each in narrow if many else [replace(search, near=Near(more * pieces, wide=wide)) for pieces in PIECES]:
         path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)
         if path.exact:
             return path

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetograph.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from kinetograph.learn import _graph_kernels
 from kinetograph.learn.goals import (
     Costs,
     Goal,
     SearchOptions,
+    Way,
     costs_on_the_way,
     costs_to_go,
     least_steps,
@@ -21,6 +23,9 @@ from kinetograph.learn.goals import (
 )
 from kinetograph.learn.routes import OpenRoutes
 from kinetograph.learn.transitions import Graph
+
+NEAR = 1.0
+"""Metres from a place within which it counts how a body is to face there, and less where the place lies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +104,19 @@ def lower_bounds(problem: TimedProblem, routes: OpenRoutes, step: int) -> FloatA
             extra = np.where(short > goal.reach, np.inf, (short / problem.options.place_scale) ** 2)
             bound = np.where(routes.stage == stage, bound + extra, bound)
     return np.asarray(bound)
+
+
+def expected_costs(problem: TimedProblem, routes: OpenRoutes, step: int, way: Way) -> FloatArray:
+    """What each route is expected to cost more than its lower bound, for the way to its next place, shape ``(R,)``."""
+    extra, left = np.zeros(len(routes)), _longest(problem, routes) - (step - routes.begun)
+    where = (routes.stage, routes.frame, routes.rotation, routes.shift, problem.ground, problem.facing, left)
+    usual = (way.pace, way.rotation, way.cost, problem.options.place_scale)
+    for stage, goal in enumerate(problem.goals):
+        if goal.place is not None:
+            heading = 0j if goal.heading is None else complex(np.exp(1j * goal.heading))
+            end = (complex(goal.place), abs(goal.offset), heading)
+            _graph_kernels.add_ways(stage, *where, problem.steps[stage], end, usual, NEAR, extra)
+    return extra
 
 
 def _longest(problem: TimedProblem, routes: OpenRoutes) -> FloatArray:

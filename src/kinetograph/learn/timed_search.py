@@ -16,8 +16,13 @@ import numpy as np
 from kinetograph.arrays import ComplexArray, FloatArray, IntArray
 from kinetograph.learn.goals import Goal, SearchOptions
 from kinetograph.learn.routes import OpenRoutes, Route, RouteTree, join_routes
-from kinetograph.learn.timed_problem import TimedProblem, lower_bounds, meet_places, prepare, states
+from kinetograph.learn.timed_problem import TimedProblem, expected_costs, lower_bounds, meet_places, prepare, states
 from kinetograph.learn.transitions import Graph
+
+FEW = 4
+"""Routes of one state that are looked at; there are seldom more."""
+SOONEST = 0.7
+"""Share of the beam that is for routes that get to a place soonest, where places are asked for."""
 
 
 def find_route(
@@ -114,14 +119,24 @@ def _start(problem: TimedProblem) -> _Frontier:
 
 
 def _prune(problem: TimedProblem, routes: OpenRoutes, step: int, ceiling: float) -> OpenRoutes:
-    """The beam: the routes of the least bounds, one for each state."""
+    """The beam, one route for each state: those of the least bounds, and those that get to places soonest."""
     beam, bound = problem.options.beam, lower_bounds(problem, routes, step)
     keep = np.flatnonzero(bound < ceiling)
-    if len(keep) > 4 * beam:  # more are never kept; of one state there are seldom four
-        keep = keep[np.argpartition(bound[keep], 4 * beam)[: 4 * beam]]
-    routes = routes.pick(keep[np.argsort(bound[keep], kind="stable")])
-    _, first = np.unique(states(problem, routes), return_index=True)
-    return routes.pick(np.sort(first)[:beam])
+    way = problem.options.way if any(goal.place is not None for goal in problem.goals) else None
+    ranks = [bound]
+    if way is not None and len(keep) > beam:
+        ranks.append(bound + expected_costs(problem, routes, step, way))
+    if len(keep) > FEW * beam:
+        parts = [np.argpartition(rank[keep], FEW * beam)[: FEW * beam] for rank in ranks]
+        keep = keep[np.unique(np.concatenate(parts))]
+    keep = keep[np.argsort(bound[keep], kind="stable")]
+    _, first = np.unique(states(problem, routes.pick(keep)), return_index=True)
+    keep = keep[np.sort(first)]
+    if len(keep) > beam and len(ranks) > 1:
+        soonest = np.argpartition(ranks[1][keep], int(SOONEST * beam))[: int(SOONEST * beam)]
+        least = np.setdiff1d(np.arange(len(keep)), soonest, assume_unique=True)
+        keep = keep[np.sort(np.concatenate([soonest, least[: beam - len(soonest)]]))]
+    return routes.pick(keep[:beam])
 
 
 def _pass_goals(problem: TimedProblem, frontier: _Frontier, routes: OpenRoutes, step: int) -> None:

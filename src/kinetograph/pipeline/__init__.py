@@ -1,8 +1,8 @@
 """Whole jobs, as the command line calls them: from files and libraries to results.
 
-`perform` and `inbetween` make a motion; `segment_library` and `grow_library` cut the takes of a library, and
-`label_partners` names what is danced in them; the others read what a person names on the command line. Rooms are
-imported on first use, so that a command loads what it needs.
+`perform` and `inbetween` make a motion, and `render_request` what a request asks for; `segment_library` and
+`grow_library` cut the takes of a library, and `label_partners` names what is danced in them; the others read what a
+person names on the command line. Rooms are imported on first use, so that a command loads what it needs.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ _ROOMS = {
     "Movement": "calibrating",
     "ReadRecordings": "reading",
     "Recording": "folders",
+    "Rendered": "requesting",
     "Segmented": "segmenting",
     "Smoothing": "performing",
     "Units": "labelling",
     "WornCalibration": "calibrating",
     "add_readings": "capturing",
+    "asked_key": "requesting",
     "calibrate_worn": "calibrating",
     "capture": "capturing",
     "copies_among": "copies",
@@ -53,6 +55,7 @@ _ROOMS = {
     "index_takes": "finding",
     "ingest": "ingesting",
     "label_partners": "labelling",
+    "layered": "layering",
     "listed": "ingesting",
     "matches": "finding",
     "noted": "noting",
@@ -61,13 +64,19 @@ _ROOMS = {
     "open_without_labels": "inbetweening",
     "perform": "performing",
     "perform_alternatives": "performing",
+    "perform_asked": "requesting",
     "perform_with": "performing",
     "read_rows": "sensing",
     "read_take": "libraries",
     "read_takes": "libraries",
     "refuse_cuts": "segmenting",
     "remarks_on": "calibrating",
+    "recordings_of": "layering",
+    "render_request": "requesting",
+    "rules_of": "requesting",
     "segment_library": "segmenting",
+    "sense_layer": "layering",
+    "sensors_of_parts": "layering",
     "segment_take": "segmenting",
     "smoothed": "performing",
     "unit_moves": "labelling",
@@ -92,11 +101,13 @@ __all__ = [
     "Movement",
     "ReadRecordings",
     "Recording",
+    "Rendered",
     "Segmented",
     "Smoothing",
     "Units",
     "WornCalibration",
     "add_readings",
+    "asked_key",
     "calibrate_worn",
     "capture",
     "copies_among",
@@ -120,6 +131,7 @@ __all__ = [
     "index_takes",
     "ingest",
     "label_partners",
+    "layered",
     "listed",
     "matches",
     "noted",
@@ -128,14 +140,20 @@ __all__ = [
     "open_without_labels",
     "perform",
     "perform_alternatives",
+    "perform_asked",
     "perform_with",
     "read_rows",
     "read_take",
     "read_takes",
+    "recordings_of",
     "refuse_cuts",
     "remarks_on",
+    "render_request",
+    "rules_of",
     "segment_library",
     "segment_take",
+    "sense_layer",
+    "sensors_of_parts",
     "smoothed",
     "unit_moves",
     "verdict_lines",
@@ -171,6 +189,7 @@ if TYPE_CHECKING:
     from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween, inbetween_with, open_without_labels
     from kinetograph.pipeline.ingesting import Done, Ingested, IngestSettings, disagreements, ingest, listed
     from kinetograph.pipeline.labelling import Labelled, Units, couple_of, label_partners, unit_moves
+    from kinetograph.pipeline.layering import layered, recordings_of, sense_layer, sensors_of_parts
     from kinetograph.pipeline.libraries import (
         differing_skeletons,
         has_partners,
@@ -190,6 +209,7 @@ if TYPE_CHECKING:
         winding_path,
     )
     from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
+    from kinetograph.pipeline.requesting import Rendered, asked_key, perform_asked, render_request, rules_of
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,

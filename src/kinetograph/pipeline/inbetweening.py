@@ -13,7 +13,7 @@ from kinetograph.errors import RequestError
 from kinetograph.keys import Key
 from kinetograph.library import Library, Selection, facts_of, kept, labels
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel, TimedSearch
-from kinetograph.methods.keyframe.named import is_called
+from kinetograph.methods.naming import is_called
 from kinetograph.methods.recordings import LABELS
 from kinetograph.pipeline.libraries import open_library
 from kinetograph.pipeline.noting import noted

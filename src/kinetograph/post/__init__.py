@@ -9,6 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from kinetograph.post.assemble import Body, Part, PostSettings, constrain, edits, join_parts
+from kinetograph.post.balance import Following, learn_following
 from kinetograph.post.blend import BLENDS, Clip, join
 from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_hands, hold_residuals
 from kinetograph.post.contacts import carry, contacts_of, merge
@@ -19,10 +20,11 @@ from kinetograph.post.floor import keep_above, recorded_lows
 from kinetograph.post.footskate import clean_feet, contact_mask
 from kinetograph.post.grounding import raise_feet, to_floor
 from kinetograph.post.joint_tables import JointTable, joint_table, parse_table, read_table
+from kinetograph.post.layering import PARTS, Layer, LayerSettings, driven_joints, layer_weights, with_layer
 from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
-from kinetograph.post.part_targets import PartTarget, misses_of_parts
+from kinetograph.post.part_targets import PartTarget, misses_of_parts, parts_of
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.retargeting_error import RetargetingError, pooled, retargeting_error
 from kinetograph.post.soles import Undersides, floor_height, planted_feet, undersides
@@ -31,8 +33,10 @@ from kinetograph.post.torsos import TorsoSettings, has_torso, keep_apart, overla
 __all__ = [
     "BLENDS",
     "LEG",
+    "PARTS",
     "Body",
     "Clip",
+    "Following",
     "FootLock",
     "Hold",
     "HoldSettings",
@@ -40,6 +44,8 @@ __all__ = [
     "JointLimits",
     "JointRange",
     "JointTable",
+    "Layer",
+    "LayerSettings",
     "LockSettings",
     "Moving",
     "Part",
@@ -61,6 +67,7 @@ __all__ = [
     "contact_mask",
     "contacts_of",
     "crossfade",
+    "driven_joints",
     "edits",
     "end_roles",
     "ends_of",
@@ -75,6 +82,8 @@ __all__ = [
     "joint_table",
     "keep_above",
     "keep_apart",
+    "layer_weights",
+    "learn_following",
     "limb_joints",
     "limbs_of",
     "limit_limbs",
@@ -84,6 +93,7 @@ __all__ = [
     "moving",
     "overlaps",
     "parse_table",
+    "parts_of",
     "planted_feet",
     "planted_roles",
     "pooled",
@@ -100,6 +110,7 @@ __all__ = [
     "to_floor",
     "torso_of",
     "undersides",
+    "with_layer",
 ]
 
 _LIVE = {

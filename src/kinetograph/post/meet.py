@@ -65,7 +65,7 @@ def bend(motion: Motion, points: list[Waypoint]) -> Motion:
 
 def _bend_between(motion: Motion, start: int, goal: Waypoint) -> Motion:
     stop = goal.frame
-    done = _progress(motion, start, stop)
+    done = path_share(motion, start, stop)
     root, rotations = motion.translation.copy(), motion.rotations.copy()
     if goal.heading is not None:
         now = heading_at(motion, stop)
@@ -86,8 +86,15 @@ def _bend_between(motion: Motion, start: int, goal: Waypoint) -> Motion:
     return replace(motion, translation=root, rotations=rot.normalize(rotations))
 
 
-def _progress(motion: Motion, start: int, stop: int) -> FloatArray:
-    """Share of the root path on the ground from ``start`` to ``stop`` that lies before each frame, 0 to 1."""
+def path_share(motion: Motion, start: int, stop: int) -> FloatArray:
+    """Share of the root's path on the ground from one frame to another that lies before each frame, 0 to 1 ``(F,)``.
+
+    Parameters
+    ----------
+    motion : Motion
+    start, stop : int
+        The frames; where the root stands between them, it is the share of time.
+    """
     steps = np.linalg.norm(np.diff(motion.translation[start : stop + 1, [0, 2]], axis=0), axis=1)
     if steps.sum() < 1e-3:  # it stands: there is no path to spread the edit over, only time
         steps = np.ones(stop - start)

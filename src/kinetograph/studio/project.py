@@ -33,6 +33,39 @@ class RuleRow(_Part, frozen=True):
     forbid: bool = False
 
 
+class LayerRow(_Part, frozen=True):
+    """A part of a walk's body that something else drives.
+
+    Parameters
+    ----------
+    parts : tuple of str
+        See `kinetograph.post.Layer`.
+    source : str
+        ``"take:NAME"``, or a file of the project: a motion, or readings.
+    library : str
+        Name of the library that the take, or poses for readings, are in; the first unless given.
+    start : float
+        Seconds of the walk.
+    second : float
+        Second of the source that it begins with.
+    seconds : float, optional
+        How long it is; to the source's end unless given.
+    ease : float
+        Seconds over which it comes and goes.
+    hold : bool
+        Whether its first and last pose are held instead.
+    """
+
+    parts: tuple[str, ...]
+    source: str
+    library: str = ""
+    start: float = 0.0
+    second: float = 0.0
+    seconds: float | None = None
+    ease: float = 0.3
+    hold: bool = False
+
+
 class Walk(_Part, frozen=True):
     """A drawn path, and how it is walked.
 
@@ -52,6 +85,8 @@ class Walk(_Part, frozen=True):
         Degrees from z to x that the walk begins facing.
     rules : tuple of RuleRow
         What is pinned and forbidden, in seconds of the path.
+    layers : tuple of LayerRow
+        Parts of the body that something else drives; later ones are on top.
     """
 
     library: str = ""
@@ -62,6 +97,27 @@ class Walk(_Part, frozen=True):
     keep_time: bool = False
     facing: float | None = None
     rules: tuple[RuleRow, ...] = ()
+    layers: tuple[LayerRow, ...] = ()
+
+
+class PartRow(_Part, frozen=True):
+    """Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it.
+
+    Parameters
+    ----------
+    role : str
+    within : str
+        What its place is seen from: ``"root"`` or ``"world"``; ``in`` in the document.
+    position : (float, float, float), optional
+        Metres; as in the pose unless given.
+    orientation : (float, float, float, float), optional
+        Unit quaternion w, x, y, z of the part's joint; free unless given.
+    """
+
+    role: str
+    within: Literal["root", "world"] = msgspec.field(name="in")
+    position: tuple[float, float, float] | None = None
+    orientation: tuple[float, float, float, float] | None = None
 
 
 class KeyRow(_Part, frozen=True):
@@ -84,6 +140,8 @@ class KeyRow(_Part, frozen=True):
         frame of the root's heading.
     name : str, optional
         What messages call it.
+    parts : tuple of PartRow
+        Parts that are to be elsewhere than in the pose, each met within 1 mm and half a degree.
     """
 
     pose: str
@@ -93,6 +151,7 @@ class KeyRow(_Part, frozen=True):
     roles: tuple[str, ...] | None = None
     moved: dict[str, tuple[float, float, float]] = {}
     name: str | None = None
+    parts: tuple[PartRow, ...] = ()
 
 
 class Lock(_Part, frozen=True):
@@ -123,6 +182,8 @@ class Keys(_Part, frozen=True):
         Which of them is shown and exported, from 0.
     lock : Lock, optional
         What is kept of an earlier result.
+    force : bool
+        Make what is worse than recordings are, as timings that are too quick make it, all the same.
     """
 
     library: str = ""
@@ -134,6 +195,7 @@ class Keys(_Part, frozen=True):
     alternatives: int = 1
     chosen: int = 0
     lock: Lock | None = None
+    force: bool = False
 
 
 class Duet(_Part, frozen=True):

@@ -20,7 +20,8 @@ from kinetograph.methods.everyday import AROUND, everyday_frames
 from kinetograph.methods.keyframe import Example, TimedSearch
 from kinetograph.methods.keyframe.falls import ALLOWANCE, FREE, falls_freely
 from kinetograph.methods.keyframe.filler import FEW, LIKE, UNLIKE, boxes_of, familiar, shorten, unasked
-from kinetograph.methods.keyframe.named import is_called, named_frames
+from kinetograph.methods.keyframe.named import named_frames
+from kinetograph.methods.naming import is_called
 from kinetograph.motion import Motion
 from kinetograph.post.blend import quintic_decay
 from kinetograph.post.falling import GRAVITY, accelerated, centre_height

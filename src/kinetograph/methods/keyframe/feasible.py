@@ -21,8 +21,26 @@ LATER = (0.15, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0)
 """Seconds later that are tried, one after another."""
 FAR = LATER[2::2]
 """The same where a place is asked for, which takes longer to search."""
+COARSE = 0.25
+"""Seconds to which a least time is found where a place is asked for."""
 SHARES = (0.97, 0.5, 0.0)
 """How far a path is bent from where it ends towards a place, as shares of how far it may be."""
+
+
+@dataclass(frozen=True)
+class Attempts:
+    """Who tries requests.
+
+    Parameters
+    ----------
+    quick : callable
+        Searches less thoroughly, for all that is not said in the end.
+    whole : callable
+        Searches as a request is searched for.
+    """
+
+    quick: Attempt
+    whole: Attempt
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +76,9 @@ def least_time(
     keys: tuple[Key, ...],
     span: tuple[float, float],
     frame: float,
-    attempt: Attempt,
-    steps: tuple[float, ...] = LATER,
+    attempts: Attempts,
+    *,
+    placed: bool = False,
 ) -> tuple[float, Found] | None:
     """The least second, of those tried, at which the last of some keys is met and nothing is worse than recorded.
 
@@ -70,9 +89,9 @@ def least_time(
         Seconds from which on, itself included, and up to which it is looked for.
     frame : float
         Seconds of a frame, to which the result is exact.
-    attempt : callable
-    steps : tuple of float
-        Seconds after the first that are tried, one after another.
+    attempts : Attempts
+    placed : bool
+        Whether a place is asked for, which takes longer to search: the result is exact to `COARSE` seconds then.
 
     Returns
     -------
@@ -80,28 +99,27 @@ def least_time(
     found : Found
         None in place of both where there is none.
     """
-    (start, stop), last, best = span, len(keys) - 1, None
-    bad = start - frame
-    if stop > start and steps == LATER:
-        known = tried((*keys[:last], replace(keys[last], time=(start, stop))), attempt)
-        best = None if known is None else (known.result.met[last], known)
-    for second in _seconds(start, stop if best is None else best[0] - frame, frame, steps):
-        found = tried(at_time(keys, last, second), attempt)
-        if found is not None:
-            best = (second, found)
+    (start, stop), last, met = span, len(keys) - 1, list[float]()
+    bad, finest = start - frame, max(COARSE if placed else frame, frame)
+    if stop > start:
+        known = tried((*keys[:last], replace(keys[last], time=(start, stop))), attempts.quick)
+        met += [] if known is None else [known.result.met[last]]
+    for second in _seconds(start, met[0] - frame if met else stop, frame, FAR if placed else LATER):
+        if tried(at_time(keys, last, second), attempts.quick) is not None:
+            met.append(second)
             break
         bad = second
-    if best is None:
-        return None
-    second, found = best
-    while second - bad > 1.5 * frame:  # between the last that is not met and the first that is
-        middle = bad + frame * round(0.5 * (second - bad) / frame)
-        between = tried(at_time(keys, last, middle), attempt)
-        if between is None:
+    while met and min(met) - bad > 1.5 * finest:  # between the last that is not met and the first that is
+        middle = bad + frame * round(0.5 * (min(met) - bad) / frame)
+        if tried(at_time(keys, last, middle), attempts.quick) is None:
             bad = middle
         else:
-            second, found = middle, between
-    return second, found
+            met.append(middle)
+    for second in sorted(met):
+        found = tried(at_time(keys, last, second), attempts.whole)
+        if found is not None:
+            return second, found
+    return None
 
 
 def _seconds(start: float, stop: float, frame: float, steps: tuple[float, ...]) -> Iterator[float]:
@@ -113,7 +131,7 @@ def _seconds(start: float, stop: float, frame: float, steps: tuple[float, ...]) 
 
 
 def nearest_place(
-    keys: tuple[Key, ...], end: complex, reach: Callable[[complex], float], attempt: Attempt
+    keys: tuple[Key, ...], end: complex, reach: Callable[[complex], float], attempts: Attempts
 ) -> Found | None:
     """The place nearest to that of the last of some keys at which it is met, on the line from where a path ends.
 
@@ -124,7 +142,7 @@ def nearest_place(
         Where a path ends that comes as near as it can, z + i x in metres.
     reach : callable
         How far from a place a path may end.
-    attempt : callable
+    attempts : Attempts
     """
     key = keys[-1]
     assert key.position is not None
@@ -135,7 +153,8 @@ def nearest_place(
             far = min(reach(end + far * gap / max(abs(gap), 1e-9)), abs(gap))
         place = end + share * far * gap / max(abs(gap), 1e-9)
         x, z = round(float(place.imag), 2), round(float(place.real), 2)
-        found = tried((*keys[:-1], replace(key, position=(x, z))), attempt)
+        moved = (*keys[:-1], replace(key, position=(x, z)))
+        found = tried(moved, attempts.whole) if tried(moved, attempts.quick) is not None else None
         if found is not None:
             return found
     return None

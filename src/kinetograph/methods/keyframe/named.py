@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
-from fnmatch import fnmatchcase
 
 import numpy as np
 
 from kinetograph.arrays import BoolArray
 from kinetograph.errors import RequestError
 from kinetograph.methods.keyframe.examples import Example
-
-_LISTED = 40
+from kinetograph.methods.naming import is_called, listed
 
 
 def named_frames(examples: Sequence[Example], names: Iterable[str]) -> BoolArray:
@@ -33,35 +30,17 @@ def named_frames(examples: Sequence[Example], names: Iterable[str]) -> BoolArray
     ------
     RequestError
         For a name that nothing is called by; the message has what there is.
-
-    Examples
-    --------
-    >>> is_called("humanoid3d_dance_a", "dance_a"), is_called("Turn left", "turn*"), is_called("jumper", "jump")
-    (True, True, False)
     """
     wanted = tuple(names)
     for name in wanted:
         if not any(is_called(known, name) for known in known_names(examples)):
-            raise RequestError(f"nothing is called {name!r}; there are {_listed(known_names(examples))}")
+            raise RequestError(f"nothing is called {name!r}; there are {listed(known_names(examples))}")
     return np.concatenate([_named_in(example, wanted) for example in examples])
 
 
 def known_names(examples: Iterable[Example]) -> list[str]:
     """The names of takes, and the labels of moves and styles, sorted."""
     return sorted({name for e in examples for name in (e.take, *(note.label for note in e.labels))})
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _LISTED
-    return ", ".join(names[:_LISTED]) + (f" and {more} more (library info)" if more > 0 else "")
-
-
-def is_called(known: str, name: str) -> bool:
-    """Whether a name, or a pattern, is a known name or some of its words in a row."""
-    words = [word for word in re.split(r"[\W_]+", known.lower()) if word]
-    runs = ("_".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, len(words) + 1))
-    wanted = name.lower()
-    return known.lower() == wanted or any(fnmatchcase(run, re.sub(r"[\s-]+", "_", wanted)) for run in runs)
 
 
 def _named_in(example: Example, names: Sequence[str]) -> BoolArray:

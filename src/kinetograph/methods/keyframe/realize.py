@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def realize_route(
     motion = _through(motion, aims, points, contacts, post, decay)
     if post.floor:
         motion = keep_above(motion, recorded_lows(motion, parts), [point.frame for point in points])
-    _require_met(motion, aims, points)
+    require_met(motion, aims, points)
     edited = edits(motion, parts)
     seams = sum(piece.seam for piece in pieces)
     quality = quality_of(motion, contacts, list(zip(pieces, owners, strict=True)), index.examples, index.ordinary)
@@ -97,17 +98,33 @@ def _through(
     motion = meet_poses(bend(motion, points), points, decay)
     if post.footskate:
         # held feet move the keys' own poses a little: those are met again, over a shorter time
-        motion = meet_poses(_cleaned(motion, contacts, points, post.ease), points, 0.5 * decay)
+        around = rooms(points, len(motion))
+        motion = meet_poses(stood_at(motion, contacts, points, around, post.ease), points, 0.5 * decay)
     for aim, room in zip(aims, rooms(points, len(motion)), strict=True):
         if aim.targets and not aim.whole:
             motion = meet_parts(motion, room, aim.targets, contacts, decay)
     return motion
 
 
-def _cleaned(motion: Motion, contacts: tuple[Annotation, ...], points: list[Waypoint], ease: float) -> Motion:
-    """A motion with planted feet that stand still, at keys where the keys have them."""
+def stood_at(
+    motion: Motion, contacts: tuple[Annotation, ...], points: Sequence[Waypoint], around: Sequence[Room], ease: float
+) -> Motion:
+    """A motion with planted feet that stand still, at keys where the keys have them.
+
+    Parameters
+    ----------
+    motion : Motion
+        That meets the keys' poses.
+    contacts : tuple of Annotation
+    points : sequence of Waypoint
+        The keys.
+    around : sequence of Room
+        The frames around each of them that may change.
+    ease : float
+        Seconds over which the correction of a foot grows and fades.
+    """
     cleaned = clean_feet(motion, contacts, ease=ease)
-    for point, room in zip(points, rooms(points, len(motion)), strict=True):
+    for point, room in zip(points, around, strict=True):
         if point.clip is not None:
             pose = cut(motion, point.frame, point.frame + 1)
             cleaned = stand_at(cleaned, room, pose, contacts, ease)
@@ -120,8 +137,16 @@ def rooms(points: list[Waypoint], frames: int) -> list[Room]:
     return [Room(point.frame, stops[i], stops[i + 2]) for i, point in enumerate(points)]
 
 
-def _require_met(motion: Motion, aims: tuple[Aim, ...], points: list[Waypoint]) -> None:
-    """Raise RequestError where a part is not where it is to be."""
+def require_met(motion: Motion, aims: Sequence[Aim], points: Sequence[Waypoint]) -> None:
+    """Raise RequestError where a part is not where it is to be at a key.
+
+    Parameters
+    ----------
+    motion : Motion
+    aims : sequence of Aim
+    points : sequence of Waypoint
+        The frames of the keys.
+    """
     for aim, point in zip(aims, points, strict=True):
         if aim.targets:
             apart, twisted = misses(cut(motion, point.frame, point.frame + 1), aim.targets)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -12,8 +13,7 @@ from kinetograph.errors import RequestError, TooSoonError, UnmetError
 from kinetograph.keys import Key, PartInWorld
 from kinetograph.learn import Goal, Route
 from kinetograph.methods.keyframe.feasible import (
-    FAR,
-    LATER,
+    Attempts,
     Found,
     at_time,
     in_words,
@@ -102,13 +102,16 @@ class Request:
     keys: tuple[Key, ...]
     post: PostSettings
 
-    def attempt(self, keys: tuple[Key, ...]) -> tuple[Synthesis, bool]:
+    @property
+    def attempts(self) -> Attempts:
+        """Who tries requests in place of it."""
+        return Attempts(partial(self._attempt, self.search.narrowed()), partial(self._attempt, self.search))
+
+    def _attempt(self, search: Searching, keys: tuple[Key, ...]) -> tuple[Synthesis, bool]:
         """A motion through keys, and whether it would be given. Raises RequestError where there is none."""
         if self.search.settings.force_timing:
-            return next(self.search.motions(keys, self.post))[0], True
-        result, quality = _best(self.search.narrowed(), keys, self.post)
-        if quality.good:
-            result, quality = _best(self.search, keys, self.post)
+            return next(search.motions(keys, self.post))[0], True
+        result, quality = _best(search, keys, self.post)
         return result, quality.good
 
     @property
@@ -239,8 +242,7 @@ def _at_other_times(
 
 def _least(request: Request, start: float, stop: float) -> tuple[float, Found] | None:
     """The least second from ``start`` to ``stop`` at which the last key is met by what is no worse than recorded."""
-    steps = FAR if request.placed else LATER
-    return least_time(request.keys, (start, stop), request.frame, request.attempt, steps)
+    return least_time(request.keys, (start, stop), request.frame, request.attempts, placed=request.placed)
 
 
 def _up_to_the_first_unmet(search: Searching, keys: tuple[Key, ...], post: PostSettings) -> Request:
@@ -292,11 +294,15 @@ def _error(request: Request, what: str, found: tuple[float, Found] | None, place
     if found is not None:
         second, met = found
         lasts = second - met.result.met[-2]
-        said.append(f"the least duration that is met, and no worse than the recordings, is {lasts:.2f} s")
+        least = "a duration" if request.placed else "the least duration"
+        said.append(f"{least} that is met, and no worse than the recordings, is {lasts:.2f} s")
         if len(request.keys) > 2:
             said[-1] += f", {key.label} at {second:.2f} s"
     else:
-        said.append(f"no time within {longest:g} s of the key before (longest) is met and no worse than the recordings")
+        said.append(
+            f"no time that was tried, within {longest:g} s of the key before (longest), is met and no worse than the "
+            "recordings"
+        )
     if found is None and place is None:
         pinned_by = "leave the place or the heading free, or " if key.position or key.heading is not None else ""
         said.append(f"{pinned_by}add recordings that go between")
@@ -339,4 +345,4 @@ def _nearest_place(request: Request) -> Found | None:
     def reach(at: complex) -> float:
         return settings.off_place + settings.off_share * abs(at - before)
 
-    return nearest_place(keys, ends[-1], reach, request.attempt)
+    return nearest_place(keys, ends[-1], reach, request.attempts)

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.learn import Goal, Route, SearchOptions, bar, discourage, find_route
+from kinetograph.learn import Goal, Route, SearchOptions, Way, bar, discourage, find_route
 from kinetograph.methods.everyday import everyday_frames
 from kinetograph.methods.keyframe.examples import Example
 from kinetograph.methods.keyframe.filler import Familiar, familiar, tolls_between
@@ -33,6 +33,8 @@ UNLIKE = 20.0
 """What a transition costs more in an alternative to a route that has one like it: a quarter of a metre's gap."""
 AROUND = 0.5
 """Seconds within which two transitions are alike."""
+PACE, ROTATION, WAY = 1.2, 1.8, 1.5
+"""How people usually go to a place: metres and radians in a second, and what that costs."""
 FAR = 0.15
 """Metres between a key and the nearest recorded frame above which a warning says so."""
 
@@ -308,6 +310,7 @@ class FittedTimedSearch:
             step_fee=settings.haste / fps if free else 0.0,
             longest=round(settings.longest * fps),
             speed=self.index.speed,
+            way=Way(PACE / fps, ROTATION / fps, WAY / fps),
         )
 
 

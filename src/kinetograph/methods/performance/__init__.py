@@ -17,7 +17,7 @@ from kinetograph.methods.performance.control_points import (
     GroundPath,
     PointsByRole,
 )
-from kinetograph.methods.performance.fitted import Fitted, recorded_speeds, with_settings
+from kinetograph.methods.performance.fitted import Fitted, fitted_for, recorded_speeds, with_settings
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings, Playhead
 from kinetograph.methods.performance.ground_path import (
     begin_facing,
@@ -40,16 +40,20 @@ from kinetograph.methods.performance.growing import (
     growing_control,
 )
 from kinetograph.methods.performance.handholds import usual_grip
-from kinetograph.methods.performance.interpretation import interpret
+from kinetograph.methods.performance.interpretation import interpret, settle
+from kinetograph.methods.performance.keyed import distances_to
 from kinetograph.methods.performance.leaving_out import fit_without
 from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
+from kinetograph.methods.performance.moments import Moment
+from kinetograph.methods.performance.moves import contact_moments, foot_moments
 from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
+from kinetograph.methods.performance.performing import perform_read
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.repetition import most_used, times_running
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.rules import Demand, Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
     Instances,
@@ -64,6 +68,7 @@ from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering import Chooser, Steering
 from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, require_moves, transcribe
+from kinetograph.methods.performance.why import Contender, PieceTerms, Reasons, Reversal, explain
 from kinetograph.methods.recordings import LABELS
 
 __all__ = [
@@ -77,9 +82,11 @@ __all__ = [
     "Candidate",
     "Channels",
     "Chooser",
+    "Contender",
     "Continued",
     "Control",
     "ControlPoints",
+    "Demand",
     "Fitted",
     "Fixed",
     "FramePlanner",
@@ -89,12 +96,16 @@ __all__ = [
     "Growth",
     "Instances",
     "Live",
+    "Moment",
     "PerformanceControl",
     "PerformanceModel",
     "PerformanceSettings",
+    "PieceTerms",
     "PlannerSettings",
     "Playhead",
     "PointsByRole",
+    "Reasons",
+    "Reversal",
     "Rigid",
     "Rule",
     "Segment",
@@ -111,12 +122,17 @@ __all__ = [
     "build_instances",
     "by_hand",
     "check_alike",
+    "contact_moments",
     "cut_segments",
     "cut_tracks",
     "cuts_of",
+    "distances_to",
+    "explain",
     "fine_borders",
     "fit_examples",
     "fit_without",
+    "fitted_for",
+    "foot_moments",
     "grow",
     "grow_rest",
     "grow_takes",
@@ -132,6 +148,7 @@ __all__ = [
     "partner_control",
     "path_on_ground",
     "path_speeds",
+    "perform_read",
     "pieces_of",
     "points_of",
     "read_control",
@@ -139,6 +156,7 @@ __all__ = [
     "recorded_speeds",
     "require_moves",
     "segment_distances",
+    "settle",
     "short_pieces",
     "smooth_path",
     "times_running",

@@ -38,6 +38,8 @@ class Control:
         The handholds with it, where the control says so itself; otherwise they are those of the recordings.
     late : float
         Seconds by which its end is later than it was asked for.
+    contacts : tuple of Annotation
+        Feet that are to stay where they are, besides those of the recordings.
     """
 
     points: FloatArray
@@ -45,6 +47,7 @@ class Control:
     partner: Motion | None = None
     handholds: tuple[Annotation, ...] = ()
     late: float = 0.0
+    contacts: tuple[Annotation, ...] = ()
 
     @property
     def duration(self) -> float:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, prove
+from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, padded_width, prove
 from kinetograph.methods.performance.beginning import facing_first
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.rules import Rule, bind, bind_partial
+from kinetograph.methods.performance.moments import Moment
+from kinetograph.methods.performance.rules import Demand, Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
 from kinetograph.methods.performance.standing import only_standing, only_standing_early
+from kinetograph.methods.performance.windows import settled
 from kinetograph.progress import Progress
 
 
@@ -46,7 +48,7 @@ def interpret(
     fitted: Fitted,
     x: FloatArray,
     progress: Progress | None = None,
-    rules: Sequence[Rule] = (),
+    rules: Sequence[Demand] = (),
     scores: Scores = HERE,
 ) -> SegmentalPath:
     """The best sequence of states for a control.
@@ -58,8 +60,8 @@ def interpret(
         Control points at the search's rate.
     progress : Progress, optional
         Called with the steps done and their number.
-    rules : sequence of Rule
-        What is pinned or forbidden.
+    rules : sequence of Rule or Moment
+        What is pinned or forbidden, and what is to be shown at one time.
     scores : Scores
         Who scores the states.
 
@@ -71,7 +73,7 @@ def interpret(
     _check_length(fitted, len(x) - 1)
     early = only_standing_early(fitted, x, scores.left_early(fitted, x))
     partial = bind_partial(fitted, rules, early, len(x) - 1)
-    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress, scores), partial)
+    return prove(fitted.search, lambda: _legal(fitted, x, rules, progress, scores), partial, _wide(fitted, rules))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,16 +98,63 @@ class Interpreting:
         object.__setattr__(self, "_arrivals", list(_legal(self.fitted, self.x, ())))
         object.__setattr__(self, "_partial", early)
 
-    def best(self, rules: Sequence[Rule] = ()) -> SegmentalPath:
+    def best(self, rules: Sequence[Demand] = ()) -> SegmentalPath:
         """The best sequence; see `interpret`."""
         partial = bind_partial(self.fitted, rules, self._partial, len(self.x) - 1)
-        return prove(self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals), partial)
+        wide = _wide(self.fitted, rules)
+        return prove(
+            self.fitted.search, lambda: bind(self.fitted, rules, self._arrivals, len(self.x) - 1), partial, wide
+        )
+
+    def under(self, rules: Sequence[Demand] = ()) -> tuple[list[Arrivals], dict[int, Arrivals]]:
+        """What every step's states cost under rules, and those left early at the end."""
+        steps = len(self.x) - 1
+        partial = bind_partial(self.fitted, rules, self._partial, steps)
+        return list(bind(self.fitted, rules, self._arrivals, steps)) if rules else self._arrivals, partial
+
+
+def settle(
+    fitted: Fitted, x: FloatArray, progress: Progress | None, demands: Sequence[Demand]
+) -> tuple[SegmentalPath, tuple[Demand, ...]]:
+    """The best sequence over all times of the demands' windows, and the demands at these times.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    x : ndarray, shape (T + 1, P, 3)
+        Control points at the search's rate.
+    progress : Progress, optional
+        Called with the steps done and their number, where there are no windows.
+    demands : sequence of Rule or Moment
+    """
+    if all(not isinstance(each, Moment) or each.window[0] == each.window[1] for each in demands):
+        return interpret(fitted, x, progress, demands), tuple(demands)
+    return settled(interpreter(fitted, x), demands, fitted.settings.rate, len(x) - 1)
+
+
+MOST = 1 << 30
+"""Bytes that the placed states of a control may take while it is interpreted again and again."""
+
+
+def interpreter(fitted: Fitted, x: FloatArray) -> Callable[[Sequence[Demand]], SegmentalPath]:
+    """Interprets a control under rules; its states are placed once where these take no more than `MOST`.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    x : ndarray, shape (T + 1, P, 3)
+        Control points at the search's rate.
+    """
+    numbers = padded_width(3 * len(fitted.basis))
+    if len(fitted.instances.states) * len(x) * 8 * (numbers + 1) <= MOST:
+        return Interpreting(fitted, x).best
+    return lambda rules: interpret(fitted, x, rules=rules)
 
 
 def _legal(
     fitted: Fitted,
     x: FloatArray,
-    rules: Sequence[Rule],
+    rules: Sequence[Demand],
     progress: Progress | None = None,
     scores: Scores = HERE,
 ) -> Iterable[Arrivals]:
@@ -113,7 +162,14 @@ def _legal(
     each = only_standing(fitted, x, scores.arrivals(fitted, x, progress))
     if fitted.settings.first_facing:
         each = facing_first(fitted, x, each)
-    return bind(fitted, rules, each) if rules else each
+    return bind(fitted, rules, each, len(x) - 1) if rules else each
+
+
+def _wide(fitted: Fitted, demands: Sequence[Demand]) -> tuple[tuple[int, int], ...]:
+    """The steps that lead up to what is asked for at one time, and on from it."""
+    rate, reach = fitted.settings.rate, fitted.instances.longest
+    moments = (each for each in demands if isinstance(each, Moment))
+    return tuple((int(m.window[0] * rate) - reach, int(m.window[1] * rate) + 1) for m in moments)
 
 
 def _check_length(fitted: Fitted, steps: int) -> None:
@@ -127,7 +183,7 @@ def _check_length(fitted: Fitted, steps: int) -> None:
         )
 
 
-def gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
+def gap(fitted: Fitted, x: FloatArray, rules: Sequence[Demand] = ()) -> float:
     """How much the configured search's sequence costs above the optimum, as a share of that, reuse being free.
 
     It is what a beam and a cost of reuse give up; 0 without both.
@@ -137,14 +193,14 @@ def gap(fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = ()) -> float:
     return (path.score - path.reuse) / exact - 1.0 if exact > 0 else 0.0
 
 
-def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
+def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Demand] = ()) -> list[SegmentalPath]:
     """The best sequence and up to ``count`` - 1 that differ: each is the best that shares no piece with those before.
 
     A piece is shared where two sequences show the same moment of a recording at the same time of the control. Fewer
     are returned where no other sequence covers the control. See `interpret` for the arguments.
     """
     paths: list[SegmentalPath] = [interpret(fitted, x, rules=rules)]
-    used = list(rules)
+    used: list[Demand] = list(rules)
     while len(paths) < count:
         used += _forbidding(fitted, paths[-1])
         try:
@@ -165,7 +221,7 @@ def _forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
     return rules
 
 
-def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Rule] = ()) -> list[SegmentalPath]:
+def best_sequences(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Demand] = ()) -> list[SegmentalPath]:
     """The ``count`` best sequences of all, the best first; neighbours may differ by one border only. Reuse is free.
 
     See `interpret` for the arguments. Sequences that differ more: `alternatives`.

@@ -27,14 +27,16 @@ from kinetograph.methods.performance.fit import fit
 from kinetograph.methods.performance.fitted import Fitted, fitted_for
 from kinetograph.methods.performance.frame_planner import FramePlanner, PlannerSettings
 from kinetograph.methods.performance.live import Live
+from kinetograph.methods.performance.performing import perform_read
 from kinetograph.methods.performance.realization import realize
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.rules import Demand
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.settings import BODY, PerformanceSettings
 from kinetograph.methods.performance.steered_body import SteeringSettings
 from kinetograph.methods.performance.steering import Steering
 from kinetograph.methods.performance.steering_frames import SteeringFrames
 from kinetograph.methods.performance.transcription import Transcript, transcribe
+from kinetograph.methods.performance.why import Reasons, explain
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
@@ -89,8 +91,8 @@ class PerformanceControl(PerformanceSettings):
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceModel:
-    """A library made ready for one configuration.
+class FittedPerformance:
+    """What a performance model is made of.
 
     Parameters
     ----------
@@ -109,8 +111,18 @@ class PerformanceModel:
         """What a person should know of how the library was read."""
         return self.fitted.notes
 
+
+@dataclass(frozen=True, eq=False)
+class PerformanceModel(FittedPerformance):
+    """A library made ready for one configuration.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    """
+
     def synthesize(
-        self, control: Take | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
+        self, control: Take | Signal | Motion, progress: Progress | None = None, rules: Sequence[Demand] = ()
     ) -> Synthesis:
         """A motion that performs a control (chapters 4 and 5).
 
@@ -121,8 +133,8 @@ class PerformanceModel:
             ``own hand:partner's hand``, are met in place of those that the recordings carry over.
         progress : Progress, optional
             Called with the steps done and their number.
-        rules : sequence of Rule
-            What is pinned or forbidden.
+        rules : sequence of Rule or Moment
+            What is pinned or forbidden, asked for by name, and to be shown at one time.
 
         Returns
         -------
@@ -133,12 +145,10 @@ class PerformanceModel:
         RequestError
             For a control without direction, or too short for the search's rate.
         """
-        read = self.read(control)
-        path = self.interpret(read, progress, rules)
-        return realize(fitted_for(self.fitted, read), read, path)
+        return perform_read(self.fitted, self.read(control), progress, rules)[0]
 
     def alternatives(
-        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Rule] = (), *, alike: bool = False
+        self, control: Take | Signal | Motion, count: int = 3, rules: Sequence[Demand] = (), *, alike: bool = False
     ) -> tuple[Synthesis, ...]:
         """The best motion for a control and others, each the best that shares no piece with those before it.
 
@@ -148,8 +158,8 @@ class PerformanceModel:
             See `synthesize`.
         count : int
             How many motions at most.
-        rules : sequence of Rule
-            What is pinned or forbidden.
+        rules : sequence of Rule or Moment
+            What is pinned or forbidden, asked for by name, and to be shown at one time.
         alike : bool
             The best of all instead, which may differ by a border only.
 
@@ -165,14 +175,41 @@ class PerformanceModel:
         return tuple(realize(fitted, replace(read, handholds=()), path) for path in paths)
 
     def interpret(
-        self, control: Control | Signal | Motion, progress: Progress | None = None, rules: Sequence[Rule] = ()
+        self, control: Control | Signal | Motion, progress: Progress | None = None, rules: Sequence[Demand] = ()
     ) -> SegmentalPath:
         """The best sequence of segments for a control, without making its motion; see `synthesize`."""
         read = control if isinstance(control, Control) else self.read(control)
         return interpretation.interpret(fitted_for(self.fitted, read), _samples(self.method, read), progress, rules)
 
+    def why(
+        self, control: Take | Signal | Motion, second: float, rules: Sequence[Demand] = (), count: int = 10
+    ) -> Reasons:
+        """Why a piece is at a moment of a control: what else could be there, and what it would cost.
+
+        Parameters
+        ----------
+        control : Take or Signal or Motion
+            See `synthesize`.
+        second : float
+            Within the control.
+        rules : sequence of Rule
+            What is pinned or forbidden.
+        count : int
+            How many pieces are compared.
+
+        Returns
+        -------
+        Reasons
+
+        Raises
+        ------
+        RequestError
+            For a moment outside the control; see `explain`.
+        """
+        return explain(self.fitted, self.read(control), second, rules, count)
+
     def transcribe(
-        self, control: Take | Signal | Motion, rules: Sequence[Rule] = (), progress: Progress | None = None
+        self, control: Take | Signal | Motion, rules: Sequence[Demand] = (), progress: Progress | None = None
     ) -> list[Transcript]:
         """The moves of a control in order (chapter 7).
 
@@ -180,8 +217,8 @@ class PerformanceModel:
         ----------
         control : Take or Signal or Motion
             See `synthesize`.
-        rules : sequence of Rule
-            What is pinned or forbidden.
+        rules : sequence of Rule or Moment
+            What is pinned or forbidden, asked for by name, and to be shown at one time.
         progress : Progress, optional
             Called with the moves whose margins are known and their number.
 
@@ -192,7 +229,7 @@ class PerformanceModel:
         """
         return transcribe(self.fitted, _samples(self.method, self.read(control)), rules, progress)
 
-    def gap(self, control: Take | Signal | Motion, rules: Sequence[Rule] = ()) -> float:
+    def gap(self, control: Take | Signal | Motion, rules: Sequence[Demand] = ()) -> float:
         """How much a beam and the cost of reuse give up on a control: the cost above the optimum, as a share of it."""
         read = self.read(control)
         return interpretation.gap(fitted_for(self.fitted, read), _samples(self.method, read), rules)

@@ -11,6 +11,7 @@ from kinetograph.arrays import FloatArray, SingleArray
 from kinetograph.kinematics import on_ground
 from kinetograph.learn import Placement, SegmentalPath, Span, padded_width, retime
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.methods.performance.segments import Segment
 from kinetograph.methods.performance.weights import weights
@@ -19,7 +20,9 @@ from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece
 
 
-def pieces_at_full_rate(fitted: Fitted, points: FloatArray, fps: float, path: SegmentalPath) -> list[Piece]:
+def pieces_at_full_rate(
+    fitted: Fitted, points: FloatArray, fps: float, path: SegmentalPath, moments: Sequence[Moment] = ()
+) -> list[Piece]:
     """The pieces of a sequence, their durations adjusted at ``fine_rate`` (section 4.4.3) where there is one.
 
     Parameters
@@ -30,11 +33,13 @@ def pieces_at_full_rate(fitted: Fitted, points: FloatArray, fps: float, path: Se
     fps : float
     path : SegmentalPath
         The sequence, at the search's rate.
+    moments : sequence of Moment
+        What is to be shown at single times.
     """
     settings = fitted.settings
     rate = settings.fine_rate or settings.rate
     x = at_rate(points, fps, rate)
-    borders = fine_borders(fitted, x, rate, path) if settings.fine_rate else _coarse_borders(path)
+    borders = fine_borders(fitted, x, rate, path, moments) if settings.fine_rate else _coarse_borders(path)
     return pieces_of(fitted, x, rate, [fitted.segment_of(s) for s in path.states], borders)
 
 
@@ -42,7 +47,9 @@ def _coarse_borders(path: SegmentalPath) -> FloatArray:
     return np.concatenate([path.starts[:1], path.stops]).astype(np.float64)
 
 
-def fine_borders(fitted: Fitted, x: FloatArray, rate: float, path: SegmentalPath) -> FloatArray:
+def fine_borders(
+    fitted: Fitted, x: FloatArray, rate: float, path: SegmentalPath, moments: Sequence[Moment] = ()
+) -> FloatArray:
     """Borders of the constrained search of section 4.4.3.
 
     Each border between two pieces may move by less than a step of the coarse rate; the control's two ends stay.
@@ -56,6 +63,8 @@ def fine_borders(fitted: Fitted, x: FloatArray, rate: float, path: SegmentalPath
         The fine rate, Hz.
     path : SegmentalPath
         The sequence that was found at the coarse rate.
+    moments : sequence of Moment
+        What is to be shown at single times.
 
     Returns
     -------
@@ -71,10 +80,33 @@ def fine_borders(fitted: Fitted, x: FloatArray, rate: float, path: SegmentalPath
         _span(fitted, x, rate, fitted.segment_of(state), candidates[i], candidates[i + 1])
         for i, state in enumerate(path.states)
     ]
+    for moment in moments:
+        _ask(fitted, moment, rate, path, candidates, spans)
     chosen, score = retime(spans, fitted.settings.continuity)
     if not np.isfinite(score):
         return coarse.astype(np.float64)
     return np.array([c[i] for c, i in zip(candidates, chosen, strict=True)], dtype=np.float64)
+
+
+def _ask(
+    fitted: Fitted,
+    moment: Moment,
+    rate: float,
+    path: SegmentalPath,
+    candidates: Sequence[FloatArray],
+    spans: Sequence[Span],
+) -> None:
+    """Add what a moment costs to the spans that may show it."""
+    at, last = moment.window[0] * rate, len(spans) - 1
+    for i, (state, span) in enumerate(zip(path.states, spans, strict=True)):
+        if candidates[i][0] > at or (candidates[i + 1][-1] <= at and i < last):
+            continue
+        segment = fitted.segment_of(state)
+        for a, start in enumerate(candidates[i]):
+            for b, stop in enumerate(candidates[i + 1]):
+                if start <= at and (at < stop or i == last):
+                    second = segment.start + segment.duration * (at - start) / (stop - start)
+                    span.costs[a, b] += moment.cost_of(fitted, segment, second)
 
 
 def _span(fitted: Fitted, x: FloatArray, rate: float, segment: Segment, starts: FloatArray, stops: FloatArray) -> Span:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,22 +13,25 @@ from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted, preference_costs
 from kinetograph.methods.performance.handholds import carried_holds
 from kinetograph.methods.performance.making import Recorded, make
+from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.own_cost import STRANGE
 from kinetograph.methods.performance.pieces import pieces_at_full_rate
 from kinetograph.methods.performance.repetition import most_used, times_running
+from kinetograph.methods.performance.rules import Demand, paid
 from kinetograph.methods.performance.standing import joined_holds, standing_warnings
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import UNTOUCHED, Part
-from kinetograph.post.contacts import carry
+from kinetograph.post.contacts import carry, merge
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
 
-def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
+def realize(fitted: Fitted, control: Control, path: SegmentalPath, demands: Sequence[Demand] = ()) -> Synthesis:
     """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
-    preferred = preference_costs(fitted, path)
+    preferred = {**preference_costs(fitted, path), **_demanded(fitted, control, path, demands)}
     path = joined_holds(fitted, path)
-    pieces = pieces_at_full_rate(fitted, control.points, control.fps, path)
+    moments = [demand for demand in demands if isinstance(demand, Moment)]
+    pieces = pieces_at_full_rate(fitted, control.points, control.fps, path, moments)
     fps = fitted.sources[0].motion.fps
     frames = int(np.floor(control.duration * fps + 1e-6)) + 1
     made = make(fitted, _recorded(fitted, control, pieces, path, frames))
@@ -63,12 +67,24 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath) -> Synthesis:
     )
 
 
+def _demanded(fitted: Fitted, control: Control, path: SegmentalPath, demands: Sequence[Demand]) -> dict[str, float]:
+    """The parts of a path's score that keys and moves asked for cost, where there are such."""
+    steps = int(np.floor(control.duration * fitted.settings.rate + 1e-6))
+    costs: dict[str, float] = {}
+    for demand, cost in zip(demands, paid(fitted, path, demands, steps), strict=True):
+        if isinstance(demand, Moment):
+            costs["keys"] = costs.get("keys", 0.0) + cost
+        elif demand.weight is not None:
+            costs["moves"] = costs.get("moves", 0.0) + cost
+    return costs
+
+
 def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: SegmentalPath, frames: int) -> Recorded:
     """The recordings behind the pieces, their contacts and moves, and the handholds with the control's own hands."""
     sources = [fitted.sources[fitted.segment_of(s).source] for s in path.states]
     parts = [Part(piece, source.motion, source.annotations) for piece, source in zip(pieces, sources, strict=True)]
     carried = carry((piece, source.annotations) for piece, source in zip(pieces, sources, strict=True))
-    annotations = _until(control.duration, carried)
+    annotations = _until(control.duration, merge((*carried, *control.contacts)) if control.contacts else carried)
     in_the_way = _body_in_the_way(fitted, control, frames)
     partner, fps = control.partner, fitted.sources[0].motion.fps
     if partner is None or not fitted.settings.post.handholds:

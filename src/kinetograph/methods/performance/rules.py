@@ -1,20 +1,22 @@
-"""Pieces that are pinned or forbidden.
+"""What is asked of spans of the control: pieces that are pinned or forbidden, moves that are asked for by name.
 
-A rule makes states illegal over a part of the control, as section 4.4.3 of Hsu 2004 does; the search then solves the
-rest anew.
+A rule makes states illegal over a part of the control, as section 4.4.3 of Hsu 2004 does, or dearer; the search then
+solves the rest anew. A `Moment` does the same for what is shown at one time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetograph.arrays import BoolArray, IntArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import Arrivals
+from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.moments import Moment, States
+from kinetograph.methods.performance.moves import called
 from kinetograph.methods.performance.segments import Source
 
 
@@ -34,11 +36,15 @@ class Rule:
         Second of the recording that the piece holds.
     forbid : bool
         Use no piece that matches.
+    called : str, optional
+        Name of a take, a tag, a move or a style, words of one, or a pattern.
+    weight : float, optional
+        What a second costs in which the rule is broken, m^2 s; without it, it must not be broken.
 
     Raises
     ------
     RequestError
-        Unless the span has a length.
+        Unless the span has a length and the weight is 0 or more.
     """
 
     start: float
@@ -47,10 +53,14 @@ class Rule:
     move: str | None = None
     source: float | None = None
     forbid: bool = False
+    called: str | None = None
+    weight: float | None = None
 
     def __post_init__(self) -> None:
         if not self.start < self.stop:
             raise RequestError(f"a rule runs from a start to a later stop, found {self.start} and {self.stop}")
+        if self.weight is not None and not (np.isfinite(self.weight) and self.weight >= 0):
+            raise RequestError(f"a rule's weight is 0 or more, m^2 s per second; found {self.weight}")
 
     def __str__(self) -> str:
         named = ", ".join(
@@ -58,6 +68,7 @@ class Rule:
             for text, given in (
                 (f"take {self.take!r}", self.take),
                 (f"move {self.move!r}", self.move),
+                (f"called {self.called!r}", self.called),
                 (f"second {self.source} of it", self.source),
             )
             if given is not None
@@ -81,35 +92,99 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
             and (rule.source is None or segment.start <= rule.source < segment.stop or rule.source == segment.start)
             and (rule.move is None or rule.move in moves_of(source, segment.start, segment.stop))
         )
-    if not any(matches):
+    chosen = np.array(matches)
+    if rule.called is not None:
+        chosen &= called(fitted, rule.called)
+    if not chosen.any():
         raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
-    return np.array(matches)[fitted.instances.states[:, 0]]
+    return np.asarray(chosen[fitted.instances.states[:, 0]])
 
 
-def bind(fitted: Fitted, rules: Sequence[Rule], arrivals: Iterable[Arrivals]) -> Iterable[Arrivals]:
-    """The arrivals of steps 1, 2, ... with the costs of states that break a rule made infinite."""
-    masks = [matching(fitted, rule) for rule in rules]
+Demand = Rule | Moment
+"""What is asked of a part of the control."""
+
+
+def bind(fitted: Fitted, demands: Sequence[Demand], arrivals: Iterable[Arrivals], steps: int) -> Iterator[Arrivals]:
+    """The arrivals of steps 1, 2, ... with what states cost that break a rule, or show something else than is asked.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    demands : sequence of Rule or Moment
+    arrivals : iterable of Arrivals
+    steps : int
+        Of the whole control.
+
+    Yields
+    ------
+    Arrivals
+        Illegal states cost infinitely much.
+    """
+    prices = [_price(fitted, demand, steps) for demand in demands]
+    durations = fitted.search.durations
     for time, arrival in enumerate(arrivals, start=1):
-        legal = _legal(fitted, rules, masks, time, fitted.search.durations)
-        yield replace(arrival, costs=np.where(legal, arrival.costs, np.inf))
+        shown = States(time, time - durations, durations)
+        yield _dearer(arrival, prices, shown)
 
 
-def bind_partial(fitted: Fitted, rules: Sequence[Rule], partial: dict[int, Arrivals], time: int) -> dict[int, Arrivals]:
+def bind_partial(
+    fitted: Fitted, demands: Sequence[Demand], partial: dict[int, Arrivals], time: int
+) -> dict[int, Arrivals]:
     """The same for segments left early at the control's end, step ``time``."""
-    if not rules:
+    if not demands:
         return partial
-    masks = [matching(fitted, rule) for rule in rules]
-    bound = {}
-    for used, arrival in partial.items():
-        legal = _legal(fitted, rules, masks, time, np.full(len(arrival.costs), used))
-        bound[used] = replace(arrival, costs=np.where(legal, arrival.costs, np.inf))
-    return bound
+    prices = [_price(fitted, demand, time) for demand in demands]
+    durations = fitted.search.durations
+    return {
+        used: _dearer(arrival, prices, States(time, np.full(len(durations), time - used), durations))
+        for used, arrival in partial.items()
+    }
 
 
-def _legal(fitted: Fitted, rules: Sequence[Rule], masks: list[BoolArray], time: int, spans: IntArray) -> BoolArray:
-    legal = np.ones(len(spans), dtype=np.bool_)
-    rate = fitted.settings.rate
-    for rule, mask in zip(rules, masks, strict=True):
-        touched = (time > rule.start * rate + 1e-9) & (np.maximum(time - spans, 0) < rule.stop * rate - 1e-9)
-        legal &= ~touched | (~mask if rule.forbid else mask)
-    return legal
+Price = Callable[[States], FloatArray | None]
+"""What states cost more; None where none does."""
+
+
+def _price(fitted: Fitted, demand: Demand, steps: int) -> Price:
+    if isinstance(demand, Moment):
+        return demand.price(fitted, steps)
+    mask, rate = matching(fitted, demand), fitted.settings.rate
+    broken = mask if demand.forbid else ~mask
+
+    def price(states: States) -> FloatArray | None:
+        if not states.stop > demand.start * rate + 1e-9:
+            return None
+        within = np.minimum(states.stop, demand.stop * rate) - np.maximum(states.starts, max(demand.start, 0) * rate)
+        touched = np.maximum(states.starts, 0) < demand.stop * rate - 1e-9
+        if demand.weight is None:
+            return np.where(touched & broken, np.inf, 0.0)
+        return np.asarray(np.where(touched & broken, demand.weight * np.maximum(within, 0.0) / rate, 0.0))
+
+    return price
+
+
+def _dearer(arrival: Arrivals, prices: Sequence[Price], states: States) -> Arrivals:
+    added = [more for price in prices if (more := price(states)) is not None]
+    return replace(arrival, costs=np.sum([arrival.costs, *added], axis=0)) if added else arrival
+
+
+def paid(fitted: Fitted, path: SegmentalPath, demands: Sequence[Demand], steps: int) -> list[float]:
+    """What each demand costs of a sequence's score.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    path : SegmentalPath
+    demands : sequence of Rule or Moment
+    steps : int
+        Of the control.
+    """
+    durations = fitted.search.durations
+    totals = []
+    for demand in demands:
+        price, total = _price(fitted, demand, steps), 0.0
+        for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):
+            more = price(States(min(int(stop), steps), np.full(len(durations), start), durations))
+            total += 0.0 if more is None else float(more[state])
+        totals.append(total)
+    return totals

@@ -10,6 +10,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray
 from kinetograph.errors import RequestError
+from kinetograph.methods.relative_pose import BODY, relative_joints
 from kinetograph.motion import Motion
 from kinetograph.post.clearance import toe_heights
 from kinetograph.post.elbows import elbow_speed
@@ -69,6 +70,15 @@ class Source:
     def turning(self) -> float:
         """How fast the body turns at most, radians per second."""
         return turning_speed(self.motion)
+
+    @cached_property
+    def posture(self) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
+        """The roles of `BODY` that the body has, and their positions and velocities as seen from the root.
+
+        Both ``(F, R, 3)``, metres and metres per second.
+        """
+        roles = tuple(role for role in BODY if role in self.motion.skeleton.roles)
+        return (roles, *relative_joints(self.motion, roles))
 
     @cached_property
     def elbows(self) -> float:

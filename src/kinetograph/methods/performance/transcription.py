@@ -7,15 +7,12 @@ from dataclasses import dataclass
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import SegmentalPath, padded_width
+from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
-from kinetograph.methods.performance.interpretation import Interpreting, interpret
-from kinetograph.methods.performance.rules import Rule, moves_of
+from kinetograph.methods.performance.interpretation import interpreter
+from kinetograph.methods.performance.rules import Demand, Rule, moves_of
 from kinetograph.methods.performance.segments import Source
 from kinetograph.progress import Progress
-
-MOST = 1 << 30
-"""Bytes that the placed states of a control may take while margins are found."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ def require_moves(fitted: Fitted) -> None:
 
 
 def transcribe(
-    fitted: Fitted, x: FloatArray, rules: Sequence[Rule] = (), progress: Progress | None = None
+    fitted: Fitted, x: FloatArray, rules: Sequence[Demand] = (), progress: Progress | None = None
 ) -> list[Transcript]:
     """The moves of a control in order, each with its margin to the best interpretation that has another one there.
 
@@ -65,7 +62,7 @@ def transcribe(
         Where the library has no moves annotated.
     """
     require_moves(fitted)
-    best_under = _interpreter(fitted, x)
+    best_under = interpreter(fitted, x)
     best = best_under(rules)
     runs = _runs(fitted, best)
     rows: list[Transcript] = []
@@ -76,19 +73,11 @@ def transcribe(
     return rows
 
 
-def _interpreter(fitted: Fitted, x: FloatArray) -> Callable[[Sequence[Rule]], SegmentalPath]:
-    """Interprets a control under rules; its states are placed once where these take no more than `MOST`."""
-    numbers = padded_width(3 * len(fitted.basis))
-    if len(fitted.instances.states) * len(x) * 8 * (numbers + 1) <= MOST:
-        return Interpreting(fitted, x).best
-    return lambda rules: interpret(fitted, x, rules=rules)
-
-
 def _margin(
-    best_under: Callable[[Sequence[Rule]], SegmentalPath],
+    best_under: Callable[[Sequence[Demand]], SegmentalPath],
     run: tuple[str, float, float],
     best: float,
-    rules: Sequence[Rule],
+    rules: Sequence[Demand],
 ) -> float:
     """What the best interpretation costs more, as a share, that has another move in a run; infinite without one."""
     move, start, stop = run

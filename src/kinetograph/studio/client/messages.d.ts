@@ -14,6 +14,18 @@ export interface RuleRow {
   forbid?: boolean;
 }
 
+/** A part of a walk's body that something else drives. */
+export interface LayerRow {
+  parts: string[];
+  source: string;
+  library?: string;
+  start?: number;
+  second?: number;
+  seconds?: number | null;
+  ease?: number;
+  hold?: boolean;
+}
+
 /** A drawn path, and how it is walked. */
 export interface Walk {
   library?: string;
@@ -24,6 +36,15 @@ export interface Walk {
   keep_time?: boolean;
   facing?: number | null;
   rules?: RuleRow[];
+  layers?: LayerRow[];
+}
+
+/** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
+export interface PartRow {
+  role: string;
+  in: "root" | "world";
+  position?: [number, number, number] | null;
+  orientation?: [number, number, number, number] | null;
 }
 
 /** A key, with the fields of `kinetograph.formats.keys_json`. */
@@ -35,6 +56,7 @@ export interface KeyRow {
   roles?: string[] | null;
   moved?: Record<string, [number, number, number]>;
   name?: string | null;
+  parts?: PartRow[];
 }
 
 /** A span of an earlier result that is kept, and what that result was made of. */
@@ -54,6 +76,7 @@ export interface Keys {
   alternatives?: number;
   chosen?: number;
   lock?: Lock | null;
+  force?: boolean;
 }
 
 /** A leader, who is answered. */
@@ -348,6 +371,8 @@ export interface EndPlaces {
   position: [number, number];
   heading: number;
   said?: string[];
+  positions?: Record<string, [number, number, number]>;
+  orientations?: Record<string, [number, number, number, number]>;
 }
 
 /** Asks where the hands and feet of a key are (`EndPlaces`). */
@@ -397,6 +422,7 @@ export interface Trouble {
   message?: string;
   row?: number | null;
   seconds?: number | null;
+  force?: boolean;
 }
 
 /** Parts of takes that are like an example, the nearest first, one of each track. */
@@ -662,6 +688,13 @@ export interface AskPace {
   id: number;
 }
 
+/** Why is the piece at a time of the walk there, and what else could be? Answered by `Why`. */
+export interface AskWhy {
+  kind: "ask_why";
+  id: number;
+  time: number;
+}
+
 /** The walk as a clip under rules besides its own: those of a candidate. */
 export interface CandidateClip {
   kind: "candidate_clip";
@@ -744,6 +777,39 @@ export interface WalkLive {
   kind: "walk_live";
 }
 
+/** Why a piece is there: those with the least margins, and what would have to go for another to be there. */
+export interface Why {
+  kind: "why";
+  id: number;
+  time: number;
+  rows: WhyRow[];
+  without: WithoutRow[];
+}
+
+/** A piece that could be at a time of the walk, with what the best walk with it is charged for. */
+export interface WhyRow {
+  take: string;
+  mirrored: boolean;
+  chosen: boolean;
+  source_start: number;
+  source_stop: number;
+  start: number;
+  stop: number;
+  margin: number;
+  terms: Record<string, number>;
+  without: string[];
+}
+
+/** What would be at a time of the walk without a constraint or a cost, and how much less the walk would cost. */
+export interface WithoutRow {
+  constraint: string;
+  take: string;
+  mirrored: boolean;
+  source_start: number;
+  source_stop: number;
+  saved: number;
+}
+
 export type AnyMessage =
   | Cancel
   | Edit
@@ -795,6 +861,7 @@ export type AnyMessage =
   | LiveEnded
   | PhoneLink
   | AskPace
+  | AskWhy
   | CandidateClip
   | Candidates
   | NextBest
@@ -802,4 +869,5 @@ export type AnyMessage =
   | PieceSource
   | PlayTake
   | WalkDrawn
-  | WalkLive;
+  | WalkLive
+  | Why;

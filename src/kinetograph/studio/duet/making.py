@@ -14,6 +14,7 @@ from kinetograph.methods.performance import PerformanceModel, PointsByRole, Rule
 from kinetograph.pipeline import perform_with
 from kinetograph.progress import Progress
 from kinetograph.segmentation import notation
+from kinetograph.stopping import stoppable
 from kinetograph.studio.duet.comparing import compared, held_by_others, measured
 from kinetograph.studio.duet.leading import (
     Leader,
@@ -46,7 +47,6 @@ from kinetograph.studio.messages import (
 from kinetograph.studio.project import Duet, Project
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Answer
-from kinetograph.studio.stopping import stoppable
 
 
 @dataclass(frozen=True, eq=False)

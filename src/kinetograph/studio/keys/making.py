@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import KinetographError, RequestError, TooSoonError
+from kinetograph.errors import KinetographError, RequestError, TooSoonError, UnmetError
 from kinetograph.keys import Key
 from kinetograph.kinematics import on_ground
 from kinetograph.library import Library
@@ -18,7 +18,7 @@ from kinetograph.methods.keyframe import FittedTimedSearch, KeyframeControl, Key
 from kinetograph.methods.relative_pose import BODY
 from kinetograph.motion import cut, heading_at, place
 from kinetograph.pipeline import inbetween_with
-from kinetograph.post import JointRange, ends_of, limbs_of, put_ends, seen_ranges
+from kinetograph.post import JointRange, ends_of, limbs_of, parts_of, put_ends, seen_ranges
 from kinetograph.progress import Progress
 from kinetograph.skeleton import same_shape
 from kinetograph.studio.keys.rows import file_of, key_labels, key_of, said_of
@@ -47,6 +47,8 @@ from kinetograph.synthesis import Synthesis
 
 MOST = 4
 """Alternatives."""
+FORCE = "; or force it (--force-timing)"
+"""How refusals end of what can be made all the same."""
 DEEPEST = 32
 """How many spans may be locked one after another."""
 _REMEMBERED = 32  # results
@@ -76,6 +78,12 @@ class _Learned:
     model: KeyframeModel
     ranges: tuple[JointRange, ...]
     solved: dict[bytes, Solved] = field(default_factory=dict)
+    refused: dict[bytes, KinetographError] = field(default_factory=dict)
+
+    def refuse(self, name: bytes, error: KinetographError) -> None:
+        while len(self.refused) >= _REMEMBERED:
+            self.refused.pop(next(iter(self.refused)))
+        self.refused[name] = error
 
     def keep(self, name: bytes, solved: Solved) -> Solved:
         while len(self.solved) >= _REMEMBERED:
@@ -144,20 +152,26 @@ def solve(keys: Keys, project: Project, room: Room, progress: Progress, depth: i
     name = _name(keys, room)
     if (known := learned.solved.get(name)) is not None:
         return known
+    if (refused := learned.refused.get(name)) is not None:
+        raise refused
     progress(0, 1)
-    if keys.lock is None:
-        solved = _through(keys, learned, library, room)
-    else:
-        earlier = solve(keys.lock.of, project, room, progress, depth + 1)
-        progress(0, 1)
-        solved = _around(keys, earlier, learned, library, room)
+    try:
+        if keys.lock is None:
+            solved = _through(keys, learned, library, room)
+        else:
+            earlier = solve(keys.lock.of, project, room, progress, depth + 1)
+            progress(0, 1)
+            solved = _around(keys, earlier, learned, library, room)
+    except UnmetError as error:  # the page asks for it once more
+        learned.refuse(name, error)
+        raise
     progress(1, 1)
     return learned.keep(name, solved)
 
 
 def _learned(keys: Keys, library: Library, room: Room, progress: Progress) -> _Learned:
     base = room.fitted(library, ("keys", keys.mirror), lambda: _learn(Keys(mirror=keys.mirror), library, progress))
-    name = ("keys", keys.mirror, keys.moves, keys.without, keys.filler)
+    name = ("keys", keys.mirror, keys.moves, keys.without, keys.filler, keys.force)
     return room.fitted(library, name, lambda: _learn_names(keys, base))
 
 
@@ -178,8 +192,8 @@ def _learn_names(keys: Keys, base: _Learned) -> _Learned:
 
 
 def control_of(keys: Keys) -> KeyframeControl:
-    """The configuration by which keys are gone through: that of ``inbetween --force-timing``, as it is seen."""
-    search = TimedSearch(moves=keys.moves, without=keys.without, force_timing=True)
+    """The configuration by which keys are gone through: that of ``inbetween``, with ``--force-timing`` if asked."""
+    search = TimedSearch(moves=keys.moves, without=keys.without, force_timing=keys.force)
     search = replace(search, begin_unasked=0.0, unasked=0.0) if keys.filler else search
     return KeyframeControl(solver=search, mirror=keys.mirror)
 
@@ -307,7 +321,10 @@ def _ends(room: Room, project: Project, question: KeyEnds) -> EndPlaces:
     heading = math.degrees(heading_at(key.clip, key.frame))
     roles = tuple(role for role in BODY if role in key.clip.skeleton.roles)
     said = tuple(line.removeprefix(f"{key.label}: ") for line in said_of(question.row, key, ()))
-    return EndPlaces(question.id, ends, roles, (x, z), heading, said)
+    places, rotations = (each[0].tolist() for each in parts_of(cut(key.clip, key.frame, key.frame + 1), roles))
+    positions = {role: (p[0], p[1], p[2]) for role, p in zip(roles, places, strict=True)}
+    orientations = {role: (q[0], q[1], q[2], q[3]) for role, q in zip(roles, rotations, strict=True)}
+    return EndPlaces(question.id, ends, roles, (x, z), heading, said, positions, orientations)
 
 
 def _key(room: Room, project: Project, row: KeyRow) -> Key:
@@ -351,9 +368,11 @@ def _trouble(room: Room, project: Project, question: KeyTrouble) -> Trouble:
     labels = key_labels(project.keys.rows)
     try:
         solve(project.keys, project, room, _ignored)
-    except TooSoonError as error:
+    except UnmetError as error:
         row = labels.index(error.label) if error.label in labels else None
-        return Trouble(question.id, str(error), row, error.seconds)
+        seconds = error.seconds if isinstance(error, TooSoonError) else None
+        said = str(error)
+        return Trouble(question.id, said.removesuffix(FORCE), row, seconds, said.endswith(FORCE))
     except KinetographError as error:
         rows = [row for row, label in enumerate(labels) if str(error).startswith(f"{label}:")]
         return Trouble(question.id, str(error), rows[0] if rows else None)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from kinetograph.errors import RequestError
 from kinetograph.formats.keys_json import find_pose
-from kinetograph.keys import Key, key_at
+from kinetograph.keys import Key, PartFromRoot, PartInWorld, key_at
 from kinetograph.library import Library
 from kinetograph.motion import Motion, cut
 from kinetograph.post import JointLimits, JointRange, beyond, ends_of, limb_joints, put_ends
@@ -46,6 +46,12 @@ def file_of(row: KeyRow) -> str | None:
     return name if separator and name and not name.startswith("take:") else None
 
 
+def _metres(row: KeyRow) -> Iterator[float]:
+    """All lengths of a row."""
+    for place in (row.position, *row.moved.values(), *(part.position for part in row.parts)):
+        yield from place or ()
+
+
 def key_of(row: KeyRow, label: str, library: Library, room: Room) -> Key:
     """A row as a key.
 
@@ -72,14 +78,23 @@ def key_of(row: KeyRow, label: str, library: Library, room: Room) -> Key:
     """
     if (name := file_of(row)) is not None:
         room.file(name)
-    for value in (*(row.position or ()), *(v for place in row.moved.values() for v in place)):
+    for value in _metres(row):
         if not abs(value) <= FURTHEST:
             raise RequestError(f"{label}: expected a place within {FURTHEST:g} m, found {value:g}")
     clip, second = find_pose(row.pose, label, room.folder / FILES, library)
     time = (row.time, row.time) if isinstance(row.time, int | float) else row.time
     heading = None if row.heading is None else math.radians(row.heading)
-    key = key_at(clip, second, time=time, position=row.position, heading=heading, roles=row.roles, label=label)
+    place, parts = row.position, _parts(row, label)
+    key = key_at(clip, second, time=time, position=place, heading=heading, roles=row.roles, label=label, parts=parts)
     return replace(key, clip=_moved(key, row)) if row.moved else key
+
+
+def _parts(row: KeyRow, label: str) -> tuple[PartFromRoot, ...]:
+    kinds = {"root": PartFromRoot, "world": PartInWorld}
+    try:
+        return tuple(kinds[part.within](part.role, part.position, part.orientation) for part in row.parts)
+    except RequestError as error:
+        raise RequestError(f"{label}: {error}") from None
 
 
 def _moved(key: Key, row: KeyRow) -> Motion:

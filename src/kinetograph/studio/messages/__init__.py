@@ -86,6 +86,7 @@ from kinetograph.studio.messages.sensors import (
 )
 from kinetograph.studio.messages.walk import (
     AskPace,
+    AskWhy,
     CandidateClip,
     CandidateRow,
     Candidates,
@@ -96,6 +97,9 @@ from kinetograph.studio.messages.walk import (
     TakePace,
     WalkDrawn,
     WalkLive,
+    Why,
+    WhyRow,
+    WithoutRow,
 )
 
 __all__ = [
@@ -111,6 +115,7 @@ __all__ = [
     "AskPace",
     "AskTakes",
     "AskThumbnails",
+    "AskWhy",
     "Calibrate",
     "Calibrated",
     "CalibratedRow",
@@ -181,6 +186,9 @@ __all__ = [
     "WalkDrawn",
     "WalkLive",
     "Welcome",
+    "Why",
+    "WhyRow",
+    "WithoutRow",
     "Working",
     "blob",
     "pose_frame",

@@ -57,6 +57,10 @@ class EndPlaces(Message, frozen=True, tag="end_places"):
         Of the root in its recording, degrees.
     said : tuple of str
         What a person should know of them.
+    positions : dict of str to (float, float, float)
+        Where every part that may count is, in metres as those of hands and feet.
+    orientations : dict of str to (float, float, float, float)
+        The rotation of each part's joint in the same frame, a unit quaternion w, x, y, z.
     """
 
     id: int
@@ -65,6 +69,8 @@ class EndPlaces(Message, frozen=True, tag="end_places"):
     position: tuple[float, float]
     heading: float
     said: tuple[str, ...] = ()
+    positions: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
+    orientations: dict[str, tuple[float, float, float, float]] = msgspec.field(default_factory=dict)
 
 
 class MetRow(msgspec.Struct, frozen=True):
@@ -94,9 +100,12 @@ class Trouble(Message, frozen=True, tag="trouble"):
         The key that it is about.
     seconds : float, optional
         How much later that key can be met.
+    force : bool
+        Whether the motion can be made all the same.
     """
 
     id: int
     message: str = ""
     row: int | None = None
     seconds: float | None = None
+    force: bool = False

@@ -31,6 +31,13 @@ class NextBest(Message, frozen=True, tag="next_best"):
     count: int = 4
 
 
+class AskWhy(Message, frozen=True, tag="ask_why"):
+    """Why is the piece at a time of the walk there, and what else could be? Answered by `Why`."""
+
+    id: int
+    time: float
+
+
 class CandidateClip(Message, frozen=True, tag="candidate_clip"):
     """The walk as a clip under rules besides its own: those of a candidate."""
 
@@ -132,3 +139,55 @@ class Candidates(Message, frozen=True, tag="candidates"):
     id: int
     time: float
     rows: tuple[CandidateRow, ...]
+
+
+class WhyRow(msgspec.Struct, frozen=True):
+    """A piece that could be at a time of the walk, with what the best walk with it is charged for.
+
+    Parameters
+    ----------
+    take : str
+    mirrored, chosen : bool
+        Whether left and right are exchanged; whether it is there.
+    source_start, source_stop : float
+        Seconds of the take.
+    start, stop : float
+        Seconds of the walk.
+    margin : float
+        What the best walk with it costs above the optimum, reuse being free.
+    terms : dict of str to float
+        See `kinetograph.methods.performance.PieceTerms`.
+    without : tuple of str
+        The constraints and costs of which each one, taken away, would put it there.
+    """
+
+    take: str
+    mirrored: bool
+    chosen: bool
+    source_start: float
+    source_stop: float
+    start: float
+    stop: float
+    margin: float
+    terms: dict[str, float]
+    without: tuple[str, ...]
+
+
+class WithoutRow(msgspec.Struct, frozen=True):
+    """What would be at a time of the walk without a constraint or a cost, and how much less the walk would cost."""
+
+    constraint: str
+    take: str
+    mirrored: bool
+    source_start: float
+    source_stop: float
+    saved: float
+
+
+class Why(Message, frozen=True, tag="why"):
+    """Why a piece is there: those with the least margins, and what would have to go for another to be there."""
+
+    id: int
+    time: float
+    rows: tuple[WhyRow, ...]
+    without: tuple[WithoutRow, ...]

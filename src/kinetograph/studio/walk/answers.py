@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from kinetograph.errors import RequestError
 from kinetograph.studio.made import bodies, clip
 from kinetograph.studio.messages import (
     AskPace,
+    AskWhy,
     CandidateClip,
     CandidateRow,
     Candidates,
@@ -22,6 +23,9 @@ from kinetograph.studio.messages import (
     PieceSource,
     PlayTake,
     TakePace,
+    Why,
+    WhyRow,
+    WithoutRow,
     blob,
 )
 from kinetograph.studio.project import Project, RuleRow
@@ -77,6 +81,33 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
     return Candidates(message.id, second, rows)
 
 
+def _why(room: Room, project: Project, message: AskWhy) -> Message:
+    """What else could be at a time, as ``kinetograph perform --why`` has it."""
+    search = searched(project, room)
+    reasons = search.model.why(search.control, message.time, rules_of(search.rules))
+    rows = tuple(
+        WhyRow(
+            take=each.piece.take,
+            mirrored=each.piece.mirrored,
+            chosen=each.chosen,
+            source_start=each.piece.source_start,
+            source_stop=each.piece.source_stop,
+            start=each.piece.start,
+            stop=each.piece.stop,
+            margin=each.margin,
+            terms=asdict(each.terms),
+            without=each.without,
+        )
+        for each in reasons.contenders
+    )
+    pieces = ((other, other.piece) for other in reasons.reversals)
+    without = tuple(
+        WithoutRow(other.constraint, p.take, p.mirrored, p.source_start, p.source_stop, other.saved)
+        for other, p in pieces
+    )
+    return Why(message.id, message.time, rows, without)
+
+
 def _candidate_clip(room: Room, project: Project, message: CandidateClip) -> bytes:
     return _clip(message.id, "candidate", searched(project, room).under(message.rules).motion)
 
@@ -120,6 +151,7 @@ def _clip(number: int, name: str, motion: Motion, start: float = 0.0) -> bytes:
 ANSWERS: Mapping[type[Message], Answer] = {
     AskPace: _pace,
     NextBest: _next_best,
+    AskWhy: _why,
     CandidateClip: _candidate_clip,
     PieceSource: _piece_source,
     PlayTake: _play_take,

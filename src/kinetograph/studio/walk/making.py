@@ -15,6 +15,7 @@ from kinetograph.studio.project import Project, Walk
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Run
 from kinetograph.studio.walk.answers import ANSWERS
+from kinetograph.studio.walk.layers import layers_of
 from kinetograph.studio.walk.live import ready, run
 from kinetograph.studio.walk.model import model_of, perform, performed
 
@@ -51,14 +52,18 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
     if len(project.walk.path) < 2:
         return None
     from kinetograph.evaluation import control_distances
+    from kinetograph.pipeline import layered, recordings_of
 
-    model = model_of(project, room)
+    model, layers = model_of(project, room), layers_of(project, room)
     synthesis = perform(model, project.walk, project.walk.rules, progress)
+    if layers:
+        synthesis = layered(synthesis, layers, recordings_of(model, synthesis))
     middles, fps = performed(model, project.walk)
     errors = control_distances(synthesis.motion, middles[:, None], fps)
+    error = Lane("path error", "error", values=_rounded(100 * errors), unit="cm")
     return Made(
         (synthesis,),
-        lanes=(*_moves(synthesis), Lane("path error", "error", values=_rounded(100 * errors), unit="cm")),
+        lanes=(*_moves(synthesis), *_layers(synthesis), error),
         figures=_figures(synthesis, errors),
         path=_shown(middles, fps),
     )
@@ -97,6 +102,12 @@ def _moves(synthesis: Synthesis) -> tuple[Lane, ...]:
     """A lane of the moves that the recordings name, if they do."""
     spans = tuple(Span(n.start, n.stop, n.label) for n in synthesis.annotations if n.kind == "move")
     return (Lane("moves", "moves", spans),) if spans else ()
+
+
+def _layers(synthesis: Synthesis) -> tuple[Lane, ...]:
+    """A lane of what drives parts of the body."""
+    spans = tuple(Span(each.start, each.stop, each.name) for each in synthesis.layers)
+    return (Lane("layers", "moves", spans),) if spans else ()
 
 
 def _figures(synthesis: Synthesis, errors: FloatArray) -> tuple[Figure, ...]:

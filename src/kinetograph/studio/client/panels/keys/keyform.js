@@ -1,5 +1,7 @@
 // What is asked of one key: its time, its place and heading, the parts that count, and where hands and feet are.
 import { button, element, field } from "../../dom.js";
+import { check, checkbox, number, words } from "./keyfields.js";
+import { KeyParts } from "./keyparts.js";
 import { nameOf, timeFrom, windowOf } from "./keyrows.js";
 
 /**
@@ -45,8 +47,9 @@ export class KeyForm {
     this.place = AXES.map((axis) => number(`${axis}, metres`, 0.01, () => this.#changeEnd()));
     this.reset = button("As recorded", () => this.#resetEnd());
     this.said = element("p", { class: "warn" });
+    this.parts = new KeyParts((parts, label) => change({ parts }, label));
     const trash = button("Delete key", remove);
-    this.element = element("section", { "aria-label": "The selected key" }, this.title, field("Name", this.name), this.#times(), this.#places(), this.#parts(), this.#ends(), element("div", { class: "buttons" }, trash));
+    this.element = element("section", { "aria-label": "The selected key" }, this.title, field("Name", this.name), this.#times(), this.#places(), this.#parts(), this.#ends(), this.parts.element, element("div", { class: "buttons" }, trash));
   }
 
   /** @param {Shown | null} shown */
@@ -71,6 +74,7 @@ export class KeyForm {
     put(this.heading, place.heading.toFixed(0));
     this.#showRoles();
     this.#showEnds();
+    this.parts.show({ parts: row.parts ?? [], ends: this.#shown?.ends ?? null, place });
   }
 
   #times() {
@@ -165,11 +169,6 @@ export class KeyForm {
   }
 }
 
-/** @param {string} role */
-export function words(role) {
-  return role.replaceAll("_", " ");
-}
-
 /**
  * Shows a value in a field, unless a person is in it.
  *
@@ -178,43 +177,6 @@ export function words(role) {
  */
 function put(input, value) {
   if (document.activeElement !== input || input.tagName === "SELECT") input.value = value;
-}
-
-/**
- * @param {string | null} name null where a label names it
- * @param {number} step
- * @param {() => void} onchange
- */
-export function number(name, step, onchange) {
-  return element("input", { type: "number", "aria-label": name, title: name, step: "any", "data-step": step, onchange, onkeydown: (/** @type {KeyboardEvent} */ event) => nudge(event, step) });
-}
-
-/**
- * Arrow keys go by steps that suit the quantity, from wherever the value is.
- *
- * @param {KeyboardEvent} event
- * @param {number} step
- */
-function nudge(event, step) {
-  const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
-  const input = /** @type {HTMLInputElement} */ (event.target);
-  if (!by) return;
-  event.preventDefault();
-  input.value = (Number(input.value) + by * step * (event.shiftKey ? 10 : 1)).toFixed(step < 0.05 ? 3 : 2);
-  input.dispatchEvent(new Event("change"));
-}
-
-/** @param {() => void} onchange */
-export function checkbox(onchange) {
-  return element("input", { type: "checkbox", onchange });
-}
-
-/**
- * @param {HTMLInputElement} box
- * @param {string} name
- */
-export function check(box, name) {
-  return element("label", { class: "check" }, box, name);
 }
 
 /**

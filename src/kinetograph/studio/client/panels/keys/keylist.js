@@ -11,6 +11,7 @@ import { nameOf, poseOf, spansOf, windowOf } from "./keyrows.js";
  * @property {(index: number) => void} select
  * @property {(index: number) => void} remove
  * @property {(index: number, seconds: number) => void} putOff
+ * @property {() => void} force
  */
 
 /** Keys in their order; arrow keys go from one to the next, Delete removes. */
@@ -67,13 +68,14 @@ export class KeyList {
    * @param {number} index
    * @param {Trouble} trouble
    */
-  #trouble(index, { message, seconds }) {
+  #trouble(index, { message, seconds, force }) {
     const more = seconds ? Math.ceil(seconds * 30 - 1e-6) / 30 : 0;
     return element(
       "div",
       { class: "key-trouble", role: "alert" },
       element("p", {}, message ?? ""),
-      more > 0 && button(`Give it ${more.toFixed(2)} s more`, () => this.events.putOff(index, more), { class: "primary" }),
+      more > 0 && button(`Give it ${more.toFixed(2)} s more`, () => this.events.putOff(index, more), { class: "primary", title: "The least duration that works" }),
+      force && button("Make it all the same", () => this.events.force(), { title: "Force the timing: the motion is worse than the recordings" }),
     );
   }
 

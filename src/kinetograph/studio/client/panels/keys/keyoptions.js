@@ -1,6 +1,6 @@
 // What the motion between keys is made of, the alternatives, and a span that is kept.
 import { button, element, field } from "../../dom.js";
-import { check, checkbox, number } from "./keyform.js";
+import { check, checkbox, number } from "./keyfields.js";
 
 /**
  * @typedef {import("../../messages.js").Keys} Keys
@@ -58,6 +58,7 @@ export class KeyOptions {
     this.moves = new Tags("Go by way of", "walk, turn*", (moves) => events.change({ moves }, "choose moves"));
     this.without = new Tags("Leave out", "punch", (without) => events.change({ without }, "leave moves out"));
     this.filler = checkbox(() => events.change({ filler: this.filler.checked }, "let anything fill in"));
+    this.force = checkbox(() => events.change({ force: this.force.checked }, this.force.checked ? "force timings" : "force no timings"));
     this.mirror = checkbox(() => events.change({ mirror: this.mirror.checked }, "mirror"));
     const counts = Array.from({ length: MOST }, (_, i) => element("option", { value: i + 1 }, String(i + 1)));
     this.count = element("select", { onchange: () => events.change({ alternatives: Number(this.count.value), chosen: 0 }, "alternatives") }, counts);
@@ -82,6 +83,7 @@ export class KeyOptions {
     this.without.show(keys.without ?? []);
     this.filler.checked = keys.filler ?? false;
     this.mirror.checked = keys.mirror ?? false;
+    this.force.checked = keys.force ?? false;
     this.count.value = String(keys.alternatives ?? 1);
     this.#showChoices(keys, made?.costs ?? []);
     this.lockButton.disabled = !made;
@@ -92,7 +94,7 @@ export class KeyOptions {
   }
 
   #motion() {
-    const boxes = element("div", { class: "rows" }, check(this.mirror, "Mirrored recordings too"), check(this.filler, "Let any recording fill in"));
+    const boxes = element("div", { class: "rows" }, check(this.mirror, "Mirrored recordings too"), check(this.filler, "Let any recording fill in"), check(this.force, "Force timings that are too quick"));
     return element("section", { "aria-label": "Motion" }, element("h2", {}, "Motion"), this.moves.element, this.without.element, boxes);
   }
 

@@ -135,6 +135,6 @@ export function putOff(rows, index, seconds) {
  * @returns {KeyRow}
  */
 function clean(row) {
-  const kept = Object.entries(row).filter(([name, value]) => value !== null && value !== undefined && value !== "" && !(name === "moved" && !Object.keys(value).length));
+  const kept = Object.entries(row).filter(([name, value]) => value !== null && value !== undefined && value !== "" && !((name === "moved" || name === "parts") && !Object.keys(value).length));
   return /** @type {KeyRow} */ (Object.fromEntries(kept));
 }

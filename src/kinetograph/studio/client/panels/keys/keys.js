@@ -1,7 +1,8 @@
 // The panel of keys: poses that a motion goes through, where and when, and what goes on between them.
 import { loadClip } from "../../stage/body.js";
 import { button, element, isTyping, remember, remembered } from "../../dom.js";
-import { check, checkbox, KeyForm } from "./keyform.js";
+import { check, checkbox } from "./keyfields.js";
+import { KeyForm } from "./keyform.js";
 import { KeyList } from "./keylist.js";
 import { KeyOptions } from "./keyoptions.js";
 import { KeyPicker } from "./keypicker.js";
@@ -52,7 +53,7 @@ class KeysPanel {
   /** @param {import("../../studio.js").App} app */
   constructor(app) {
     this.app = app;
-    this.list = new KeyList({ select: (i) => this.#select(i), remove: (i) => this.#remove(i), putOff: (i, seconds) => this.#putOff(i, seconds) });
+    this.list = new KeyList({ select: (i) => this.#select(i), remove: (i) => this.#remove(i), putOff: (i, seconds) => this.#putOff(i, seconds), force: () => this.#edit({ force: true }, "force timings") });
     this.form = new KeyForm((change, label) => this.#change(change, label), () => this.#remove(this.#selected));
     this.picker = new KeyPicker(app, { scrub: () => this.#scrub(), add: () => this.#addPicked(), library: (library) => this.#edit({ library, rows: [], lock: null }, "choose a library") });
     this.options = new KeyOptions({

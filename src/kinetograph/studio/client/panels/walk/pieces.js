@@ -6,11 +6,14 @@ import { button, element, iconButton } from "../../dom.js";
  * @typedef {import("../../messages.js").PieceRow} PieceRow
  * @typedef {import("../../messages.js").RuleRow} RuleRow
  * @typedef {import("../../messages.js").CandidateRow} CandidateRow
+ * @typedef {import("../../messages.js").WhyRow} WhyRow
  * @typedef {import("../../stage/body.js").Clip} Clip
  */
 
 const TERMS = /** @type {const} */ (["interpretation", "continuity", "reuse"]);
 const GHOST = 0.45;
+const NAMES = /** @type {Record<string, string>} */ ({ before: "seam before", after: "seam after", change: "change of person" });
+const TINY = 1e-7; // what costs no more costs nothing
 
 /** What a person sees of pieces and does to them. */
 export class Pieces {
@@ -92,17 +95,79 @@ export class Pieces {
     const heading = element("h2", {}, source(piece));
     const close = iconButton("close", "Close", () => this.close(), { class: "quiet" });
     const found = element("div", {}, element("p", { class: "note" }, "searching for the next best ones"));
-    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), this.#pin(piece, time), this.#forbid(piece, time), close);
+    const why = button("Why?", () => void this.#why(piece, time, found), { title: "Why this piece is here, and what else could be" });
+    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), why, this.#pin(piece, time), this.#forbid(piece, time), close);
     this.card.replaceChildren(bar, found);
     this.card.hidden = false;
     close.focus();
+    await this.#fill(found, async () => [this.#table(await this.app.connection.ask({ kind: "next_best", time: this.#within(time), count: 4 }))]);
+  }
+
+  /** @param {number} time */
+  #within(time) {
+    return Math.min(time, this.app.transport.duration - 1e-3);
+  }
+
+  /** @type {object | null} */
+  #filling = null; // what the card waits for
+
+  /**
+   * Shows an answer in the card, unless another was asked for meanwhile.
+   *
+   * @param {HTMLElement} found
+   * @param {() => Promise<HTMLElement[]>} ask
+   */
+  async #fill(found, ask) {
+    const mine = (this.#filling = {});
     try {
-      const asked = Math.min(time, this.app.transport.duration - 1e-3);
-      found.replaceChildren(this.#table(await this.app.connection.ask({ kind: "next_best", time: asked, count: 4 })));
-      this.#makeRoom();
+      const parts = await ask();
+      if (this.#filling === mine) found.replaceChildren(...parts);
     } catch (error) {
-      found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
+      if (this.#filling === mine) found.replaceChildren(element("p", { class: "bad" }, /** @type {Error} */ (error).message));
     }
+    this.#makeRoom();
+  }
+
+  /**
+   * Lists what could be at the time that is shown, where that is in the piece, and what would have to go for it.
+   *
+   * @param {PieceRow} piece
+   * @param {number} time its middle
+   * @param {HTMLElement} found
+   */
+  async #why(piece, time, found) {
+    const now = this.app.transport.time;
+    const asked = this.#within(piece.start <= now && now < piece.stop ? now : time);
+    found.replaceChildren(element("p", { class: "note", role: "status" }, "comparing all pieces"));
+    await this.#fill(found, async () => this.#reasons(await this.app.connection.ask({ kind: "ask_why", time: asked })));
+  }
+
+  /**
+   * @param {import("../../messages.js").Why} why
+   * @returns {HTMLElement[]}
+   */
+  #reasons({ rows, without, time }) {
+    const terms = Object.keys(rows[0]?.terms ?? {}).filter((term) => rows.some((row) => Math.abs(row.terms[term]) > TINY));
+    const heads = ["rank", "from", "margin", ...terms.map((term) => NAMES[term] ?? term), "choose"].map((name) => element("th", { scope: "col" }, name));
+    const body = rows.map((row, i) => this.#reason(row, i, terms, time));
+    const caption = element("caption", {}, `Pieces at ${time.toFixed(2)} s. Margin: what the best whole motion with a piece costs above the optimum, reuse being free.`);
+    const table = element("table", { class: "candidate-table" }, caption, element("thead", {}, element("tr", {}, heads)), element("tbody", {}, body));
+    const lines = without.map((row) => element("li", {}, `Without ${row.constraint}: ${source(row)}; the whole would cost ${figure(row.saved)} less.`));
+    const none = element("p", { class: "note" }, "No single constraint or cost, taken away, would put another piece here.");
+    return [table, lines.length ? element("ul", { class: "list", "aria-label": "What would have to go" }, lines) : none];
+  }
+
+  /**
+   * @param {WhyRow} row
+   * @param {number} index
+   * @param {string[]} terms
+   * @param {number} time
+   */
+  #reason(row, index, terms, time) {
+    const name = row.chosen ? "Shown" : String(index + 1);
+    const pin = row.chosen ? null : button("Pin", () => this.#rule(row, time, false), { "aria-label": `Pin ${source(row)}`, class: "small" });
+    const costs = terms.map((term) => element("td", {}, figure(row.terms[term])));
+    return element("tr", { class: "candidate" }, element("th", { scope: "row" }, name), element("td", {}, source(row)), element("td", {}, figure(row.margin)), costs, element("td", {}, pin));
   }
 
   /** Looks at the ground above the card. */
@@ -117,6 +182,7 @@ export class Pieces {
   close() {
     this.card.hidden = true;
     this.#wanted += 1;
+    this.#filling = null;
     this.app.stage.camera.clearViewOffset();
     this.#showGhost(null);
   }
@@ -138,7 +204,7 @@ export class Pieces {
   }
 
   /**
-   * @param {PieceRow | CandidateRow} piece
+   * @param {PieceRow | CandidateRow | WhyRow} piece
    * @param {number} time
    * @param {boolean} forbid
    */
@@ -152,7 +218,7 @@ export class Pieces {
   /** @param {import("../../messages.js").Candidates} found */
   #table({ rows, time }) {
     const most = Math.max(...rows.map((one) => one.cost), 1e-9);
-    const heads = ["", "from", "cost", "more", ...TERMS, ""].map((name) => element("th", { scope: "col" }, name));
+    const heads = ["rank", "from", "cost", "more", ...TERMS, "choose"].map((name) => element("th", { scope: "col" }, name));
     const body = rows.map((each, i) => this.#candidate(each, i, most, time));
     return element("table", { class: "candidate-table" }, element("thead", {}, element("tr", {}, heads)), element("tbody", {}, body));
   }
@@ -234,7 +300,7 @@ function words(rule) {
   return `${rule.forbid ? "not " : "pinned "}${rule.take ?? "anything"}${where}`;
 }
 
-/** @param {PieceRow | CandidateRow} piece */
+/** @param {{take: string, mirrored?: boolean, source_start: number, source_stop: number}} piece */
 function source(piece) {
   const mirrored = piece.mirrored ? ", mirrored" : "";
   if (piece.source_stop === piece.source_start) return `${piece.take}${mirrored}, held at ${piece.source_start.toFixed(2)} s`;

@@ -2,6 +2,7 @@
 import { MOUSE, TOUCH } from "three";
 import { button, element, field, press, slider } from "../../dom.js";
 import { Follower } from "./follower.js";
+import { Layers } from "./layers.js";
 import { listenOnGround } from "../../stage/ground_pointer.js";
 import { Pen, Timing, at, dragged, nearest, paced, waiting } from "./path.js";
 import { PathView } from "./path_view.js";
@@ -56,12 +57,17 @@ class WalkPanel {
     this.speeds = new SpeedBar();
     this.follower = new Follower(app);
     this.pieces = new Pieces(app, (change, label) => this.#edit(change, label));
+    this.layers = new Layers(app, (change, label, merge) => this.#edit(change, label, merge));
     this.playback = new Playback(app, this.view);
     this.hint = element("p", { class: "hint", role: "status", hidden: true });
     app.stage.parent.append(this.hint);
-    this.element = element("div", { class: "walk" }, this.#pathSection(), this.#shapeSection(), this.#changeSection(), this.playback.element, this.pieces.element);
+    this.element = element("div", { class: "walk" }, this.#pathSection(), this.#shapeSection(), this.#changeSection(), this.layers.element, this.playback.element, this.pieces.element);
     app.store.on("project", () => this.#entered && this.#showProject());
-    app.store.on("welcome", () => this.#entered && void this.#askPace());
+    app.store.on("welcome", () => {
+      if (!this.#entered) return;
+      this.layers.show();
+      void this.#askPace();
+    });
     app.transport.on("time", (time) => this.speeds.seek(this.#drawnTime(time)));
     app.timeline.on("hover", (where) => this.#entered && void this.pieces.hover(where?.lane.kind === "pieces" ? where.span.data : null));
     app.timeline.on("pick", (where) => this.#entered && where.lane.kind === "pieces" && void this.pieces.open(where.span.data));
@@ -184,6 +190,7 @@ class WalkPanel {
     this.view.showFacing(facing);
     this.speeds.show(path, this.#pace);
     this.pieces.show();
+    this.layers.show();
     this.app.showLanes();
     if (`${walk.library ?? ""}${walk.mirror ?? true}` !== this.#paceOf) void this.#askPace();
   }

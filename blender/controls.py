@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rigs whose bones are driven by control bones: those that Rigify generates, and others with IK or copied transforms.
+
+Each control belongs to a joint, from which it stands as at rest. Its keys are worked out from where its parents are to
+be, and then, where the rig does otherwise (a neck that does not turn with the chest), once more from where the rig, as
+Blender evaluates it, has put them; a few times at most.
+"""
+
+import re
+
+import numpy as np
+
+from . import axes
+from .actions import write_bone
+from .bodies import is_rigify
+from .motions import poses
+
+_PASSES = 4
+_ANGLE, _PLACE = np.radians(0.05), 2e-4  # radians and shares of the rig's size that are near enough
+_COPIES = ("COPY_TRANSFORMS", "COPY_ROTATION")
+_FULL, _TURNED, _PLACED = "full", "turned", "placed"
+_SIDES = ("L", "R")
+
+
+class Control:
+    """A control bone, its joint, and what of it is keyed."""
+
+    def __init__(self, bone, joint, what=_TURNED):
+        self.bone, self.joint, self.what = bone, joint, what
+
+
+class Pole:
+    """A control bone that the knee, or the elbow, of a limb points to."""
+
+    def __init__(self, bone, limb):
+        self.bone, self.limb = bone, limb
+        self.turn = 0.0  # radians about the line from the first joint to the last, that what it does is corrected by
+
+
+def driven(rig):
+    """Whether some of a rig's bones are driven by others."""
+    if is_rigify(rig.thing):
+        return True
+    return any(_goes_by(rig, name) != name or _ik(rig, name) for name in rig.bones)
+
+
+def write(rig, roles, curves, scene, frames, turned, heads, span=None):
+    """Key the controls of a rig so that its bones are where a motion puts them, as near as the rig lets them."""
+    if is_rigify(rig.thing) and scene.kinetograph.on_fk:
+        _switch_to_fk(rig, curves, frames, span)
+    table, poles = _rigify(rig, curves, frames, span) if is_rigify(rig.thing) else _others(rig)
+    goals = _matrices(turned, heads)
+    solver = _Solver(rig, table, poles, goals)
+    before = np.inf
+    for _ in range(_PASSES):
+        solver.write(curves, frames, span)
+        missing = solver.look(scene, frames)
+        if solver.near or missing > 0.99 * before:
+            break
+        before = missing
+    tweaks = _tweaks(rig) if is_rigify(rig.thing) else []
+    if tweaks and not solver.near:
+        solver.tweak(tweaks)
+        solver.write(curves, frames, span)
+
+
+class _Solver:
+    """Keys of controls, made better by what the rig does with them. Matrices are (F, 4, 4), in the armature's space."""
+
+    def __init__(self, rig, table, poles, goals):
+        self.rig, self.table, self.poles = rig, table, poles
+        self.goal = {name: goals[:, joint] for joint, name in enumerate(rig.bones)}
+        bones = rig.thing.data.bones
+        self.known = set(rig.bones) | {control.bone for control in table}
+        self.rest = {name: np.array(bones[name].matrix_local) for name in self._all()}
+        self.posed = {name: np.broadcast_to(self.rest[name], (len(goals), 4, 4)) for name in self._all()}
+        self.basis = {c.bone: np.broadcast_to(np.eye(4), (len(goals), 4, 4)) for c in [*table, *poles]}
+        for control in table:
+            to = np.linalg.inv(self.rest[control.joint]) @ self.rest[control.bone]
+            self.goal[control.bone] = self.goal[control.joint] @ to
+        self.near = False
+
+    def _all(self):
+        return [*self.rig.bones, *(control.bone for control in [*self.table, *self.poles])]
+
+    def write(self, curves, frames, span):
+        """Work out the controls' bases, and key them."""
+        for control in self.table:
+            space = self._space(control.bone)
+            self._key(control.bone, space, self.goal[control.bone], control.what, curves, frames, span)
+        for pole in self.poles:
+            goal = np.broadcast_to(np.eye(4), (len(frames), 4, 4)).copy()
+            goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole)
+            self._key(pole.bone, self._space(pole.bone), goal, _PLACED, curves, frames, span)
+
+    def _space(self, name):
+        """The space that a control moves in, where the bones above it are as they are to be."""
+        here = self.posed[name] @ np.linalg.inv(self.basis[name])
+        above = self.rig.thing.data.bones[name].parent
+        while above is not None and above.name not in self.known:
+            above = above.parent
+        return here if above is None else self.goal[above.name] @ np.linalg.inv(self.posed[above.name]) @ here
+
+    def _key(self, name, space, goal, what, curves, frames, span):
+        basis = np.linalg.inv(space) @ goal
+        q = axes.quaternions(_pure(basis[:, :3, :3]))
+        places = basis[:, :3, 3] if what in (_FULL, _PLACED) else None
+        if what == _PLACED:
+            q = np.broadcast_to(np.array([1.0, 0, 0, 0]), q.shape)
+        self.basis[name] = _matrices(
+            q[:, None], (np.zeros_like(goal[:, :3, 3]) if places is None else places)[:, None]
+        )[:, 0]
+        write_bone(curves, self.rig.thing, name, frames, q, places, span)
+
+    def look(self, scene, frames):
+        """Let Blender evaluate the rig; how far, all together, joints are from where they are to be."""
+        names = list(self.posed)
+        seen = poses(self.rig.thing, names, scene, frames)
+        self.posed = {name: seen[:, i] for i, name in enumerate(names)}
+        for control in self.table:
+            if control.bone == "torso":
+                self._shift(control)
+        for pole in self.poles:
+            pole.turn = pole.turn + _amiss(self.posed, self.goal, pole.limb)
+        off = [apart(self.posed[control.joint], self.goal[control.joint]) for control in self.table]
+        self.near = all(self._is_near(control.joint) for control in self.table)
+        return sum(float(turn.mean() + place.mean() / self._size()) for turn, place in off)
+
+    def _shift(self, control):
+        """Move a control by what its joint is missing, since others between them move that as well."""
+        moved = self.goal[control.bone].copy()
+        moved[:, :3, 3] += self.goal[control.joint][:, :3, 3] - self.posed[control.joint][:, :3, 3]
+        self.goal[control.bone] = moved
+
+    def _is_near(self, name):
+        turn, place = apart(self.posed[name], self.goal[name])
+        return turn.max() < _ANGLE and place.max() < _PLACE * self._size()
+
+    def _size(self):
+        return np.ptp(np.array([self.rest[name][:3, 3] for name in self.rig.bones]), axis=0).max()
+
+    def tweak(self, controls):
+        """Let controls that are next to their joints take what is still missing."""
+        self.table, self.poles = [control for control in controls if not self._is_near(control.joint)], []
+        for control in self.table:
+            rest = np.array(self.rig.thing.data.bones[control.bone].matrix_local)
+            to = np.linalg.inv(self.rest[control.joint]) @ rest
+            self.rest[control.bone], self.goal[control.bone] = rest, self.goal[control.joint] @ to
+            self.posed[control.bone] = self.posed[control.joint] @ to
+            self.basis[control.bone] = np.broadcast_to(np.eye(4), self.posed[control.bone].shape)
+
+
+def apart(one, other):
+    """How far matrices are from one another: radians, and distances."""
+    turn = axes.multiply(
+        axes.inverse(axes.quaternions(_pure(one[..., :3, :3]))), axes.quaternions(_pure(other[..., :3, :3]))
+    )
+    angle = 2 * np.arctan2(np.linalg.norm(turn[..., 1:], axis=-1), np.abs(turn[..., 0]))
+    return angle, np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
+
+
+def _pure(matrices):
+    return matrices / np.maximum(np.linalg.norm(matrices, axis=-2, keepdims=True), 1e-12)
+
+
+def _matrices(turned, heads):
+    out = np.zeros((*turned.shape[:-1], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes.matrices(turned), heads, 1.0
+    return out
+
+
+def _pole_places(goal, rest, pole):
+    """Where a pole stands: as far from the knee as the limb is long, on the side that the knee bends to."""
+    upper = pole.limb[0]
+    a, b, c = (goal[name][:, :3, 3] for name in pole.limb)
+    still = _outward(*(rest[name][:3, 3][None] for name in pole.limb))[0]
+    turn = goal[upper][:, :3, :3] @ np.linalg.inv(rest[upper][:3, :3])
+    usual = turn @ _unit(still)
+    bent = _outward(a, b, c)
+    length = np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - b, axis=1)
+    share = np.clip(np.linalg.norm(bent, axis=1) / (0.01 * length), 0.0, 1.0)[:, None]  # a straight knee shows no plane
+    towards = _unit(share * _unit(bent) + (1 - share) * usual)
+    half = 0.5 * np.broadcast_to(pole.turn, length.shape)[:, None]
+    turn = np.concatenate([np.cos(half), np.sin(half) * _unit(c - a)], axis=1)
+    return b + axes.rotate(turn, towards) * length[:, None]
+
+
+def _amiss(posed, goal, limb):
+    """By how much a knee is beside where it is to be, (F,) radians about the line from hip to ankle."""
+    a, b, c = (goal[name][:, :3, 3] for name in limb)
+    wanted, found = _outward(a, b, c), _outward(*(posed[name][:, :3, 3] for name in limb))
+    about = (_unit(c - a) * np.cross(found, wanted)).sum(-1)
+    angle = np.arctan2(about, (found * wanted).sum(-1))
+    return angle * np.clip(np.linalg.norm(wanted, axis=1) / (0.01 * np.linalg.norm(b - a, axis=1)), 0.0, 1.0)
+
+
+def _outward(a, b, c):
+    line = _unit(c - a)
+    return (b - a) - ((b - a) * line).sum(-1, keepdims=True) * line
+
+
+def _unit(vectors):
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+
+
+# ---- rigs of Rigify ----
+
+_FK = {
+    "shoulder.{}": "ORG-shoulder.{}",
+    "upper_arm_fk.{}": "ORG-upper_arm.{}",
+    "forearm_fk.{}": "ORG-forearm.{}",
+    "hand_fk.{}": "ORG-hand.{}",
+    "thigh_fk.{}": "ORG-thigh.{}",
+    "shin_fk.{}": "ORG-shin.{}",
+    "foot_fk.{}": "ORG-foot.{}",
+    "toe_fk.{}": "ORG-toe.{}",
+}
+_IK = {
+    "arm": ("upper_arm_parent.{}", "upper_arm_ik_target.{}", ("upper_arm", "forearm", "hand"), {"hand_ik.{}": "hand"}),
+    "leg": (
+        "thigh_parent.{}",
+        "thigh_ik_target.{}",
+        ("thigh", "shin", "foot"),
+        {"foot_ik.{}": "foot", "toe_ik.{}": "toe"},
+    ),
+}
+
+
+def _rigify(rig, curves, frames, span):
+    """The controls of a rig that Rigify generated. A limb on IK has its end and its pole keyed too."""
+    bones = rig.thing.pose.bones
+    table = [Control("torso", rig.bones[0], _FULL)] if "torso" in bones else []
+    spine = [name for name in rig.bones if re.fullmatch(r"ORG-spine(\.\d+)?", name)]
+    trunk = [name for name in spine if f"spine_fk{name[9:]}" in bones]
+    table += [Control(f"spine_fk{name[9:]}", name) for name in trunk]
+    neck = spine[len(trunk) :]
+    if neck and "head" in bones:
+        table.append(Control("head", neck[-1], _FULL))
+        if len(neck) > 1 and "neck" in bones:
+            table.append(Control("neck", neck[0]))
+    poles = []
+    for side in _SIDES:
+        pairs = [(c.format(side), j.format(side)) for c, j in _FK.items()]
+        table += [Control(c, j) for c, j in pairs if c in bones and j in rig.bones]
+        for limb in _IK.values():
+            more, pole = _on_ik(rig, side, limb, curves, frames, span)
+            table, poles = table + more, poles + pole
+    return table, poles
+
+
+def _switch_to_fk(rig, curves, frames, span):
+    for bone in rig.thing.pose.bones:
+        if "IK_FK" in bone:
+            _set(rig, bone.name, "IK_FK", 1.0, curves, frames, span)
+
+
+def _on_ik(rig, side, limb, curves, frames, span):
+    """The controls of a limb that is on IK."""
+    bones = rig.thing.pose.bones
+    switch, pole, joints, ends = limb[0].format(side), limb[1].format(side), limb[2], limb[3]
+    if switch not in bones or bones[switch].get("IK_FK", 1.0) > 0.5:
+        return [], []
+    table = []
+    for name, joint in ends.items():
+        whole = joint != "toe"
+        pair = name.format(side), f"ORG-{joint}.{side}"
+        if pair[0] in bones and pair[1] in rig.bones:
+            table.append(Control(*pair, _FULL if whole else _TURNED))
+    names = tuple(f"ORG-{joint}.{side}" for joint in joints)
+    if pole not in bones or not set(names) <= set(rig.bones) or "pole_vector" not in bones[switch]:
+        return table, []
+    _set(rig, switch, "pole_vector", True, curves, frames, span)
+    return table, [Pole(pole, names)]
+
+
+def _set(rig, bone, name, value, curves, frames, span):
+    """Give a bone's own setting a value, and key it."""
+    rig.thing.pose.bones[bone][name] = value
+    path = f'pose.bones["{bone}"]["{name}"]'
+    curves.write(path, frames[[0, -1]], np.full((2, 1), float(value)), bone, span)
+
+
+def _tweaks(rig):
+    """The controls next to the bones of the spine."""
+    bones = rig.thing.pose.bones
+    names = [name for name in rig.bones if name.startswith("ORG-spine") and f"tweak_{name[4:]}" in bones]
+    return [Control(f"tweak_{name[4:]}", name, _FULL) for name in names]
+
+
+def _above(rig, name):
+    parent = rig.parents[rig.bones.index(name)]
+    return rig.bones[parent] if parent >= 0 else None
+
+
+# ---- other rigs ----
+
+
+def _others(rig):
+    """The controls of a rig with constraints: each joint's own bone or that which it copies, and the goals of IK."""
+    table, poles = [], []
+    for joint, name in enumerate(rig.bones):
+        table.append(Control(_goes_by(rig, name), name, _TURNED if joint else _FULL))
+    for name in rig.bones:
+        for constraint in _ik(rig, name):
+            ends = [rig.bones[i] for i, parent in enumerate(rig.parents) if parent >= 0 and rig.bones[parent] == name]
+            upper = _above(rig, name)
+            if not ends or upper is None:
+                continue
+            table.append(Control(constraint.subtarget, ends[0], _FULL))
+            if constraint.pole_target == rig.thing and constraint.pole_subtarget:
+                poles.append(Pole(constraint.pole_subtarget, (upper, name, ends[0])))
+    return table, poles
+
+
+def _acts(rig, constraint):
+    on = not constraint.mute and constraint.influence > 0.5
+    return on and getattr(constraint, "target", None) == rig.thing and constraint.subtarget in rig.thing.data.bones
+
+
+def _goes_by(rig, name):
+    """The bone whose transforms a bone copies, or the bone itself."""
+    for _ in range(8):
+        copies = [c for c in rig.thing.pose.bones[name].constraints if c.type in _COPIES and _acts(rig, c)]
+        if not copies or copies[-1].subtarget in rig.bones:
+            return name
+        name = copies[-1].subtarget
+    return name
+
+
+def _ik(rig, name):
+    return [c for c in rig.thing.pose.bones[name].constraints if c.type == "IK" and _acts(rig, c)]

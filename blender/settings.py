@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panel shows and a file keeps."""
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+
+def _is_armature(_, thing):
+    return thing.type == "ARMATURE"
+
+
+class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
+    """Settings of a scene."""
+
+    library: StringProperty(name="Library", subtype="DIR_PATH", description="A library of recordings")
+    without: StringProperty(name="Leave Out", description="Takes or tags that are not used, with spaces between")
+    armature: PointerProperty(
+        name="My Rig", type=bpy.types.Object, poll=_is_armature, description="Who moves; a new armature unless given"
+    )
+    curve: PointerProperty(name="Curve", type=bpy.types.Object, description="A curve, or an object that moves")
+    leader: PointerProperty(name="Leader", type=bpy.types.Object, poll=_is_armature)
+    speed: FloatProperty(name="Speed", default=1.2, min=0.05, max=12.0, description="Metres per second")
+    by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
+    keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
+    mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
+    on_fk: BoolProperty(
+        name="Rigify on FK",
+        description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %",
+    )
+    alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
+    layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
+    moving: BoolProperty(name="Keep Speeds", description="Pass through the keys as fast as the action does")
+    lock_start: IntProperty(name="Lock From", description="A span of an earlier result that stays; 0 and 0 for none")
+    lock_end: IntProperty(name="Lock To")
+    readings: StringProperty(name="Readings", subtype="FILE_PATH", description="A file of body-worn sensors' readings")
+    layout: StringProperty(name="Layout", default="wii", description="wii, phone, imu, ideal, or a .toml file")
+    words: StringProperty(name="Search", description="Words of a take's name, its tags or its labels")
+
+
+CLASSES = (KINETOGRAPH_PG_settings,)

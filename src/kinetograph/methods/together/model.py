@@ -1,0 +1,243 @@
+"""Controls together: a control is performed through keys, by the moves that are asked for, in one search.
+
+`performed` reads as the path of a request: the control is bent to the places of keys; keys, moves, pieces and feet
+become costs of the states of one segmental search; its pieces are joined; the keys are met exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kinetograph.arrays import FloatArray
+from kinetograph.errors import DataError, RequestError
+from kinetograph.keys import Key
+from kinetograph.kinematics import role_positions
+from kinetograph.methods.keyframe.key_parts import SHAPE
+from kinetograph.methods.performance import (
+    Control,
+    Demand,
+    Fitted,
+    GroundPath,
+    Moment,
+    PerformanceModel,
+    Reasons,
+    at_rate,
+    contact_moments,
+    distances_to,
+    explain,
+    fitted_for,
+    foot_moments,
+    perform_read,
+    settle,
+)
+from kinetograph.methods.recordings import adopt, same_joints
+from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
+from kinetograph.methods.together.meeting import aims_of, meet
+from kinetograph.methods.together.placing import bent_to
+from kinetograph.motion import Motion
+from kinetograph.post.contacts import contacts_of
+from kinetograph.progress import Progress
+from kinetograph.signal import Signal
+from kinetograph.skeleton import same_shape
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Take
+
+NEAR = 0.12
+"""Metres between a key and a frame within which the recordings have something near: then only that is shown."""
+SLACK = 0.06
+"""Metres by which what is shown may be further from the key than the nearest frame."""
+
+
+def performed(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    asked: Asked,
+    progress: Progress | None = None,
+) -> Synthesis:
+    """A motion that performs a control, through keys, by the moves that are asked for.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+        Nothing gives what `PerformanceModel.synthesize` does.
+    progress : Progress, optional
+        Called with the steps done and their number.
+
+    Raises
+    ------
+    RequestError
+        For a control that cannot be performed, and for keys that cannot be met, with the nearest that could.
+    """
+    read = _read(model, control, asked)
+    if not (asked.keys or asked.feet or asked.contacts):
+        return perform_read(model.fitted, read, progress, asked.rules)[0]
+    keys, bent, demands = _demanded(model, read, asked)
+    synthesis, settled = _searched(model, bent, demands, progress)
+    seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
+    return _meeting(model, read, synthesis, [_at(each.key, s) for each, s in zip(keys, seconds, strict=True)])
+
+
+def explained(
+    model: PerformanceModel, control: Take | Signal | Motion, asked: Asked, second: float, count: int = 10
+) -> Reasons:
+    """Why a piece is at a moment of a control, with all that is asked for.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+    second : float
+        Within the control.
+    count : int
+        How many pieces are compared.
+
+    Raises
+    ------
+    RequestError
+        As `performed`, and for a moment outside the control.
+    """
+    read = _read(model, control, asked)
+    if not (asked.keys or asked.feet):
+        return explain(model.fitted, read, second, asked.rules, count)
+    _, bent, demands = _demanded(model, read, asked)
+    fitted = fitted_for(model.fitted, bent)
+    x = at_rate(bent.points, bent.fps, fitted.settings.rate)
+    try:
+        settled = settle(fitted, x, None, demands)[1]
+    except DataError:
+        settled = settle(fitted, x, None, _all_soft(demands))[1]
+    return explain(model.fitted, bent, second, settled, count)
+
+
+def _read(model: PerformanceModel, control: Take | Signal | Motion, asked: Asked) -> Control:
+    """The control, with the contacts that are asked for. Raises RequestError for spans outside it."""
+    read = replace(model.read(control), contacts=asked.contacts)
+    require_within(asked, read)
+    return read
+
+
+def _demanded(
+    model: PerformanceModel, read: Control, asked: Asked
+) -> tuple[tuple[AskedKey, ...], Control, list[Demand]]:
+    """The keys at their times, the control bent to them, and what the search is asked for."""
+    keys = tuple(_on_body(each, model.fitted) for each in timed(asked.keys, read))
+    _require_ground(model, keys)
+    fitted = model.fitted
+    for each in keys:  # what cannot be met is refused before the work
+        aims_of([_at_once(each.key)], fitted.sources[0].motion.skeleton, read.fps)
+    moments = [_moment(fitted, each) for each in keys]
+    bent = bent_to(read, [_at_once(each.key) for each in keys], fitted)
+    return keys, bent, [*moments, *asked.rules, *_feet(fitted, asked)]
+
+
+def _searched(
+    model: PerformanceModel, control: Control, demands: Sequence[Demand], progress: Progress | None
+) -> tuple[Synthesis, tuple[Demand, ...]]:
+    try:
+        return perform_read(model.fitted, control, progress, demands)
+    except DataError:
+        return perform_read(model.fitted, control, progress, _all_soft(demands))
+
+
+def _all_soft(demands: Sequence[Demand]) -> list[Demand]:
+    return [_softened(demand) if isinstance(demand, Moment) else demand for demand in demands]
+
+
+def _softened(moment: Moment) -> Moment:
+    """A moment that allows everything that costs something."""
+    return replace(moment, limit=np.inf)
+
+
+def _require_ground(model: PerformanceModel, keys: Sequence[AskedKey]) -> None:
+    """Raise RequestError for places and headings where the control is no path."""
+    if isinstance(model.method.control_points, GroundPath):
+        return
+    for each in keys:
+        if each.key.position is not None or each.key.heading is not None:
+            raise RequestError(
+                f"{each.key.label}: with a partner its place and heading follow from the partner; leave them out"
+            )
+
+
+def _on_body(asked: AskedKey, fitted: Fitted) -> AskedKey:
+    """A key on the body of the result, where it has the same joints with other bones."""
+    skeleton, clip = fitted.sources[0].motion.skeleton, asked.key.clip
+    if same_shape(clip.skeleton, skeleton, tolerance=SHAPE) or not same_joints(clip.skeleton, skeleton):
+        return asked
+    return replace(asked, key=replace(asked.key, clip=replace(adopt(clip, skeleton), bones=None)))
+
+
+def _at(key: Key, second: float) -> Key:
+    return replace(key, time=(second, second))
+
+
+def _at_once(key: Key) -> Key:
+    """A key at the middle of its window."""
+    assert key.time is not None
+    return _at(key, 0.5 * (key.time[0] + key.time[1]))
+
+
+def _moment(fitted: Fitted, asked: AskedKey) -> Moment:
+    """What a key costs in the search; where the recordings have something near, all else is ruled out."""
+    away = distances_to(fitted, asked.key)
+    nearest = _nearest(fitted, away)
+    limit = nearest + SLACK if nearest < NEAR else np.inf
+    assert asked.key.time is not None
+    costs = tuple(asked.weight * each**2 for each in away)
+    return Moment(asked.key.time, costs, asked.key.label, limit=asked.weight * limit**2)
+
+
+def _nearest(fitted: Fitted, away: Sequence[FloatArray]) -> float:
+    """The least distance of a frame within a segment."""
+    least = np.inf
+    for segment in fitted.instances.segments:
+        fps = fitted.sources[segment.source].motion.fps
+        part = away[segment.source][round(segment.start * fps) : round(segment.stop * fps) + 1]
+        least = min(least, float(part.min(initial=np.inf)))
+    return least
+
+
+def _feet(fitted: Fitted, asked: Asked) -> Iterator[Moment]:
+    for span in asked.feet:
+        yield from foot_moments(fitted, (span.start, span.stop), (span.first, span.last))
+    for contact in asked.contacts:
+        yield from contact_moments(fitted, contact)
+
+
+def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, keys: Sequence[Key]) -> Synthesis:
+    """A synthesis that meets keys, with what the path loses by them."""
+    motion = synthesis.motion
+    met = aims_of(keys, motion.skeleton, motion.fps)
+    contacts = contacts_of(synthesis.annotations)
+    made = meet(motion, met, contacts, model.method.post) if met else motion
+    moved = np.zeros(len(motion)) if made is motion else edited_by(motion, made)
+    off = off_path(made, control)
+    return replace(
+        synthesis,
+        motion=made,
+        edited=synthesis.edited + moved if len(synthesis.edited) else synthesis.edited,
+        met=tuple(each.frame / motion.fps for each in met),
+        statistics={**synthesis.statistics, "path_off_mean": float(off.mean()), "path_off_most": float(off.max())},
+    )
+
+
+def edited_by(before: Motion, after: Motion) -> FloatArray:
+    """How far joints were moved in the mean by an edit, metres ``(F,)``."""
+    from kinetograph.kinematics import joint_positions
+
+    return np.asarray(np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1).mean(axis=1))
+
+
+def off_path(motion: Motion, control: Control) -> FloatArray:
+    """How far the hips are from the middle of a control on the ground, metres ``(F,)``."""
+    hips = role_positions(motion, ("left_hip", "right_hip")).mean(axis=1)
+    wanted = middle_of(control.points)
+    at = np.arange(len(hips)) / motion.fps * control.fps
+    z, x = (np.interp(at, np.arange(len(wanted)), each) for each in (wanted.real, wanted.imag))
+    return np.asarray(np.hypot(hips[:, 2] - z, hips[:, 0] - x))

@@ -1,0 +1,312 @@
+"""A request from its document to a result: control, keys, moves, method, motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import msgspec
+
+from kinetograph.errors import RequestError
+from kinetograph.formats import KeySources, read
+from kinetograph.formats.csv import path_of
+from kinetograph.formats.keys_json import key_of_row
+from kinetograph.formats.readings import read_layout
+from kinetograph.formats.request_json import ContactRow, LayerRow, MoveRow, OnPathRow, Request
+from kinetograph.library import Library
+from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.methods.performance import (
+    FIRST_FACING,
+    PerformanceControl,
+    PerformanceModel,
+    Rule,
+    begin_facing,
+    only_track,
+    partner_control,
+    read_control,
+    smooth_path,
+)
+from kinetograph.methods.sensor import SensorControl
+from kinetograph.methods.together import Asked, AskedKey, Span, performed
+from kinetograph.motion import Motion
+from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
+from kinetograph.pipeline.layering import layered, recordings_of, sense_layer
+from kinetograph.pipeline.libraries import has_partners, open_library
+from kinetograph.pipeline.noting import noted
+from kinetograph.pipeline.performing import fit_performance
+from kinetograph.pipeline.sensing import read_rows
+from kinetograph.post import Layer
+from kinetograph.progress import Progress
+from kinetograph.sensing import kinds_of
+from kinetograph.signal import Signal
+from kinetograph.synthesis import Synthesis
+from kinetograph.take import Annotation
+
+Note = Callable[[str], None]
+"""Is called with one line for each thing that a person should know."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rendered:
+    """What was made of a request.
+
+    Parameters
+    ----------
+    synthesis : Synthesis
+    control : Signal or Motion, optional
+        What was performed; None where keys alone were gone between.
+    model : PerformanceModel or KeyframeModel
+        What made it.
+    """
+
+    synthesis: Synthesis
+    control: Signal | Motion | None
+    model: PerformanceModel | KeyframeModel
+
+
+def perform_asked(
+    model: PerformanceModel, control: Signal | Motion, asked: Asked, progress: Progress | None = None
+) -> Synthesis:
+    """Perform a control through keys and by moves with a fitted model, whose notes are among the warnings.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Signal or Motion
+    asked : Asked
+        Nothing gives what `perform_with` does.
+    progress : Progress, optional
+        Called with the steps done and their number.
+
+    Raises
+    ------
+    RequestError
+        See `kinetograph.methods.together.performed`.
+    """
+    return noted(performed(model, control, asked, progress), model.notes, model.fitted.left_out)
+
+
+def render_request(
+    request: Request, library: Library, sources: KeySources, progress: Progress | None = None
+) -> Rendered:
+    """Make what a request asks for.
+
+    Parameters
+    ----------
+    request : Request
+    library : Library
+    sources : KeySources
+        Where files are, and how they are read.
+    progress : Progress, optional
+        Called with the steps done and their number.
+
+    Raises
+    ------
+    RequestError
+        For what cannot be made, with what could.
+    FormatError
+        For a file that cannot be read.
+    """
+    layers = [layer_of(row, library, sources) for row in request.layers]
+    made = _without_layers(request, library, sources, progress)
+    if not layers:
+        return made
+    return replace(made, synthesis=layered(made.synthesis, layers, recordings_of(made.model, made.synthesis)))
+
+
+def _without_layers(request: Request, library: Library, sources: KeySources, progress: Progress | None) -> Rendered:
+    if request.path is None and request.partner is None:
+        return _keys_only(request, library, sources)
+    control = control_of(request, sources)
+    method = method_of(request, has_partners(library, request.target or None))
+    asked = asked_of(request, sources)
+    read_control(method, control)  # what cannot be performed is refused before the library is read
+    model = fit_performance(method, library, track=request.target or None, note=sources.note)
+    return Rendered(perform_asked(model, control, asked, progress), control, model)
+
+
+def control_of(request: Request, sources: KeySources) -> Signal | Motion:
+    """The path or the partner of a request, as it is performed.
+
+    Parameters
+    ----------
+    request : Request
+    sources : KeySources
+        Where its files are, and how they are read.
+
+    Raises
+    ------
+    RequestError
+        For a request that has both, and for points that are no path.
+    FormatError
+        For a file that cannot be read.
+    """
+    if request.path is not None and request.partner is not None:
+        raise RequestError("a request has a path or a partner, found both; leave one out")
+    given = request.path if request.partner is None else request.partner
+    assert given is not None
+    control = _of_file(given, sources) if isinstance(given, str) else path_of(given, "the path")
+    if not isinstance(control, Signal):
+        if request.facing is not None:
+            raise RequestError("facing is for a drawn path; a motion faces by itself")
+        return control
+    path = smooth_path(control, request.smooth_time, request.smooth_space)
+    return path if request.facing is None else begin_facing(path, math.radians(request.facing))
+
+
+def _of_file(name: str, sources: KeySources) -> Signal | Motion:
+    loaded = read(sources.folder / name, sources.options)
+    for line in loaded.notes if sources.note else ():
+        assert sources.note is not None
+        sources.note(f"{name}: {line}")
+    return only_track(loaded.take)
+
+
+def method_of(request: Request, partners: bool) -> PerformanceControl:
+    """The configuration of a request.
+
+    Parameters
+    ----------
+    request : Request
+    partners : bool
+        Whether the library's takes have partners.
+    """
+    method = partner_control() if partners else PerformanceControl()
+    search = msgspec.structs.asdict(request.search)
+    given = {name: value for name, value in search.items() if value is not None}
+    return replace(
+        method,
+        **given,
+        mirror=request.mirror,
+        stand=request.standing,
+        keep_time=request.keep_time,
+        first_facing=0.0 if request.facing is None else FIRST_FACING,
+    )
+
+
+def asked_of(request: Request, sources: KeySources) -> Asked:
+    """What a request asks for along its control.
+
+    Parameters
+    ----------
+    request : Request
+    sources : KeySources
+        Where the poses of its keys are.
+
+    Raises
+    ------
+    RequestError
+        For poses that are not there, and for values out of range.
+    """
+    pins = tuple(Rule(p.start, p.stop, take=p.take, source=p.source, forbid=p.forbid) for p in request.pieces)
+    return Asked(
+        tuple(asked_key(row, f"key {number}", sources) for number, row in enumerate(request.keys, start=1)),
+        (*pins, *(rule for row in request.moves for rule in rules_of(row))),
+        tuple(Span(row.start, row.stop, row.first, row.last) for row in request.moves if row.first or row.last),
+        tuple(_contact(row) for row in request.contacts),
+    )
+
+
+def asked_key(row: OnPathRow, label: str, sources: KeySources) -> AskedKey:
+    """The key of a row, and where on the path it is.
+
+    Parameters
+    ----------
+    row : OnPathRow
+    label : str
+        What messages call it unless it has a name.
+    sources : KeySources
+    """
+    return AskedKey(key_of_row(row, row.name or label, sources), row.along, row.near, row.weight)
+
+
+def rules_of(row: MoveRow) -> tuple[Rule, ...]:
+    """What a row asks of the moves in its span, besides its feet.
+
+    Raises
+    ------
+    RequestError
+        For a row that asks for nothing.
+    """
+    if not row.name:
+        if not (row.first or row.last):
+            raise RequestError(f"a move has a name, or a first or last foot; the one from {row.start:g} s has none")
+        return ()
+    return (Rule(row.start, row.stop, called=row.name, forbid=row.forbid, weight=row.weight),)
+
+
+def layer_of(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    """The layer of a row.
+
+    Parameters
+    ----------
+    row : LayerRow
+    library : Library
+        Where readings and keys take poses from, unless the row has another.
+    sources : KeySources
+        Where files are, and how they are read.
+
+    Raises
+    ------
+    RequestError
+        Unless it has a motion, readings or keys, one of them; for parts that do not exist, and as each of them does.
+    FormatError
+        For a file that cannot be read.
+    """
+    given = [name for name in ("motion", "readings", "keys") if getattr(row, name)]
+    parts = " and ".join(row.parts)
+    if len(given) != 1:
+        found = ", ".join(given) or "none"
+        raise RequestError(f"the layer of {parts}: expected a motion, readings or keys, one of them, found {found}")
+    folders = (row.library,) if isinstance(row.library, str) else row.library
+    own = open_library([sources.folder / each for each in folders]) if folders else library
+    made = {"motion": _motion_layer, "readings": _readings_layer, "keys": _keys_layer}[given[0]](row, own, sources)
+    return replace(made, start=row.start, ease=row.ease, hold=row.hold)
+
+
+def _motion_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    motion = _of_file(row.motion, sources)
+    if isinstance(motion, Signal):
+        raise RequestError(f"the layer of {' and '.join(row.parts)}: expected a motion, found a path in {row.motion}")
+    return Layer(motion, row.parts, name=row.motion)
+
+
+def _readings_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    readings, said = read_rows(sources.folder / row.readings)
+    for line in said if sources.note else ():
+        assert sources.note is not None
+        sources.note(f"{row.readings}: {line}")
+    beside = sources.folder / row.layout
+    method = SensorControl(layout=read_layout(str(beside) if beside.exists() else row.layout), kinds=kinds_of(readings))
+    return replace(sense_layer(readings, row.parts, library, method, note=sources.note), name=row.readings)
+
+
+def _keys_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
+    own = replace(sources, library=library)
+    keys = tuple(key_of_row(each, each.name or f"key {number}", own) for number, each in enumerate(row.keys, 1))
+    (made,) = inbetween_with(fit_keyframe(KeyframeControl(), library, note=sources.note), keys)
+    return Layer(made.motion, row.parts, name="keys", pieces=made.pieces)
+
+
+def _contact(row: ContactRow) -> Annotation:
+    if not 0 <= row.start < row.stop:
+        raise RequestError(f"a contact runs from a start to a later stop, found {row.start:g} and {row.stop:g}")
+    return Annotation("motion", "contact", row.part, row.start, row.stop)
+
+
+def _keys_only(request: Request, library: Library, sources: KeySources) -> Rendered:
+    """Keys without a control are gone between, as the command inbetween does."""
+    for name in ("moves", "pieces", "contacts"):
+        if getattr(request, name):
+            raise RequestError(f"{name} are in spans of a path or a partner, and the request has neither")
+    for number, row in enumerate(request.keys, start=1):
+        if row.along is not None or row.near is not None:
+            raise RequestError(f"{row.name or f'key {number}'}: a place along the path, and the request has no path")
+    if not request.keys:
+        raise RequestError("the request asks for nothing: give it a path, a partner or keys")
+    keys = tuple(key_of_row(row, row.name or f"key {number}", sources) for number, row in enumerate(request.keys, 1))
+    method = KeyframeControl(mirror=request.mirror)
+    model = fit_keyframe(method, library, track=request.target or None, note=sources.note)
+    (made,) = inbetween_with(model, keys)
+    return Rendered(made, None, model)

@@ -1,0 +1,157 @@
+"""Requests from the command line: the same results as their short forms, and refusals in one line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import answer, invoke
+
+import kinetograph as kg
+from kinetograph import rotations as rot
+from kinetograph.errors import KinetographError
+from kinetograph.formats.readings import write_readings
+from kinetograph.sensing import preset, simulate
+from made_walks import PATH, walked
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A library of walks, a path, and poses."""
+    root = tmp_path_factory.mktemp("requests")
+    walked(root)
+    (root / "path.csv").write_text("t,x,z\n" + "".join(f"{t!r},{x!r},{z!r}\n" for t, x, z in PATH))
+    left = kg.Library.open(root / "walks").take("left").motion()
+    kg.save(left, root / "pose.bvh")
+    write_readings(simulate(left, preset("wii"), np.random.default_rng(0)), root / "readings.csv")
+    return root
+
+
+def asked(folder: Path, tmp_path: Path, **document: object) -> Path:
+    """A request in the folder."""
+    (folder / "request.json").write_text(json.dumps({"library": "walks", **document}))
+    return folder / "request.json"
+
+
+def rendered(request: Path, tmp_path: Path) -> bytes:
+    answer("render", request, "-o", tmp_path / "asked.bvh", "--force")
+    return (tmp_path / "asked.bvh").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("document", "options"),
+    [
+        ({}, ()),
+        ({"mirror": True, "smooth_time": 0.1}, ("--mirror", "--smooth-time", "0.1")),
+        ({"keys": [{"pose": "take:left@2", "time": 1.5}]}, ("--key", "take:left@2; time=1.5")),
+        ({"keys": [{"pose": "take:left@2", "time": [1, 2]}]}, ("--key", "take:left@2; time=1..2")),
+        ({"keys": [{"pose": "pose.bvh@2", "along": 0.1}]}, ("--key", "FOLDER/pose.bvh@2; along=0.1")),
+        (
+            {
+                "moves": [
+                    {"start": 0.2, "stop": 1, "name": "left"},
+                    {"start": 1.2, "stop": 2, "name": "left", "forbid": True},
+                ]
+            },
+            ("--move", "0.2-1=left", "--move", "1.2-2=!left"),
+        ),
+        ({"moves": [{"start": 0, "stop": 3, "name": "right", "weight": 0.2}]}, ("--move", "0-3=right:0.2")),
+        ({"pieces": [{"start": 1, "stop": 2, "take": "right"}]}, ("--pin", "right@1-2")),
+        (
+            {"layers": [{"parts": ["left arm", "right_hand"], "motion": "pose.bvh", "start": 0.5, "ease": 0.2}]},
+            ("--layer", "left arm+right_hand=FOLDER/pose.bvh@0.5", "--layer-ease", "0.2"),
+        ),
+        (
+            {"layers": [{"parts": ["arms"], "readings": "readings.csv", "hold": True}]},
+            ("--layer", "arms=FOLDER/readings.csv", "--layer-hold"),
+        ),
+        ({"search": {"continuity": 0.3, "reuse": 0}}, ("--continuity", "0.3", "--reuse", "0")),
+    ],
+)
+def test_perform_is_the_short_form_of_a_request(
+    folder: Path, tmp_path: Path, document: dict[str, object], options: tuple[str, ...]
+) -> None:
+    short = tuple(text.replace("FOLDER", str(folder)) for text in options)
+    answer("perform", folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "short.bvh", *short)
+    for path in ("path.csv", PATH):
+        made = rendered(asked(folder, tmp_path, path=path, **document), tmp_path)
+        assert made == (tmp_path / "short.bvh").read_bytes()
+
+
+def test_a_layer_goes_from_key_to_key_while_the_legs_follow_the_path(folder: Path, tmp_path: Path) -> None:
+    keys = [{"pose": "take:left@1"}, {"pose": "take:left@2", "time": 1}]
+    layers = [{"parts": ["arms"], "keys": keys, "start": 0.5, "ease": 0}]
+    answer("render", asked(folder, tmp_path, path="path.csv"), "-o", tmp_path / "plain.bvh")
+    request = asked(folder, tmp_path, path="path.csv", layers=layers)
+    answer("render", request, "-o", tmp_path / "asked.bvh", "--report", tmp_path / "report.json")
+    plain, made = (kg.load(tmp_path / f"{name}.bvh").motion() for name in ("plain", "asked"))
+    take = kg.Library.open(folder / "walks").take("left").motion()
+    elbow, knee = (made.skeleton.index(name) for name in ("left_elbow", "left_knee"))
+    first, last = round(0.5 * made.fps), round(1.5 * made.fps)
+    for frame, second in ((first, 1.0), (last, 2.0)):
+        there = take.rotations[round(second * take.fps), elbow]
+        assert np.degrees(rot.angle_between(made.rotations[frame, elbow], there)) < 1.0
+    np.testing.assert_allclose(made.rotations[:, knee], plain.rotations[:, knee], atol=1e-3)
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert [run["layer"] for run in report["joints"]["left_elbow"]] == [None, "keys", None]
+    assert report["layers"][0]["pieces"][0]["take"] == "left"
+
+
+@pytest.mark.parametrize(
+    ("layer", "match"),
+    [
+        ({"parts": ["arms"]}, "the layer of arms: expected a motion, readings or keys, one of them, found none"),
+        ({"parts": ["wings"], "motion": "pose.bvh"}, "expected parts among arms, .* found \\['wings'\\]"),
+        ({"parts": ["arms"], "motion": "path.csv"}, "the layer of arms: expected a motion, found a path in path.csv"),
+        ({"parts": ["arms"], "motion": "pose.bvh", "start": 90}, "begins at 90 s .* has none of it"),
+    ],
+)
+def test_layers_that_cannot_be_are_refused(folder: Path, tmp_path: Path, layer: dict[str, object], match: str) -> None:
+    with pytest.raises(KinetographError, match=match) as caught:
+        answer("render", asked(folder, tmp_path, path="path.csv", layers=[layer]), "-o", tmp_path / "asked.bvh")
+    assert "\n" not in str(caught.value)
+
+
+def test_inbetween_is_the_short_form_of_keys_alone(folder: Path, tmp_path: Path) -> None:
+    keys = [{"pose": "take:left@1"}, {"pose": "take:right@3", "time": 2}]
+    (folder / "keys.json").write_text(json.dumps({"keys": keys}))
+    answer("inbetween", folder / "keys.json", "-l", folder / "walks", "-o", tmp_path / "short.bvh")
+    assert rendered(asked(folder, tmp_path, keys=keys), tmp_path) == (tmp_path / "short.bvh").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("document", "says"),
+    [
+        ({}, "the request asks for nothing: give it a path, a partner or keys"),
+        ({"path": "path.csv", "partner": "pose.bvh"}, "a path or a partner, found both"),
+        ({"path": "other.csv"}, "other.csv"),
+        ({"path": [[0, 0, 0]]}, "two points or more"),
+        ({"path": "path.csv", "keys": [{"pose": "take:left@2"}]}, "key 1: on a path a key has a time, or a place"),
+        ({"path": "path.csv", "keys": [{"pose": "take:none@2", "time": 1}]}, "none"),
+        ({"path": "path.csv", "moves": [{"start": 3, "stop": 2, "name": "left"}]}, "from a start to a later stop"),
+        ({"path": "path.csv", "moves": [{"start": 3, "stop": 9, "name": "left"}]}, "9 s is outside the control"),
+        ({"path": "path.csv", "moves": [{"start": 1, "stop": 2}]}, "a move has a name, or a first or last foot"),
+        ({"path": "path.csv", "contacts": [{"part": "left_foot", "start": 2, "stop": 1}]}, "a contact runs from"),
+        ({"path": "path.csv", "keys": [{"pose": "take:left@2", "time": 1, "weight": -1}]}, "a weight is 0 or more"),
+        ({"keys": [{"pose": "take:left@2", "along": 1}]}, "a place along the path, and the request has no path"),
+        ({"keys": [{"pose": "take:left@2"}], "moves": [{"start": 0, "stop": 1, "name": "left"}]}, "are in spans of"),
+        ({"partner": "pose.bvh", "facing": 10}, "facing is for a drawn path"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_refused_in_one_line(
+    folder: Path, tmp_path: Path, document: dict[str, object], says: str
+) -> None:
+    result = invoke("render", asked(folder, tmp_path, **document), "-o", tmp_path / "out.bvh")
+    assert isinstance(result.exception, KinetographError)
+    assert says in str(result.exception)
+    assert "\n" not in str(result.exception)
+    assert not (tmp_path / "out.bvh").exists()
+
+
+@pytest.mark.parametrize("text", ["run", "4=run", "4-7", "4-7=run:x", "4-7=walk/up", "4-7=a/left/right/left"])
+def test_a_move_that_cannot_be_read_is_refused(folder: Path, tmp_path: Path, text: str) -> None:
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "out.bvh")
+    result = invoke("perform", *files, "--move", text)
+    assert "a move is start-stop=name in seconds" in str(result.exception)

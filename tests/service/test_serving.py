@@ -1,0 +1,225 @@
+"""Requests of other programs: every line is answered, and nothing that a line says ends the process."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from kinetograph.errors import RequestError
+from kinetograph.kinematics import joint_positions
+from kinetograph.library import Library
+from kinetograph.service import METHODS, PROTOCOL, serve, serving
+from kinetograph.service.bodies import Body, body_of, motion_of, skeleton_of, written
+from kinetograph.service.job import Job
+from kinetograph.take import Annotation, Take
+from walkers import stick_figure, walk
+
+
+def asked(*lines: object) -> list[dict[str, Any]]:
+    """The answers to some lines, of which those that are no text are requests."""
+    answers: list[str] = []
+    serve([line if isinstance(line, str) else json.dumps(line) for line in lines], answers.append)
+    return [json.loads(answer) for answer in answers]
+
+
+def ended(answers: list[dict[str, Any]]) -> dict[Any, dict[str, Any]]:
+    """The ends of requests, by id."""
+    return {answer["id"]: answer for answer in answers if "result" in answer or "error" in answer}
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("service") / "walks"
+    library = Library.create(folder)
+    cuts = tuple(Annotation("motion", "cut", "", t, t) for t in np.arange(0, 17) / 2)
+    for name, turn in (("straight", 0.0), ("left", 0.4), ("right", -0.4)):
+        library.add(Take(name, {"motion": walk(8.0, turn_rate=turn)}, cuts))
+    return folder
+
+
+def path(seconds: float = 4.0, rate: float = 24.0) -> list[list[float]]:
+    times = np.arange(round(seconds * rate) + 1) / rate
+    return np.stack([times, 0.0 * times, times], axis=1).tolist()  # type: ignore[no-any-return]
+
+
+def test_hello_says_the_protocol_and_what_may_be_asked() -> None:
+    (answer,) = asked({"id": 1, "method": "hello", "params": {"protocol": PROTOCOL}})
+    assert answer["result"]["protocol"] == PROTOCOL
+    assert answer["result"]["methods"] == sorted(METHODS)
+
+
+def test_another_protocol_is_refused_in_words() -> None:
+    (answer,) = asked({"id": 1, "method": "hello", "params": {"protocol": PROTOCOL + 1}})
+    assert f"speaks protocol {PROTOCOL}, the client {PROTOCOL + 1}" in answer["error"]["message"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "rubbish",
+        "[]",
+        '{"id": 3}',
+        '{"id": 3, "method": 7}',
+        '{"id": 3, "method": "hello", "params": []}',
+        "[" * 20_000,
+        '{"id": 3, "method": "walk", "more": 1}',
+        "\udce4",
+    ],
+)
+def test_a_line_that_is_no_request_is_answered(line: str) -> None:
+    answers = asked(line, {"id": 4, "method": "hello", "params": {"protocol": PROTOCOL}})
+    assert [sorted(answer) for answer in answers] == [["error", "id"], ["id", "result"]]
+    assert answers[0]["id"] == (3 if line.startswith('{"id": 3') else None)
+
+
+def test_an_unknown_method_names_those_that_there_are() -> None:
+    (answer,) = asked({"id": "a", "method": "dance"})
+    assert answer["id"] == "a"
+    assert "unknown method 'dance'; expected add, alike, drop" in answer["error"]["message"]
+
+
+def test_parameters_are_checked_by_name(library: Path) -> None:
+    params = {"recordings": {"library": str(library)}, "path": path(), "folder": ".", "speed": 1}
+    (answer,) = asked({"id": 1, "method": "walk", "params": params})
+    assert answer["error"]["kind"] == "RequestError"
+    assert "unknown field `speed`" in answer["error"]["message"]
+
+
+def test_a_request_that_crashes_does_not_end_the_others(monkeypatch: pytest.MonkeyPatch, library: Path) -> None:
+    def crash(params: object, job: Job) -> None:
+        raise {"look": KeyError("lost"), "roles": MemoryError(), "add": RecursionError()}[current.pop(0)]  # type: ignore[misc]
+
+    class Nothing(msgspec.Struct):
+        pass
+
+    current = ["look", "roles", "add"]
+    monkeypatch.setattr(serving, "method", lambda name: (Nothing, crash))
+    answers = ended(asked(*({"id": number, "method": name} for number, name in enumerate(("look", "roles", "add")))))
+    assert "an error in kinetograph itself, KeyError: 'lost'" in answers[0]["error"]["message"]
+    assert "not enough memory" in answers[1]["error"]["message"]
+    assert "RecursionError" in answers[2]["error"]["message"]
+
+
+def test_a_request_is_cancelled_while_it_works_and_while_it_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Nothing(msgspec.Struct):
+        pass
+
+    started, answers = threading.Event(), queue.Queue[dict[str, Any]]()
+
+    def endless(params: object, job: Job) -> None:
+        started.set()
+        while True:
+            job.progress(1, 10)
+            threading.Event().wait(0.01)
+
+    monkeypatch.setattr(serving, "method", lambda name: (Nothing, endless))
+
+    def lines() -> Iterator[str]:
+        yield json.dumps({"id": 1, "method": "look"})
+        yield json.dumps({"id": 2, "method": "look"})
+        started.wait(10)
+        yield json.dumps({"id": 3, "method": "cancel", "params": {"id": 2}})
+        yield json.dumps({"id": 4, "method": "cancel", "params": {"id": 1}})
+        yield json.dumps({"id": 5, "method": "cancel", "params": {"id": 77}})
+
+    serve(lines(), lambda line: answers.put(json.loads(line)))
+    ends = ended(list(answers.queue))
+    assert [ends[number]["error"]["kind"] for number in (1, 2)] == ["Cancelled", "Cancelled"]
+    assert [ends[number]["result"]["cancelled"] for number in (3, 4, 5)] == [True, True, False]
+
+
+def test_a_client_that_has_gone_ends_the_loop() -> None:
+    def gone(line: str) -> None:
+        raise BrokenPipeError
+
+    with pytest.raises(BrokenPipeError):
+        serve([json.dumps({"id": 1, "method": "look", "params": {"library": "nowhere"}})], gone)
+
+
+def test_a_walk_is_at_the_rate_and_along_the_path_that_are_asked_for(library: Path, tmp_path: Path) -> None:
+    params = {"recordings": {"library": str(library)}, "path": path(), "folder": str(tmp_path), "fps": 24.0}
+    made = ended(asked({"id": 1, "method": "walk", "params": params}))[1]["result"]
+    arrays = np.load(made["motion"]["arrays"])
+    assert len(arrays["translation"]) == 97
+    assert arrays["rotations"].shape == (97, 15, 4)
+    assert np.abs(arrays["translation"][:, [0, 2]] - np.array(path())[:, 1:]).max() < 0.05
+    assert {source["take"] for source in made["sources"]} <= {"straight", "left", "right"}
+    assert made["sources"][0]["start"] == 0.0
+
+
+def test_a_longer_leg_takes_longer_steps_along_the_same_path(library: Path, tmp_path: Path) -> None:
+    long = msgspec.to_builtins(body_of(stick_figure(1.5)))
+    params = {"recordings": {"library": str(library)}, "path": path(), "folder": str(tmp_path), "body": long}
+    made = ended(asked({"id": 1, "method": "walk", "params": params}))[1]["result"]
+    translation = np.load(made["motion"]["arrays"])["translation"]
+    assert translation[-1, 2] == pytest.approx(4.0, abs=0.05)
+    assert translation[:, 1].mean() == pytest.approx(1.5 * 0.86, abs=0.03)
+
+
+def test_keys_are_met_exactly_at_whole_frames(library: Path, tmp_path: Path) -> None:
+    recording = walk(8.0, turn_rate=0.4)
+    motion = msgspec.to_builtins(written(recording, str(tmp_path)))
+    keys = [{"second": 0.5, "time": 0.0}, {"second": 3.5, "time": 73 / 24}]
+    params = {
+        "recordings": {"library": str(library)},
+        "motion": motion,
+        "keys": keys,
+        "folder": str(tmp_path),
+        "fps": 24,
+    }
+    made = ended(asked({"id": 1, "method": "inbetween", "params": params}))[1]["result"]["made"][0]
+    result = motion_of(msgspec.convert(made["motion"], type(written(recording, str(tmp_path)))))
+    assert len(result) == 74
+    for frame, source in ((0, 15), (73, 105)):
+        apart = joint_positions(result)[frame] - joint_positions(recording)[source]
+        assert np.abs(apart).max() < 1e-6
+
+
+def test_a_library_is_added_to_and_looked_into(tmp_path: Path) -> None:
+    motion = msgspec.to_builtins(written(walk(2.0), str(tmp_path), "my walk"))
+    add = {"library": str(tmp_path / "new"), "motions": [motion]}
+    look = {"library": str(tmp_path / "new"), "words": "MY"}
+    drop = {"library": str(tmp_path / "new"), "take": "my walk", "folder": str(tmp_path), "start": 0.5, "stop": 1.0}
+    ends = ended(
+        asked(
+            {"id": 1, "method": "add", "params": add},
+            {"id": 2, "method": "look", "params": look},
+            {"id": 3, "method": "add", "params": add},
+            {"id": 4, "method": "drop", "params": drop},
+        )
+    )
+    assert ends[1]["result"]["names"] == ["my walk"]
+    assert ends[2]["result"]["rows"][0]["seconds"] == pytest.approx(2.0)
+    assert "my walk" in ends[3]["error"]["message"]
+    assert len(np.load(ends[4]["result"]["motion"]["arrays"])["translation"]) == 16
+    assert ends[4]["result"]["sources"][0]["source_start"] == 0.5
+
+
+def test_roles_are_found_and_can_be_named_or_taken_away() -> None:
+    body = body_of(stick_figure())
+    given = msgspec.structs.replace(body, roles={"left_toe": "", "head": "left_hand"})
+    params = {"body": msgspec.to_builtins(given)}
+    found = ended(asked({"id": 1, "method": "roles", "params": params}))[1]["result"]
+    assert found["roles"]["left_knee"] == "left_knee"
+    assert found["roles"]["head"] == "left_hand"
+    assert "left_toe" in found["missing"]
+
+
+def test_a_body_comes_back_as_it_was() -> None:
+    body = body_of(stick_figure())
+    again = body_of(skeleton_of(msgspec.json.decode(msgspec.json.encode(body), type=Body)))
+    assert (again.names, again.parents, again.offsets) == (body.names, body.parents, body.offsets)
+
+
+def test_arrays_that_are_not_there_are_named(tmp_path: Path) -> None:
+    moving = msgspec.structs.replace(written(walk(1.0), str(tmp_path)), arrays=str(tmp_path / "gone.npz"))
+    with pytest.raises(RequestError, match=r"gone\.npz: expected a \.npz file"):
+        motion_of(moving)
