@@ -47,6 +47,17 @@ def test_feet_that_stand_are_left_alone() -> None:
     assert {note.label for note in contacts} == {"left_foot", "left_toe", "right_foot", "right_toe"}
 
 
+def test_legs_are_not_bent_for_what_the_body_can_do() -> None:
+    """A person who stands a little over the ground comes down to it with straight legs."""
+    still = sliding()
+    model = fit_root_model([replace(still, translation=np.tile(still.translation[0], (len(still), 1)))])
+    for over, left in ((0.03, 0.0), (0.005, 0.0)):
+        up = np.tile(still.translation[0] + np.array([0.0, over, 0.0]), (len(still), 1))
+        made, _ = finished_feet(replace(still, translation=up), model)
+        np.testing.assert_allclose(made.rotations, still.rotations, atol=1e-6)
+        np.testing.assert_allclose(made.translation[:, 1] - still.translation[0, 1], left, atol=0.011)
+
+
 def test_a_foot_that_spins_on_its_heel_is_not_planted() -> None:
     motion = sliding()
     motion = replace(motion, translation=np.tile(motion.translation[0], (len(motion), 1)))
