@@ -168,7 +168,8 @@ def _strengths(examples: Examples, cases: Sequence[_Case], blend: Blend, expecte
         doubts.append(np.interp(case.distances, expected.distances, expected.shares) ** 2)
         numbers.append(np.full(len(own), known[case.person]))
     joints = examples.space.joint_of_component
-    found = learn_strengths(*map(np.concatenate, (away, wanted, doubts)), joints, np.concatenate(numbers))
+    together = [np.concatenate(parts) for parts in (away, wanted, doubts)]
+    found = learn_strengths(together[0], together[1], together[2], joints, np.concatenate(numbers))
     return np.pad(found, (0, len(examples.space.moving) - len(found)))
 
 
