@@ -57,7 +57,7 @@ class OnPathRow(KeyRow, frozen=True, forbid_unknown_fields=True, omit_defaults=T
 
     along: float | None = None
     near: tuple[float, float] | None = None
-    weight: float = 1.0
+    weight: float = 0.2
 
 
 class MoveRow(_Part, frozen=True):

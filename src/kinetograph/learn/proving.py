@@ -64,7 +64,7 @@ def prove(
     if search.beam is not None:
         few = replace(search, share=IN_BEAM)
         return solve(few, arrivals(), partial) if many else _within_beam(search, arrivals, partial)
-    narrow = [replace(search, share=share) for share in SHARES[:-1]]
+    narrow = [replace(search, share=share, wide=wide) for share in SHARES[:-1]]
     for each in narrow if many else [replace(search, near=Near(more * pieces, wide=wide)) for pieces in PIECES]:
         path = solve(each, arrivals(), partial) if many else _with_bound(each, arrivals(), partial)
         if path.exact:

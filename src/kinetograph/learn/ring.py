@@ -21,8 +21,10 @@ from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
 
 Change = tuple[IntArray, float]
 """The origins ``(S,)`` of states, and what a change of origin costs."""
-Few = tuple[float, float | None]
-"""The share of a step's states that are worked out, and the beam."""
+Few = tuple[float, float | None, tuple[tuple[int, int], ...]]
+"""The share of a step's states that are worked out, the beam, and the spans of steps at which the share is larger."""
+WIDER = 5.0
+"""How many times as many states are worked out there."""
 Room = tuple[
     IntArray,
     IntArray,
@@ -151,18 +153,21 @@ class GroupedRing(Ring):
         cheaper, and back-pointers that say so (`inexact`).
     beam : float, optional
         Those that score above the best by more are not worked out either.
+    wide : tuple of (int, int)
+        Spans of steps at which `WIDER` times the share is worked out.
     """
 
     least_scores: SingleArray
     boxes: SingleArray
     share: float = 1.0
     beam: float | None = None
+    wide: tuple[tuple[int, int], ...] = ()
 
     @classmethod
     def empty(
-        cls, reach: int, states: int, width: int, change: Change | None = None, few: Few = (1.0, None)
+        cls, reach: int, states: int, width: int, change: Change | None = None, few: Few = (1.0, None, ())
     ) -> GroupedRing:
-        """See `Ring.empty`; ``few`` are the share and the beam."""
+        """See `Ring.empty`; ``few`` are the share, the beam and the wide spans."""
         blocks = -(-states // _kernels.LANES)
         least_scores = np.zeros((reach, blocks), dtype=np.float32)
         boxes = np.zeros((reach, 2, width, blocks), dtype=np.float32)
@@ -205,16 +210,17 @@ class GroupedRing(Ring):
         borders = np.linspace(0, len(spans), 4 * self.workers + 1).astype(np.int64)
         parts, kernels = list(pairwise(borders)), _group_kernels
         list(self.threads.map(lambda p: kernels.seed_groups(time, spans, given, before, (bound, out), p), parts))
-        room = bound, self._enough(out[0]) if enough is None else enough, out
+        room = bound, self._enough(out[0], time) if enough is None else enough, out
         return sum(self.threads.map(lambda p: int(kernels.extend_groups(time, spans, given, ring, room, p)), parts))
 
-    def _enough(self, seeded: FloatArray) -> float:
+    def _enough(self, seeded: FloatArray, time: int) -> float:
         """The score from which on lower bounds do: that of the ``share`` of the states which score best so far.
 
         With a beam, no state within it is left out unless the share leaves it out, as the best can only score less than
         it does so far.
         """
-        rank = round(self.share * len(seeded))
+        wider = WIDER if any(first <= time <= last for first, last in self.wide) else 1.0
+        rank = round(self.share * wider * len(seeded))
         enough = np.inf if rank >= len(seeded) else float(np.partition(seeded, rank)[rank])
         return enough if self.beam is None else min(enough, float(seeded.min()) + self.beam)
 

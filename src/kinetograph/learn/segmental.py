@@ -63,6 +63,8 @@ class SegmentalSearch:
         What it costs more where a state has another origin than its predecessor; nothing where either has -1.
     near : Near, optional
         Which predecessors are looked at; None looks at all that may be best. A beam's are those of its width.
+    wide : tuple of (int, int)
+        Of many states, spans of steps at which more are worked out: what leads up to something that few can show.
 
     Raises
     ------
@@ -79,6 +81,7 @@ class SegmentalSearch:
     origins: IntArray | None = None
     change: float = 0.0
     near: Near | None = None
+    wide: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         durations = np.asarray(self.durations, dtype=np.int64)
@@ -228,7 +231,7 @@ def empty_ring(search: SegmentalSearch, states: int, width: int) -> Ring:
         return NearRing.of(search.near, search.durations, width, change, search.reuse is not None)
     if states < GROUPED:
         return Ring.empty(reach, states, width, change)
-    return GroupedRing.empty(reach, states, width, change, (search.share, search.beam))
+    return GroupedRing.empty(reach, states, width, change, (search.share, search.beam, search.wide))
 
 
 def init(search: SegmentalSearch) -> SearchState:

@@ -10,7 +10,7 @@ from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, padded_width, prove
 from kinetograph.methods.performance.beginning import facing_first
-from kinetograph.methods.performance.fitted import Fitted
+from kinetograph.methods.performance.fitted import Fitted, with_settings
 from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.rules import Demand, Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
@@ -126,10 +126,16 @@ def settle(
     progress : Progress, optional
         Called with the steps done and their number, where there are no windows.
     demands : sequence of Rule or Moment
+
+    Notes
+    -----
+    Times are chosen with reuse free, so that the choice is exact.
     """
     if all(not isinstance(each, Moment) or each.window[0] == each.window[1] for each in demands):
         return interpret(fitted, x, progress, demands), tuple(demands)
-    return settled(interpreter(fitted, x), demands, fitted.settings.rate, len(x) - 1)
+    free = with_settings(fitted, replace(fitted.settings, reuse=0.0))
+    path, at_times = settled(interpreter(free, x), demands, fitted.settings.rate, len(x) - 1)
+    return (path if fitted.reuse is None else interpret(fitted, x, progress, at_times)), at_times
 
 
 MOST = 1 << 30

@@ -14,6 +14,8 @@ from kinetograph.keys import Key
 from kinetograph.methods.performance import Control, Rule
 from kinetograph.take import Annotation
 
+WEIGHT = 0.2
+"""What a squared metre costs by which the recording that is shown differs from a key, m^2 s: more makes seams worse."""
 EARLY = 0.05
 """Seconds by which a key may be later than the end of its control: times are often rounded."""
 
@@ -42,7 +44,7 @@ class AskedKey:
     key: Key
     along: float | None = None
     near: tuple[float, float] | None = None
-    weight: float = 1.0
+    weight: float = WEIGHT
 
     def __post_init__(self) -> None:
         given = [each for each in (self.key.time, self.along, self.near) if each is not None]

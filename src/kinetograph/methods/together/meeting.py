@@ -17,13 +17,19 @@ from kinetograph.methods.keyframe.key_parts import Aim, aim_of
 from kinetograph.methods.keyframe.realize import require_met, stood_at
 from kinetograph.motion import Motion, cut, heading_at
 from kinetograph.post.assemble import PostSettings
+from kinetograph.post.blend import quintic_decay
+from kinetograph.post.contacts import contacts_of
 from kinetograph.post.meet import Waypoint, meet_poses, path_share
 from kinetograph.post.meet_parts import Room, meet_parts
+from kinetograph.post.reaching import held_feet, reach_limbs
+from kinetograph.post.stepping import where_feet_stand, with_steps
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
 
-SHORT, LONG = 0.4, 1.0
+SHORT, LONG = 0.6, 1.0
 """Seconds before and after a key over which its edit fades: more for a larger one."""
+FEET = 0.3
+"""Seconds before and after a key over which its feet pass into those that stand."""
 CALM = 12.0
 """m/s^2 that an edit adds at most, where there is room."""
 _PEAK = 5.78  # the largest curvature of the quintic that fades
@@ -79,7 +85,7 @@ def _require_apart(before: Met, after: Met, fps: float) -> None:
     if not (before.aim.whole and after.aim.whole):
         least = 1.0 / fps
     else:
-        one, other = (_standing(met.aim.key) for met in (before, after))
+        one, other = (seen_from_root(met.aim.key) for met in (before, after))
         furthest = float(np.linalg.norm(one - other, axis=-1).max())
         least = max(float(np.sqrt(_PEAK * furthest / FAST)), 1.0 / fps)
     apart = (after.frame - before.frame) / fps
@@ -90,23 +96,30 @@ def _require_apart(before: Met, after: Met, fps: float) -> None:
         )
 
 
-def _standing(key: Key) -> FloatArray:
-    """The joints of a key's pose as seen from the root, ``(J, 3)``."""
+def seen_from_root(key: Key) -> FloatArray:
+    """The joints of a key's pose as seen from the root, metres ``(J, 3)``.
+
+    Parameters
+    ----------
+    key : Key
+    """
     clip = cut(key.clip, key.frame, key.frame + 1)
     joints = joint_positions(clip)[0] - on_ground(clip.translation[0])
     return np.asarray(rot.rotate(rot.about("y", -heading_at(clip, 0)), joints))
 
 
-def meet(motion: Motion, met: Sequence[Met], contacts: tuple[Annotation, ...], post: PostSettings) -> Motion:
-    """A motion that meets keys.
+def meet(
+    motion: Motion, met: Sequence[Met], annotations: tuple[Annotation, ...], post: PostSettings
+) -> tuple[Motion, tuple[Annotation, ...]]:
+    """A motion that meets keys, and its annotations: contacts only as long as feet stand.
 
     Parameters
     ----------
     motion : Motion
     met : sequence of Met
         In order of their frames.
-    contacts : tuple of Annotation
-        When feet are planted.
+    annotations : tuple of Annotation
+        Those of the motion; contacts say when feet are planted.
     post : PostSettings
 
     Raises
@@ -120,13 +133,36 @@ def meet(motion: Motion, met: Sequence[Met], contacts: tuple[Annotation, ...], p
     decays = [_decay(motion, point) for point in points]
     posed = _posed(motion, points, rooms, decays)
     if post.footskate:
-        # held feet move the keys' own poses a little: those are met again, over a shorter time
-        posed = _posed(stood_at(posed, contacts, points, rooms, post.ease), points, rooms, [0.5 * d for d in decays])
+        annotations = with_steps(posed, annotations)
+        cleaned = stood_at(posed, contacts_of(annotations), points, rooms, post.ease)
+        # held feet move the keys' own poses a little: those are met again, and the feet stay
+        posed = _with_feet_of(cleaned, _posed(cleaned, points, rooms, decays), points)
     for each, room in zip(met, rooms, strict=True):
         if each.aim.targets and not each.aim.whole:
-            posed = meet_parts(posed, room, each.aim.targets, contacts, SHORT)
+            posed = meet_parts(posed, room, each.aim.targets, contacts_of(annotations), SHORT)
     require_met(posed, [each.aim for each in met], points)
-    return posed
+    return posed, where_feet_stand(posed, annotations) if post.footskate else annotations
+
+
+def _with_feet_of(held: Motion, posed: Motion, points: Sequence[Waypoint]) -> Motion:
+    """A posed motion whose feet are where they are in another, and at keys where they are in their poses."""
+    whole = [point.frame for point in points if point.clip is not None]
+    limbs, own = held_feet(held, [], []), held_feet(posed, [], [])
+    frames = np.arange(len(held))
+    weights = [quintic_decay(np.minimum(np.abs(frames - at) / (FEET * held.fps), 1.0))[0] for at in whole]
+    targets = []
+    for limb, mine in zip(limbs, own, strict=True):
+        assert limb.position is not None and limb.rotation is not None  # noqa: PT018
+        assert mine.position is not None and mine.rotation is not None  # noqa: PT018
+        position, rotation = limb.position.copy(), limb.rotation
+        for at, weight in zip(whole, weights, strict=True):
+            position += weight[:, None] * (mine.position[at] - limb.position[at])
+            twist = rot.log(rot.multiply(mine.rotation[at], rot.conjugate(limb.rotation[at])))
+            rotation = rot.multiply(rot.exp(weight[:, None] * twist), rotation)
+        targets.append(replace(limb, position=position, rotation=rotation))
+    rotations = reach_limbs(posed, targets).rotations.copy()
+    rotations[whole] = posed.rotations[whole]
+    return replace(posed, rotations=rotations)
 
 
 def _point(met: Met) -> Waypoint:
@@ -184,8 +220,8 @@ def _decay(motion: Motion, point: Waypoint) -> float:
     """Seconds over which the edit that meets a pose fades, so that it adds no more than `CALM`."""
     if point.clip is None:
         return SHORT
-    now = _standing(Key(motion, point.frame))
-    furthest = float(np.linalg.norm(now - _standing(Key(point.clip, point.source)), axis=-1).max())
+    now = seen_from_root(Key(motion, point.frame))
+    furthest = float(np.linalg.norm(now - seen_from_root(Key(point.clip, point.source)), axis=-1).max())
     return float(np.clip(np.sqrt(_PEAK * furthest / CALM), SHORT, LONG))
 
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import DataError, RequestError
+from kinetograph.errors import RequestError
 from kinetograph.keys import Key
-from kinetograph.kinematics import role_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.methods.keyframe.key_parts import SHAPE
 from kinetograph.methods.performance import (
     Control,
@@ -35,20 +35,14 @@ from kinetograph.methods.performance import (
 )
 from kinetograph.methods.recordings import adopt, same_joints
 from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
-from kinetograph.methods.together.meeting import aims_of, meet
+from kinetograph.methods.together.meeting import aims_of, meet, seen_from_root
 from kinetograph.methods.together.placing import bent_to
 from kinetograph.motion import Motion
-from kinetograph.post.contacts import contacts_of
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.skeleton import same_shape
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Take
-
-NEAR = 0.12
-"""Metres between a key and a frame within which the recordings have something near: then only that is shown."""
-SLACK = 0.06
-"""Metres by which what is shown may be further from the key than the nearest frame."""
 
 
 def performed(
@@ -77,7 +71,7 @@ def performed(
     if not (asked.keys or asked.feet or asked.contacts):
         return perform_read(model.fitted, read, progress, asked.rules)[0]
     keys, bent, demands = _demanded(model, read, asked)
-    synthesis, settled = _searched(model, bent, demands, progress)
+    synthesis, settled = perform_read(model.fitted, bent, progress, demands)
     seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
     return _meeting(model, read, synthesis, [_at(each.key, s) for each, s in zip(keys, seconds, strict=True)])
 
@@ -108,11 +102,7 @@ def explained(
     _, bent, demands = _demanded(model, read, asked)
     fitted = fitted_for(model.fitted, bent)
     x = at_rate(bent.points, bent.fps, fitted.settings.rate)
-    try:
-        settled = settle(fitted, x, None, demands)[1]
-    except DataError:
-        settled = settle(fitted, x, None, _all_soft(demands))[1]
-    return explain(model.fitted, bent, second, settled, count)
+    return explain(model.fitted, bent, second, settle(fitted, x, None, demands)[1], count)
 
 
 def _read(model: PerformanceModel, control: Take | Signal | Motion, asked: Asked) -> Control:
@@ -129,29 +119,13 @@ def _demanded(
     keys = tuple(_on_body(each, model.fitted) for each in timed(asked.keys, read))
     _require_ground(model, keys)
     fitted = model.fitted
-    for each in keys:  # what cannot be met is refused before the work
-        aims_of([_at_once(each.key)], fitted.sources[0].motion.skeleton, read.fps)
+    skeleton, timed_keys = fitted.sources[0].motion.skeleton, [each.key for each in keys]
+    for each in timed_keys:  # what cannot be met is refused before the work
+        aims_of([_at_once(each)], skeleton, read.fps)
+    aims_of([each for each in timed_keys if each.time == _at_once(each).time], skeleton, read.fps)
     moments = [_moment(fitted, each) for each in keys]
     bent = bent_to(read, [_at_once(each.key) for each in keys], fitted)
     return keys, bent, [*moments, *asked.rules, *_feet(fitted, asked)]
-
-
-def _searched(
-    model: PerformanceModel, control: Control, demands: Sequence[Demand], progress: Progress | None
-) -> tuple[Synthesis, tuple[Demand, ...]]:
-    try:
-        return perform_read(model.fitted, control, progress, demands)
-    except DataError:
-        return perform_read(model.fitted, control, progress, _all_soft(demands))
-
-
-def _all_soft(demands: Sequence[Demand]) -> list[Demand]:
-    return [_softened(demand) if isinstance(demand, Moment) else demand for demand in demands]
-
-
-def _softened(moment: Moment) -> Moment:
-    """A moment that allows everything that costs something."""
-    return replace(moment, limit=np.inf)
 
 
 def _require_ground(model: PerformanceModel, keys: Sequence[AskedKey]) -> None:
@@ -184,23 +158,10 @@ def _at_once(key: Key) -> Key:
 
 
 def _moment(fitted: Fitted, asked: AskedKey) -> Moment:
-    """What a key costs in the search; where the recordings have something near, all else is ruled out."""
-    away = distances_to(fitted, asked.key)
-    nearest = _nearest(fitted, away)
-    limit = nearest + SLACK if nearest < NEAR else np.inf
+    """What a key costs in the search."""
     assert asked.key.time is not None
-    costs = tuple(asked.weight * each**2 for each in away)
-    return Moment(asked.key.time, costs, asked.key.label, limit=asked.weight * limit**2)
-
-
-def _nearest(fitted: Fitted, away: Sequence[FloatArray]) -> float:
-    """The least distance of a frame within a segment."""
-    least = np.inf
-    for segment in fitted.instances.segments:
-        fps = fitted.sources[segment.source].motion.fps
-        part = away[segment.source][round(segment.start * fps) : round(segment.stop * fps) + 1]
-        least = min(least, float(part.min(initial=np.inf)))
-    return least
+    costs = tuple(asked.weight * each**2 for each in distances_to(fitted, asked.key))
+    return Moment(asked.key.time, costs, asked.key.label)
 
 
 def _feet(fitted: Fitted, asked: Asked) -> Iterator[Moment]:
@@ -214,13 +175,15 @@ def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, ke
     """A synthesis that meets keys, with what the path loses by them."""
     motion = synthesis.motion
     met = aims_of(keys, motion.skeleton, motion.fps)
-    contacts = contacts_of(synthesis.annotations)
-    made = meet(motion, met, contacts, model.method.post) if met else motion
-    moved = np.zeros(len(motion)) if made is motion else edited_by(motion, made)
+    made, annotations = motion, synthesis.annotations
+    if met:
+        made, annotations = meet(motion, met, annotations, model.method.post)
+    moved = edited_by(motion, made)
     off = off_path(made, control)
     return replace(
         synthesis,
         motion=made,
+        annotations=annotations,
         edited=synthesis.edited + moved if len(synthesis.edited) else synthesis.edited,
         met=tuple(each.frame / motion.fps for each in met),
         statistics={**synthesis.statistics, "path_off_mean": float(off.mean()), "path_off_most": float(off.max())},
@@ -229,8 +192,6 @@ def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, ke
 
 def edited_by(before: Motion, after: Motion) -> FloatArray:
     """How far joints were moved in the mean by an edit, metres ``(F,)``."""
-    from kinetograph.kinematics import joint_positions
-
     return np.asarray(np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1).mean(axis=1))
 
 
@@ -241,3 +202,20 @@ def off_path(motion: Motion, control: Control) -> FloatArray:
     at = np.arange(len(hips)) / motion.fps * control.fps
     z, x = (np.interp(at, np.arange(len(wanted)), each) for each in (wanted.real, wanted.imag))
     return np.asarray(np.hypot(hips[:, 2] - z, hips[:, 0] - x))
+
+
+def pose_errors(model: PerformanceModel, made: Synthesis, asked: Sequence[AskedKey]) -> tuple[float, ...]:
+    """How far the furthest joint of each key is from where it is in its pose, as seen from the root, in metres.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    made : Synthesis
+        What `performed` gave.
+    asked : sequence of AskedKey
+        Keys of whole poses, all that it was asked for.
+    """
+    keys = [_on_body(each, model.fitted).key for each in asked]
+    frames = [round(second * made.motion.fps) for second in made.met]
+    gaps = (seen_from_root(k) - seen_from_root(Key(made.motion, f)) for k, f in zip(keys, frames, strict=True))
+    return tuple(float(np.linalg.norm(gap, axis=-1).max()) for gap in gaps)
