@@ -119,6 +119,8 @@ def choose_blend(
     """
     people = len(set(examples.people))
     if len(examples.takes) < ENOUGH and people in (1, len(examples.takes)):
+        if progress:
+            progress(1, 1)
         return Blend(Gate.constant(OF_FEW, 2), guided=False)
     some = _fewer(examples)
     cases = list(_all_cases(some, averages.pose, paths, progress))
