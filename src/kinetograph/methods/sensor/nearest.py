@@ -25,7 +25,7 @@ class Near:
     ----------
     estimate : Estimate
     distance : float
-        Mean distance of the nearest `NEAREST` of them, in standard deviations of a reading.
+        Mean distance of the nearest ``NEAREST`` of them, in standard deviations of a reading.
     """
 
     estimate: Estimate

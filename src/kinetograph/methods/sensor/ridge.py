@@ -294,7 +294,7 @@ def share_kept(parts: Sequence[tuple[FloatArray, FloatArray]]) -> float:
     Returns
     -------
     float
-        The most of `KEPT` for which the error is at most the mean pose's, for all but a tenth where there are many.
+        The most of ``KEPT`` for which the error is at most the mean pose's, for all but a tenth where there are many.
     """
     for kept in KEPT:
         ratios = [
