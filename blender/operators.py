@@ -76,7 +76,7 @@ class Asking:
         return how
 
     def _failed(self, error):
-        self.report({"ERROR"}, " ".join(str(error).split()))
+        self.report({"ERROR"}, " ".join(str(error).split()).replace("--force-timing", "Force"))
         return {"CANCELLED"}
 
 
@@ -244,6 +244,7 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
     moving: BoolProperty(name="Keep Speeds", description="Pass through the keys as fast as the action does")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
+    force: BoolProperty(name="Force", description="Make motion that is worse than the recordings, with a warning")
     lock_start: IntProperty(name="Lock From", description="A span of an earlier result that stays; 0 and 0 for none")
     lock_end: IntProperty(name="Lock To")
 
@@ -253,6 +254,7 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
         super().filled_in(context)
         settings = context.scene.kinetograph
         self.alternatives, self.mirror, self.moving = settings.alternatives, settings.mirror, settings.moving
+        self.force = settings.force
         self.layered, self.lock_start, self.lock_end = settings.layered, settings.lock_start, settings.lock_end
 
     def task(self, context):
@@ -268,6 +270,7 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
         yield from target.prepared()
         motion = described(target.rig, target.roles, scene, range(first, last + 1), tasks.folder(), thing.name)
         params = {"recordings": asked, "motion": motion, "alternatives": self.alternatives, "fps": rate(scene)}
+        params["force_timing"] = self.force
         params["keys"] = [key.asked(first, rate(scene), self.moving) for key in keys]
         params |= self._held(action, first, rate(scene))
         found = yield "inbetween", {**params, **target.asked(), "folder": tasks.folder()}

@@ -51,6 +51,7 @@ class KINETOGRAPH_PT_inbetween(Panel, bpy.types.Panel):
         layout.prop(settings, "alternatives")
         layout.prop(settings, "layered")
         layout.prop(settings, "moving")
+        layout.prop(settings, "force")
         row = layout.row(align=True)
         row.prop(settings, "lock_start")
         row.prop(settings, "lock_end")

@@ -30,6 +30,7 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
     moving: BoolProperty(name="Keep Speeds", description="Pass through the keys as fast as the action does")
+    force: BoolProperty(name="Force", description="Make motion that is worse than the recordings, with a warning")
     lock_start: IntProperty(name="Lock From", description="A span of an earlier result that stays; 0 and 0 for none")
     lock_end: IntProperty(name="Lock To")
     readings: StringProperty(name="Readings", subtype="FILE_PATH", description="A file of body-worn sensors' readings")

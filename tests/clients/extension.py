@@ -27,7 +27,7 @@ from kinetograph.take import Take
 
 HERE = Path(__file__).resolve().parent
 EXTENSION = HERE.parents[1] / "blender"
-SUBJECTS = ("faults", "curves", "rigs", "keys", "partners")
+SUBJECTS = ("faults", "curves", "rigs", "keys", "partners", "picture")
 
 
 def main() -> int:
@@ -75,6 +75,8 @@ def prepare(folder: Path) -> None:
     program.write_text(f'#!/bin/sh\nPYTHONPATH="{search}" exec "{sys.executable}" -m kinetograph "$@"\n')
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
     data = next((path for path in data_folders() if (path / "walks").is_dir()), None)
+    if data is None:
+        (folder / "sample").touch()
     if not (folder / "walks").exists():
         library = Library.create(folder / "walks")
         ingest(library, find_recordings(walks(data)).recordings)
@@ -89,8 +91,8 @@ def walks(data: Path | None) -> list[Path]:
     if data is not None:
         return sorted((data / "walks").glob("15_*.bvh"))
     clips = fetch("deepmimic-clips")
-    names = ("walk", "walk_forward", "turn_left0", "turn_left1", "turn_right0", "turn_right1")
-    return [clips / f"humanoid3d_{name}.txt" for name in names]
+    names = ("humanoid3d_walk", "0walk_forward", "turn_left0", "turn_left1", "turn_right0", "turn_right1")
+    return [clips / f"{name}.txt" for name in names]
 
 
 def dances(where: Path, salsa: Path) -> None:

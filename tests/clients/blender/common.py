@@ -9,6 +9,8 @@ import numpy as np
 
 ZIP, FOLDER = Path(sys.argv[1]), Path(sys.argv[2])
 WALKS = str(FOLDER / "walks")
+SAMPLE = (FOLDER / "sample").exists()
+"""Whether the walks are the few of the sample, of which less can be made."""
 _failed = []
 
 
