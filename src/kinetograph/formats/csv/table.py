@@ -77,6 +77,10 @@ def parse_table(path: Path, lenient: bool) -> Table:
     names = tuple(name.lower() if name.lower() in ("x", "y", "z") else name for name in header[1:])
     if header[0].lower() not in ("t", "time") or not names or not all(names):
         raise FormatError(path, f"{EXPECTED}, found {first[1][:60]!r}", line=first[0])
+    if names[0] == "sensor":
+        raise FormatError(
+            path, f"{EXPECTED}, found readings of sensors; `kinetograph sense` takes these", line=first[0]
+        )
     if len(set(names)) < len(names):
         raise FormatError(path, f"every column needs a name of its own, found {first[1][:60]!r}", line=first[0])
     flat = array("d")  # a list of rows would take ten times the file
