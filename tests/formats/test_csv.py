@@ -126,6 +126,10 @@ ERRORS = {
     "no z": ("t,x\n0,1\n1,2\n", r"expected a header t,x,z .*, found t,x"),
     "only t": ("t\n0\n1\n", r":1: expected a header t,x,z .*, found 't'"),
     "columns twice": ("t,x,x\n0,1,1\n", r":1: every column needs a name of its own, found 't,x,x'"),
+    "readings": (
+        "t,sensor,ax,ay,az\n0,hip,1,2,3\n",
+        r":1: expected .*, found readings of sensors; `kinetograph sense`",
+    ),
     "no rows": ("t,x,z\n", r"expected rows of numbers below the header, found none"),
     "repeated": (
         "t,x,z\n0,1,2\n0.5,3,4\n0.5,3,4\n",

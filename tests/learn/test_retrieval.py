@@ -20,6 +20,8 @@ from kinetograph.learn import (
     init_near,
     init_paths,
     lists_without,
+    nearest_columns,
+    nearest_listed,
     step_near,
     step_paths,
 )
@@ -104,3 +106,19 @@ def test_without_readings_paths_go_on():
     *_, last = both(rows, starts, queries, weights, Effort(4, 8, 40, 4), lag=0)
     examples, shares = last[1]
     assert examples[np.argmax(shares)] == 34
+
+
+def test_the_nearest_are_those_of_a_sort_by_brute_force() -> None:
+    rng = np.random.default_rng(5)
+    rows, starts = recordings(rng, [120, 80, 200])
+    weights = np.array([0.5, 1.0, 0.0, 2.0, 1.0, 0.3])
+    lists = fit_lists(rows, starts, rng)
+    for query in rows[rng.integers(0, len(rows), 10)] + rng.normal(size=(10, 6)):
+        squares = ((rows - query) ** 2 * weights).sum(axis=1)
+        near, found = nearest_columns(np.ascontiguousarray(rows.T), query, weights, 8)
+        np.testing.assert_allclose(np.sort(found), np.sort(squares)[:8], rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(found, squares[near], rtol=1e-4, atol=1e-5)
+        listed, distances = nearest_listed(lists, query, weights, 8, looked_up=10**6)
+        entries = np.unique(lists.entries)
+        np.testing.assert_allclose(np.sort(distances), np.sort(squares[entries])[:8], rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(distances, squares[listed], rtol=1e-4, atol=1e-5)

@@ -11,7 +11,10 @@ from kinetograph.methods.sensor import PoseSynthesis, SensorControl
 SPORTS = "the sports of docs/results/sensor.md (CMU 06, 64, 86, 124, 135, 144)"
 _PROTOTYPE = f"on {SPORTS} and neura's walk, in a prototype; the ridge by leaving out people of each library"
 CHOSEN: Mapping[str, str] = {
-    "guided": f"weight and smoothing {_PROTOTYPE}, and so is the share of the regression",
+    "guided": (
+        f"weight and smoothing {_PROTOTYPE}; the kinds of estimates, and what shares are drawn to, on {SPORTS}, "
+        "utd-mhad and neura's walk; shares inside the library"
+    ),
     "ridge": f"window and kernel {_PROTOTYPE}",
     "continuity": f"weights on {SPORTS}; shrinkage inside the library",
     "interpolation": f"share of variance and choice of clusters on {SPORTS}",

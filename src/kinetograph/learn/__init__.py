@@ -23,6 +23,7 @@ _ROOMS = {
     "Fixed": "alignment",
     "FrameGraph": "frame_programme",
     "FrameRules": "frame_programme",
+    "Gate": "gating",
     "Gaussian": "posterior",
     "Goal": "goals",
     "Graph": "transitions",
@@ -43,6 +44,7 @@ _ROOMS = {
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
     "PricedPath": "margins",
+    "Prior": "gating",
     "Quantiser": "quantisation",
     "Rbf": "interpolation",
     "Reuse": "reuse",
@@ -77,6 +79,7 @@ _ROOMS = {
     "find_route": "timed_search",
     "find_transitions": "transitions",
     "fit_gaussian": "posterior",
+    "fit_gate": "gating",
     "fit_kernel_ridge": "kernel_ridge",
     "fit_lists": "retrieval",
     "fit_lle": "embedding",
@@ -103,6 +106,8 @@ _ROOMS = {
     "lists_without": "retrieval",
     "make_graph": "transitions",
     "mixed": "posterior",
+    "nearest_columns": "continuity",
+    "nearest_listed": "retrieval",
     "outputs_by_bayes": "hmm",
     "padded_width": "segmental",
     "plan_frames": "frame_programme",
@@ -133,6 +138,7 @@ __all__ = [
     "Fixed",
     "FrameGraph",
     "FrameRules",
+    "Gate",
     "Gaussian",
     "Goal",
     "Graph",
@@ -153,6 +159,7 @@ __all__ = [
     "Playing",
     "PreparedExamples",
     "PricedPath",
+    "Prior",
     "Quantiser",
     "Rbf",
     "Reuse",
@@ -186,6 +193,7 @@ __all__ = [
     "find_margins",
     "find_route",
     "find_transitions",
+    "fit_gate",
     "fit_gaussian",
     "fit_kernel_ridge",
     "fit_lists",
@@ -213,6 +221,8 @@ __all__ = [
     "lists_without",
     "make_graph",
     "mixed",
+    "nearest_columns",
+    "nearest_listed",
     "outputs_by_bayes",
     "padded_width",
     "plan_frames",
@@ -254,10 +264,18 @@ if TYPE_CHECKING:
         Similarity,
     )
     from kinetograph.learn.commitment import Commitment, Hypotheses
-    from kinetograph.learn.continuity import PathSearch, PathState, best_paths, init_paths, step_paths
+    from kinetograph.learn.continuity import (
+        PathSearch,
+        PathState,
+        best_paths,
+        init_paths,
+        nearest_columns,
+        step_paths,
+    )
     from kinetograph.learn.distances import squared_distances, squared_distances_to
     from kinetograph.learn.embedding import Lle, fit_lle
     from kinetograph.learn.frame_programme import FrameGraph, FrameRules, Plan, Playing, advance_body, plan_frames
+    from kinetograph.learn.gating import Gate, Prior, fit_gate
     from kinetograph.learn.goals import Goal, SearchOptions, Tolls, Way, least_interval, least_steps
     from kinetograph.learn.hmm import outputs_by_bayes, viterbi
     from kinetograph.learn.interpolation import Rbf, fit_rbf
@@ -298,6 +316,7 @@ if TYPE_CHECKING:
         fit_lists,
         init_near,
         lists_without,
+        nearest_listed,
         step_near,
     )
     from kinetograph.learn.reuse import Reuse, fading

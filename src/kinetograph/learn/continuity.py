@@ -118,6 +118,32 @@ def best_paths(search: PathSearch, state: PathState, count: int, temperature: fl
     return ends, weights
 
 
+def nearest_columns(
+    examples: SingleArray, query: FloatArray, weights: FloatArray, count: int
+) -> tuple[IntArray, FloatArray]:
+    """The examples nearest to a query, and their weighted squared distances, in no order.
+
+    Parameters
+    ----------
+    examples : ndarray of float32, shape (C, N)
+        One row per channel, one column per example.
+    query, weights : ndarray, shape (C,)
+        Channels of weight 0 are ignored.
+    count : int
+        How many, K; at most N.
+
+    Returns
+    -------
+    nearest : ndarray of int, shape (K,)
+    squares : ndarray, shape (K,)
+    """
+    away = np.empty(examples.shape[1], dtype=np.float32)
+    distances(examples, query.astype(np.float32), weights.astype(np.float32), away)
+    count = min(count, len(away))
+    least = np.argpartition(away, count - 1)[:count].astype(np.int64)
+    return least, away[least].astype(np.float64)
+
+
 def shares_of(costs: SingleArray, count: int, temperature: float) -> tuple[IntArray, FloatArray]:
     """Where the least costs are, and weights by them.
 

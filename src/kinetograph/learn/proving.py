@@ -48,7 +48,7 @@ def prove(
     partial : dict of int to Arrivals, optional
         By number of steps used, the arrivals of the longer states, which are left after these steps at step T.
     wide : tuple of (int, int)
-        Spans of steps at which all predecessors are looked at from the beginning; see `Near`.
+        Spans of steps at which all predecessors are looked at from the beginning; see ``Near``.
 
     Returns
     -------

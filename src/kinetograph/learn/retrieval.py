@@ -230,6 +230,32 @@ def best_near(search: NearSearch, state: NearState, count: int, temperature: flo
     return ends, weights
 
 
+def nearest_listed(
+    lists: NeighbourLists, query: FloatArray, weights: FloatArray, count: int, looked_up: int = Effort.lists
+) -> tuple[IntArray, FloatArray]:
+    """The entries of lists nearest to a query, and their weighted squared distances, in no order.
+
+    Parameters
+    ----------
+    lists : NeighbourLists
+    query, weights : ndarray, shape (C,)
+        Channels of weight 0 are ignored.
+    count : int
+        How many, K; at most those of the lists that are looked up.
+    looked_up : int
+        Lists that are looked up, the nearest.
+
+    Returns
+    -------
+    nearest : ndarray of int, shape (K,)
+        Examples.
+    squares : ndarray, shape (K,)
+    """
+    at, distances = _looked_up(lists, query.astype(np.float32), weights.astype(np.float32), looked_up)
+    least = _least(distances, count)
+    return lists.entries[at[least]], distances[least].astype(np.float64)
+
+
 def _limit(costs: SingleArray, jump: float, effort: Effort) -> float:
     """The cost below which examples are kept."""
     below = int((costs < jump).sum())
@@ -242,15 +268,23 @@ def _limit(costs: SingleArray, jump: float, effort: Effort) -> float:
 def _fresh(search: NearSearch, query: SingleArray, weights: SingleArray) -> IntArray:
     """The examples most like a query, in order."""
     lists, effort = search.lists, search.effort
-    away = np.empty(len(lists.centres), dtype=np.float32)
-    row_distances(lists.centres, query, weights, away)
-    chosen = _least(away, effort.lists)
-    room = int((lists.offsets[chosen + 1] - lists.offsets[chosen]).sum())
-    at, distances = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.float32)
-    list_distances(lists.rows, lists.offsets, chosen, query, weights, at, distances)
+    at, distances = _looked_up(lists, query, weights, effort.lists)
     entries = lists.entries[at[_least(distances, effort.fresh)]]
     around = entries[:, None] + np.arange(-HALF, HALF + 1)
     return np.unique(around[(around >= 0) & (around < len(search.examples))])
+
+
+def _looked_up(
+    lists: NeighbourLists, query: SingleArray, weights: SingleArray, count: int
+) -> tuple[IntArray, SingleArray]:
+    """The rows ``(M,)`` of the lists that are nearest to a query, and their distances ``(M,)``."""
+    away = np.empty(len(lists.centres), dtype=np.float32)
+    row_distances(lists.centres, query, weights, away)
+    chosen = _least(away, count)
+    room = int((lists.offsets[chosen + 1] - lists.offsets[chosen]).sum())
+    at, distances = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.float32)
+    list_distances(lists.rows, lists.offsets, chosen, query, weights, at, distances)
+    return at, distances
 
 
 def _least(values: SingleArray, count: int) -> IntArray:

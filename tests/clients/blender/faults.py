@@ -104,6 +104,34 @@ row("and the next call works", error_of(walk) == "", "it starts kinetograph agai
 
 emptied()
 bezier("path", [(0, 0), (0, 4)])
+before = state()
+operators = __import__(f"{MODULE}.operators", fromlist=["operators"])
+
+
+class Asked(operators.KINETOGRAPH_OT_walk.__mro__[1]):
+    """The operator's settings, as a task of its own, which a timer would drive."""
+
+    curve, library, armature, speed, by_radius, keep_time, mirror = "path", WALKS, "", 1.2, False, True, False
+    task = operators.KINETOGRAPH_OT_walk.task
+
+
+runner = tasks.Runner(Asked().task(bpy.context))
+started = time.monotonic()
+runner.cancel()
+seconds = time.monotonic() - started
+row("cancelled in mid-call", state() == before and seconds < 1.5, f"after {seconds:.2f} s, the scene as it was")
+row("and the next call works", error_of(walk) == "", "kinetograph goes on, or is started again")
+
+emptied()
+bezier("path", [(0, 0), (0, 4)])
+bpy.ops.ed.undo_push(message="before")
+names = state()[0]
+bpy.ops.kinetograph.walk("EXEC_DEFAULT", True, curve="path", library=WALKS)
+made = state()[0]
+bpy.ops.ed.undo()
+row("one undo takes all of it back", made != names and state()[0] == names, "objects, armature and action")
+emptied()
+bezier("path", [(0, 0), (0, 4)])
 fails("a library that is not there", ["not a library"], walk, library=str(FOLDER / "none"))
 fails("a folder of recordings", ["not a library"], walk, library=str(FOLDER))
 bezier("dot", [(0, 0)])

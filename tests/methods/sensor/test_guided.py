@@ -21,7 +21,6 @@ from kinetograph.methods.sensor import (
     build_examples,
 )
 from kinetograph.methods.sensor.expected import expected_errors
-from kinetograph.methods.sensor.guided import between
 from kinetograph.methods.sensor.result import warnings_of
 from kinetograph.methods.sensor.ridge import fit_ridge, groups_of
 from kinetograph.methods.sensor.window import WindowBuffer, WindowFeatures
@@ -165,21 +164,6 @@ def test_far_away_the_error_to_expect_is_the_mean_poses(examples: Examples):
 def test_nobody_to_leave_out_is_no_obstacle(readings: Readings):
     alone = SensorControl().fit_motions({("only", "motion"): walk(1.0, speed=0.9)})
     assert np.isfinite(alone.synthesize(readings).motion.rotations).all()
-
-
-# ---- poses between ----
-
-
-def test_half_way_is_as_far_from_both_along_the_shortest_arc(examples: Examples):
-    space = examples.space
-    first, second = examples.poses[:50].astype(np.float64), examples.poses[400:450].astype(np.float64)
-    middle = space.decode(between(space, first, second, 0.5))
-    a, b = space.decode(first), space.decode(second)
-    whole = rot.angle_between(a, b)
-    np.testing.assert_allclose(rot.angle_between(a, middle), 0.5 * whole, atol=2e-3)
-    np.testing.assert_allclose(rot.angle_between(middle, b), 0.5 * whole, atol=2e-3)
-    quarter = space.decode(between(space, first, second, 0.25))
-    np.testing.assert_allclose(rot.angle_between(a, quarter), 0.25 * whole, atol=2e-3)
 
 
 # ---- estimates ----

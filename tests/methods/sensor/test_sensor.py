@@ -341,7 +341,7 @@ def test_fitting_reports_its_progress(library: Library):
     assert len(set(done)) >= 8  # four takes are read, and four are simulated
     assert {whole for _, whole in calls} == {1000}
     assert done[3] == 150
-    assert done[-1] == 1000  # all takes were left out once
+    assert done[-1] == 1000
 
 
 def test_the_library_and_motions_at_hand_give_the_same(library: Library, readings):

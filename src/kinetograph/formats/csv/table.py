@@ -75,10 +75,7 @@ def parse_table(path: Path, lenient: bool) -> Table:
     separator = next((s for s in ";\t" if s in first[1]), ",")
     header = _cells(path, *first, separator)
     names = tuple(name.lower() if name.lower() in ("x", "y", "z") else name for name in header[1:])
-    if header[0].lower() not in ("t", "time") or not names or not all(names):
-        raise FormatError(path, f"{EXPECTED}, found {first[1][:60]!r}", line=first[0])
-    if len(set(names)) < len(names):
-        raise FormatError(path, f"every column needs a name of its own, found {first[1][:60]!r}", line=first[0])
+    _check_header(path, first, header[0], names)
     flat = array("d")  # a list of rows would take ten times the file
     decimals = 0
     before = -math.inf
@@ -104,6 +101,18 @@ def parse_table(path: Path, lenient: bool) -> Table:
     numbers = np.array(flat).reshape(-1, len(header))
     values = numbers[:, 1:]
     return Table(names, numbers[:, 0], values, ~np.isnan(values), decimals, comments)
+
+
+def _check_header(path: Path, first: tuple[int, str], time: str, names: tuple[str, ...]) -> None:
+    """Raise FormatError for a first line that is no header, or that of another table."""
+    number, found = first
+    if time.lower() not in ("t", "time") or not names or not all(names):
+        raise FormatError(path, f"{EXPECTED}, found {found[:60]!r}", line=number)
+    if names[0] == "sensor":
+        message = f"{EXPECTED}, found readings of sensors; `kinetograph sense` takes these"
+        raise FormatError(path, message, line=number)
+    if len(set(names)) < len(names):
+        raise FormatError(path, f"every column needs a name of its own, found {found[:60]!r}", line=number)
 
 
 def _lines(path: Path, comments: dict[str, str]) -> Iterator[tuple[int, str]]:

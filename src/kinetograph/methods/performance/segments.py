@@ -73,7 +73,7 @@ class Source:
 
     @cached_property
     def posture(self) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
-        """The roles of `BODY` that the body has, and their positions and velocities as seen from the root.
+        """The roles of ``BODY`` that the body has, and their positions and velocities as seen from the root.
 
         Both ``(F, R, 3)``, metres and metres per second.
         """

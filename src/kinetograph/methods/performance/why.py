@@ -297,7 +297,7 @@ def _others(question: _Question, margins: Margins, progress: Progress | None) ->
         searches.append((_named(rule), partial(question.search.best, fewer)))
     if question.fitted.origins is not None:
         searches.append(("the cost of a change of person or style", partial(_without_change, question)))
-    if question.fitted.prices is not None:
+    if question.fitted.prices is not None and question.fitted.prices.any():
         searches.append(("the cost of unusual motion", partial(_without_unusual, question)))
     if question.fitted.settings.reuse:
         searches.append(("the cost of reuse", lambda: margins.path(margins.best(1)[0])))

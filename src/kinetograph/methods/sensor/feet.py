@@ -2,15 +2,18 @@
 
 Poses that are averaged over examples of several steps put a foot on the ground that is on its way, and move one that
 stands. Contacts are therefore those parts of a foot's stance in which it can be held still, and a foot that moves
-along the ground is lifted as a step would lift it.
+along the ground is lifted as a step would lift it. Legs are bent no more than that needs: the body goes up or down with
+the feet that stand, and a foot within a centimetre of the ground is left there.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from kinetograph.arrays import FloatArray
+from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.kinematics import role_positions
 from kinetograph.methods.sensor.root import RootModel
 from kinetograph.motion import Motion
@@ -22,7 +25,9 @@ _SIDES = ("left", "right")
 _STILL = 0.3  # metres per second up to which a held point counts as planted
 _LOW, _SPINS = 0.02, 0.45  # metres over the ground, and metres per second, of a point that a planted foot drags along
 _SHORTEST = 0.06  # seconds of a plant
-_CLEAR = 0.04  # metres that a moving foot is lifted
+_CLEAR = 0.02  # metres that a moving foot is lifted
+_NEAR = 0.01  # metres over or under the ground at which a planted foot is left
+_LEVEL = 0.1  # seconds of a Gaussian over what the body goes up and down
 _SLOW, _FAST = 0.1, 0.7  # metres per second at which lifting begins, and is complete
 _AHEAD = 0.05  # seconds that a foot is lifted before it moves, and after
 
@@ -40,9 +45,8 @@ def finished_feet(motion: Motion, model: RootModel) -> tuple[Motion, tuple[Annot
     motion : Motion
     contacts : tuple of Annotation
     """
-    motion = clean_feet(motion, detect_contacts(motion))
     contacts = still_contacts(motion, detect_contacts(motion), model)
-    motion = clean_feet(motion, contacts)
+    motion = _levelled(clean_feet(motion, contacts), model, contacts)
     rises = {side: _rise(motion, model, contacts, side) for side in _SIDES if has_limb(motion, side, LEG)}
     return raise_feet(motion, rises), contacts
 
@@ -72,6 +76,38 @@ def still_contacts(motion: Motion, contacts: tuple[Annotation, ...], model: Root
     return tuple(sorted(kept, key=lambda note: (note.start, note.label)))
 
 
+def _levelled(motion: Motion, model: RootModel, contacts: tuple[Annotation, ...]) -> Motion:
+    """The motion as high as its planted feet say, in the mean over them; between plants in a straight line."""
+    heights, planted = [], []
+    for side in _SIDES:
+        if own := _of_side(model, side):
+            heights.append(_over_ground(motion, model, own))
+            planted.append(_is_planted(motion, model, own, contacts))
+    if not np.any(planted):
+        return motion
+    count = np.sum(planted, axis=0)
+    known = np.flatnonzero(count)
+    over = np.where(planted, heights, 0.0).sum(axis=0)[known] / count[known]
+    away = gaussian_filter1d(np.interp(np.arange(len(motion)), known, over), _LEVEL * motion.fps, mode="nearest")
+    return replace(motion, translation=motion.translation - np.outer(away, [0.0, 1.0, 0.0]))
+
+
+def _of_side(model: RootModel, side: str) -> list[int]:
+    """The numbers of the points of one foot."""
+    return [i for i, role in enumerate(model.roles) if role.startswith(side)]
+
+
+def _over_ground(motion: Motion, model: RootModel, own: list[int]) -> FloatArray:
+    """Height in metres, ``(F,)``, of the lowest of a foot's points over where it is when it is planted."""
+    roles = tuple(model.roles[i] for i in own)
+    return np.asarray((role_positions(motion, roles)[..., 1] - model.ground[own]).min(axis=1))
+
+
+def _is_planted(motion: Motion, model: RootModel, own: list[int], contacts: tuple[Annotation, ...]) -> BoolArray:
+    masks = [contact_mask(contacts, model.roles[i], len(motion), motion.fps) for i in own]
+    return np.asarray(np.logical_or.reduce(masks))
+
+
 def _ground_speed(motion: Motion, role: str) -> FloatArray:
     """The speed of a role along the ground, ``(F,)``, in the faster of the steps to and from a frame."""
     step = np.linalg.norm(np.diff(role_positions(motion, (role,))[:, 0][:, [0, 2]], axis=0), axis=1) * motion.fps
@@ -80,14 +116,14 @@ def _ground_speed(motion: Motion, role: str) -> FloatArray:
 
 def _rise(motion: Motion, model: RootModel, contacts: tuple[Annotation, ...], side: str) -> FloatArray:
     """Metres that a foot is moved up, ``(F,)``."""
-    own = [i for i, role in enumerate(model.roles) if role.startswith(side)]
+    own = _of_side(model, side)
     if not own:
         return np.zeros(len(motion))
-    roles = tuple(model.roles[i] for i in own)
-    over = (role_positions(motion, roles)[..., 1] - model.ground[own]).min(axis=1)
-    planted = np.logical_or.reduce([contact_mask(contacts, role, len(motion), motion.fps) for role in roles])
-    speed = np.max([_ground_speed(motion, role) for role in roles], axis=0)
-    return to_floor(np.where(planted, 0.0, _clearance(speed, motion.fps)) - over, runs(planted), motion.fps)
+    over, planted = _over_ground(motion, model, own), _is_planted(motion, model, own, contacts)
+    speed = np.max([_ground_speed(motion, model.roles[i]) for i in own], axis=0)
+    away = np.sign(over) * np.maximum(np.abs(over) - _NEAR, 0.0)
+    up = np.where(planted, -away, _clearance(speed, motion.fps) - over)
+    return to_floor(up, runs(planted), motion.fps)
 
 
 def _clearance(speed: FloatArray, fps: float) -> FloatArray:

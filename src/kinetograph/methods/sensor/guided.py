@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
-from kinetograph.learn import KernelRegression, shrinkage
+from kinetograph.learn import shrinkage
 from kinetograph.methods.sensor.estimators import Estimate, Follower
 from kinetograph.methods.sensor.examples import Examples
-from kinetograph.methods.sensor.expected import ExpectedErrors
 from kinetograph.methods.sensor.fitted import Averages
-from kinetograph.methods.sensor.pose_space import PoseSpace, one_sided
-from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit, regression_of_some, standardised
+from kinetograph.methods.sensor.nearest import NearestExamples
+from kinetograph.methods.sensor.ridge import Blend, Guide, OfSome, RidgeFit, regression_of_some, standardised
 from kinetograph.methods.sensor.window import WindowBuffer
 
 
@@ -27,14 +27,23 @@ class Regressed:
     readings : ndarray, shape (C,)
         Smoothed.
     valid : ndarray of bool, shape (C,)
+    sensors : int
+        How many there are.
     trust : float
         From 1 to 0 where the window is further from the library than any from which estimates were tried.
+    distance : float
+        Of the window from the nearest centre of the regression, in widths of its kernel.
+    kept : float
+        How much of the estimate to keep, the rest being the mean pose, for nobody to be estimated worse than by that.
     """
 
     estimate: Estimate
     readings: FloatArray
     valid: BoolArray
+    sensors: int = 1
     trust: float = 1.0
+    distance: float = 0.0
+    kept: float = 1.0
 
 
 class Regression:
@@ -64,29 +73,32 @@ class Regression:
         own, there = self._buffer.of(self._smoothed), self._buffer.channels(sensors)
         if not sensors.any():
             mean = self._averages
-            return Regressed(Estimate(mean.pose, mean.root, mean.variance, 0, 0.0), own, there)
+            nothing = Estimate(mean.pose, mean.root, mean.variance, 0, 0.0)
+            return Regressed(nothing, own, there, len(sensors))
         fit = self._fit
         features = standardised(fit, self._buffer.of(fit.features))
         if sensors.all():
-            made, trust = self._regressed(features, fit.whole, fit.rows, fit.expected)
+            used = fit.of_all
         else:
-            some = regression_of_some(fit, self._examples, sensors)
-            made, trust = self._regressed(features[some.columns], some.regression, some.rows, some.expected)
+            used = regression_of_some(fit, self._examples, sensors)
+            features = features[used.columns]
+        made, distance = self._regressed(features, used)
         away = (self._examples.readings[made.example] - own)[there]
-        return Regressed(replace(made, cost=float(np.mean(away**2))), own, there, trust)
+        made, trust = replace(made, cost=float(np.mean(away**2))), used.expected.trust(distance)
+        return Regressed(made, own, there, len(sensors), trust, distance / used.regression.width, used.kept)
 
-    def _regressed(
-        self, features: SingleArray, regression: KernelRegression, rows: IntArray, expected: ExpectedErrors
-    ) -> tuple[Estimate, float]:
+    def _regressed(self, features: SingleArray, used: OfSome) -> tuple[Estimate, float]:
+        """The estimate, and the distance from the nearest centre."""
+        regression = used.regression
         kernel = regression.kernel(features[None])
         values = regression.from_kernel(kernel)[0]
         nearest = int(np.argmax(kernel[0]))
         distance = -float(np.log(max(float(kernel[0, nearest]), 1e-30))) * regression.width
-        degrees, share = expected.at(distance)
+        degrees, share = used.expected.at(distance)
         poses = len(self._averages.pose)
         variance = share * self._averages.variance
-        made = Estimate(values[:poses], values[poses:], variance, int(rows[nearest]), 0.0, degrees)
-        return made, expected.trust(distance)
+        made = Estimate(values[:poses], values[poses:], variance, int(used.rows[nearest]), 0.0, degrees)
+        return made, distance
 
 
 class RidgeEstimator:
@@ -142,74 +154,91 @@ class GuidedPaths:
 
 
 class GuidedEstimator:
-    """Between the examples that the best paths pass and the regression that guides them.
+    """The mixture of estimates by paths, by regression, by the nearest examples, and of the mean pose.
 
     Parameters
     ----------
     regression : Regression
     paths : GuidedPaths
+    nearest : NearestExamples
     averages : Averages
     blend : Blend
-    space : PoseSpace
+    joints : ndarray of int, shape (D,)
+        Of the components of pose vectors.
     """
 
     def __init__(
-        self, regression: Regression, paths: GuidedPaths, averages: Averages, blend: Blend, space: PoseSpace
+        self,
+        regression: Regression,
+        paths: GuidedPaths,
+        nearest: NearestExamples,
+        averages: Averages,
+        blend: Blend,
+        joints: IntArray,
     ) -> None:
         self.lag = regression.lag + paths.lag
-        self._regression, self._paths, self._averages = regression, paths, averages
-        self._space, self._share = space, blend.share
-        self._strengths = blend.strengths[space.joint_of_component]
+        self._regression, self._paths, self._nearest, self._blend = regression, paths, nearest, blend
+        self._mean = Estimate(averages.pose, averages.root, averages.variance, 0, 0.0)
+        self._strengths = None if blend.strengths is None else blend.strengths[joints]
 
     def step(self, readings: FloatArray, valid: BoolArray) -> Estimate:
         """The pose ``lag`` frames ago."""
-        path, other = self._paths.step(self._regression.step(readings, valid))
-        return self._shrunk(blended(self._space, path, other.estimate, self._share * other.trust))
+        path, own = self._paths.step(self._regression.step(readings, valid))
+        near = self._nearest.of(own.readings, own.valid)
+        shares = self._blend.gate.shares(gate_features(np.array([near.distance]), np.array([own.distance])))[0]
+        if not own.valid.all():
+            shares = shares_of_some(shares, own)
+        made = mixture_of((path, own.estimate, near.estimate, self._mean), shares)
+        return made if self._strengths is None else self._shrunk(made, self._strengths, self._doubt(own))
 
-    def _shrunk(self, estimate: Estimate) -> Estimate:
+    def _doubt(self, own: Regressed) -> float:
+        """The square of the share of the poses' variance that the regression errs by: little but far away."""
+        doubts = self._blend.doubts
+        if doubts is not None and own.valid.all():
+            return doubts.at(own.distance)[1] ** 2
+        return min(float(own.estimate.variance.sum() / max(self._mean.variance.sum(), 1e-12)), 1.0) ** 2
+
+    def _shrunk(self, made: Estimate, strengths: FloatArray, doubt: float) -> Estimate:
         """Towards the mean pose by each joint's strength; the variance is that of a mixture of both."""
-        mean, total = self._averages.pose, self._averages.variance
-        away, variance = estimate.pose - mean, estimate.variance
-        share = shrinkage(self._strengths, uncertainty_of(variance, total))
-        mixed = (1 - share) * variance + share * total + share * (1 - share) * away**2
-        return replace(estimate, pose=estimate.pose - share * away, variance=mixed)
+        share, away = shrinkage(strengths, doubt), made.pose - self._mean.pose
+        variance = (1 - share) * made.variance + share * self._mean.variance + share * (1 - share) * away**2
+        return replace(made, pose=made.pose - share * away, variance=variance)
 
 
-def uncertainty_of(variance: FloatArray, total: FloatArray) -> float:
-    """A pose's variance ``(D,)`` over that of all poses, at most 1."""
-    return min(float(variance.sum() / max(total.sum(), 1e-12)), 1.0)
-
-
-def blended(space: PoseSpace, path: Estimate, other: Estimate, share: float) -> Estimate:
-    """An estimate between two, ``share`` of the way to the other one; its variance is that of the mixture of both."""
-    apart = (path.pose - other.pose) ** 2
-    return replace(
-        path,
-        pose=between(space, path.pose[None], other.pose[None], share)[0],
-        root=(1.0 - share) * path.root + share * other.root,
-        variance=(1.0 - share) * path.variance + share * other.variance + share * (1.0 - share) * apart,
-    )
-
-
-def between(space: PoseSpace, first: FloatArray, second: FloatArray, share: float) -> FloatArray:
-    """Pose vectors some of the way from one to another, each rotation along the shortest arc.
+def gate_features(near: FloatArray, distance: FloatArray) -> FloatArray:
+    """What the shares of estimates depend on, shape ``(N, 2)``.
 
     Parameters
     ----------
-    space : PoseSpace
-    first, second : ndarray, shape (N, D)
-    share : float
-        0 gives the first, 1 the second.
+    near : ndarray, shape (N,)
+        Distance of the nearest examples, in standard deviations of a reading.
+    distance : ndarray, shape (N,)
+        Of the window from the nearest centre of the regression, in widths of its kernel.
 
     Returns
     -------
-    ndarray, shape (N, D)
+    ndarray
     """
-    a, b = space.decode(first), space.decode(second)
-    cosine = np.sum(a * b, axis=-1, keepdims=True)
-    b = np.where(cosine < 0, -b, b)
-    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
-    near, sine = angle < 1e-4, np.maximum(np.sin(angle), 1e-6)
-    start = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    end = np.where(near, share, np.sin(share * angle) / sine)
-    return np.asarray(one_sided(start * a + end * b, space.reference)[:, space.moving])
+    return np.log(np.stack([near, distance], axis=-1) + 1e-3)
+
+
+def shares_of_some(shares: FloatArray, own: Regressed) -> FloatArray:
+    """The shares where sensors are missing: the fewer are left, the more is left to the regression by these alone.
+
+    Paths and nearest examples have been tried with all sensors only. With one, there is nothing of them.
+    """
+    each = len(own.valid) // own.sensors
+    left = max(int(own.valid.sum()) // each - 1, 0) / max(own.sensors - 1, 1)
+    return np.asarray(left * shares + (1.0 - left) * np.array([0.0, own.kept, 0.0, 1.0 - own.kept]))
+
+
+def mixture_of(estimates: Sequence[Estimate], shares: FloatArray) -> Estimate:
+    """An estimate between several, of shares that sum to 1; its variance is that of the mixture of all."""
+    poses = np.array([one.pose for one in estimates])
+    pose = shares @ poses
+    return replace(
+        estimates[0],
+        pose=pose,
+        root=shares @ np.array([one.root for one in estimates]),
+        variance=shares @ (np.array([one.variance for one in estimates]) + (poses - pose) ** 2),
+    )

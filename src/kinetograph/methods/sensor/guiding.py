@@ -9,12 +9,13 @@ import numpy as np
 
 from kinetograph.arrays import SingleArray
 from kinetograph.errors import RequestError
-from kinetograph.learn import NeighbourLists, fit_lists, fit_pca
-from kinetograph.methods.sensor.choosing import Fresh, choose_blend
+from kinetograph.learn import Gate, NeighbourLists, fit_lists, fit_pca
+from kinetograph.methods.sensor.choosing import Fresh, Trial, choose_blend
 from kinetograph.methods.sensor.examples import Examples
 from kinetograph.methods.sensor.fitted import Averages, SensorFit, averages_of, summarised
 from kinetograph.methods.sensor.guided import GuidedEstimator, GuidedPaths, Regression, RidgeEstimator
 from kinetograph.methods.sensor.local_models import LocalModels
+from kinetograph.methods.sensor.nearest import NearestExamples
 from kinetograph.methods.sensor.ridge import Blend, Guide, RidgeFit, RidgeSettings, fit_ridge
 from kinetograph.methods.sensor.settings import require_positive
 from kinetograph.methods.sensor.smoothing import Smoothing, WindowSmoothing
@@ -96,20 +97,21 @@ class KernelRidge:
 
 @dataclass(frozen=True)
 class Guided:
-    """Follow paths through the examples that kernel ridge guides, and go between both: the default.
+    """Follow paths through the examples that kernel ridge guides, and mix both with the nearest examples: the default.
 
-    Paths move as recordings do; regression holds for people and takes that no path is like. A path's cost is
-    continuity's, on smoothed readings, and the squared distance of its poses from the regressed one, over the poses'
-    variance. How much of the regression there is in the result, and whether it guides at all, is chosen by leaving out
-    the library's people, or takes or parts of takes where there is one person.
+    Paths move as recordings do; regression holds for people and takes that no path is like; where the library has
+    nearly the same movement, the nearest examples are hard to beat; and far from all of it the mean pose is. A path's
+    cost is continuity's, on smoothed readings, and the squared distance of its poses from the regressed one, over the
+    poses' variance. How much there is of each, by how near a frame is to the library, and whether the regression guides
+    at all, is learnt by leaving out the library's people and takes.
 
     Parameters
     ----------
     ridge : KernelRidge
     path : Continuity
-        Of its settings, ``cautious`` is for the blend of both.
+        Of its settings, ``cautious`` says whether there may be something of the mean pose in the result.
     share : float, optional
-        Of the regression in the result, from 0 to 1, where it is not to be chosen.
+        Of the regression in the result, from 0 to 1, the rest being paths, where that is not to be learnt.
     weight : float
         Of the distance from the regressed pose in a path's cost.
     smooth : float
@@ -160,7 +162,7 @@ class Guided:
         fit = replace(fit, search=search, guide=guide)
         del rows
         if self.share is not None:
-            blend = Blend(self.share, True, np.zeros(len(examples.space.moving)))
+            blend = Blend(Gate.constant(np.array([1.0 - self.share, self.share, 0.0, 0.0]), 2))
         else:
             blend = choose_blend(examples, fit.averages, partial(self._of_some, ridge), self.path.cautious, progress)
         return replace(fit, blend=blend)
@@ -176,7 +178,9 @@ class Guided:
         follower = self.path.follower(fit.examples, fit.search, rows)
         regression = Regression(fit.examples, fit.averages, ridge, self.smooth)
         paths = GuidedPaths(fit.examples, guide, follower)
-        return GuidedEstimator(regression, paths, fit.averages, fit.blend, fit.examples.space)
+        nearest = NearestExamples(fit.examples, fit.search)
+        joints = fit.examples.space.joint_of_component
+        return GuidedEstimator(regression, paths, nearest, fit.averages, fit.blend, joints)
 
     def _rows(self, examples: Examples, guide: Guide, ridge: RidgeFit) -> SingleArray:
         """Smoothed readings and coordinates, ``(N, C + B)``, in pieces, as those of a million frames are large."""
@@ -196,12 +200,12 @@ class Guided:
         guide = _guide(some, averages, self.weight)
         search = np.ascontiguousarray(self._rows(some, guide, ridge).T)
 
-        def fresh() -> tuple[Regression, GuidedPaths, GuidedPaths]:
+        def fresh() -> Trial:
             regression = Regression(some, averages, fewer, self.smooth)
             with_and_without = (guide, replace(guide, weight=0.0))
             followers = [self.path.follower(some, search, some.readings) for _ in with_and_without]
             one, other = (GuidedPaths(some, g, f) for g, f in zip(with_and_without, followers, strict=True))
-            return regression, one, other
+            return Trial(regression, one, other, NearestExamples(some, search))
 
         return fresh
 

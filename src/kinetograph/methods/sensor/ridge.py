@@ -14,6 +14,7 @@ import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import (
+    Gate,
     KernelRegression,
     fit_kernel_ridge,
     gram_of,
@@ -33,6 +34,10 @@ CHOOSING = 1200
 """Centres from which the ridge and the expected errors are learnt."""
 OF_SOME = 1200
 """Centres at most of a regression that some sensors only take part in, which is made when it is first needed."""
+KEPT = (1.0, 0.8, 0.6, 0.4, 0.2)
+"""Shares of an estimate that are tried."""
+NEARLY_ALL = 0.9
+"""Share of those left out who must not be estimated worse than by the mean pose; of ten or fewer it is all."""
 LEAST = 1e-3
 """Deviation of a feature at least, in deviations of a reading."""
 
@@ -74,9 +79,8 @@ class RidgeFit:
         Which centres are left out together where the ridge is chosen.
     ridge : float
         The ridge for all sensors.
-    whole : KernelRegression
-        By all sensors.
-    expected : ExpectedErrors
+    of_all : OfSome
+        The regression by all sensors.
     of_some : dict
         Regressions by some of the sensors, by their mask, as far as they have been needed.
     """
@@ -89,9 +93,13 @@ class RidgeFit:
     targets: SingleArray
     groups: tuple[IntArray, ...]
     ridge: float
-    whole: KernelRegression
-    expected: ExpectedErrors
+    of_all: OfSome
     of_some: dict[bytes, OfSome] = field(default_factory=dict)
+
+    @property
+    def expected(self) -> ExpectedErrors:
+        """The errors to expect with all sensors."""
+        return self.of_all.expected
 
     def columns(self, sensors: BoolArray) -> IntArray:
         """The features ``(K,)`` of some sensors, a mask ``(S,)``."""
@@ -100,7 +108,7 @@ class RidgeFit:
 
 @dataclass(frozen=True, eq=False)
 class OfSome:
-    """A regression by some of the sensors.
+    """A regression by some of the sensors, or all.
 
     Parameters
     ----------
@@ -110,12 +118,15 @@ class OfSome:
         The examples at its centres.
     regression : KernelRegression
     expected : ExpectedErrors
+    kept : float
+        How much of the estimate to keep, the rest being the mean pose, for nobody to be estimated worse than by that.
     """
 
     columns: IntArray
     rows: IntArray
     regression: KernelRegression
     expected: ExpectedErrors
+    kept: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,21 +152,24 @@ class Guide:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """How an estimate by paths and one by regression become one, as takes that were left out showed to be best.
+    """How estimates become one, as people and takes that were left out showed to be best.
 
     Parameters
     ----------
-    share : float
-        Of the regression, from 0 to 1.
+    gate : Gate
+        The shares of paths, regression, nearest examples and mean pose, by how near the library is.
     guided : bool
         Whether the regression guides the paths.
-    strengths : ndarray, shape (J,)
-        Strength with which each joint shrinks towards the mean pose where the estimate is uncertain.
+    strengths : ndarray, shape (J,), optional
+        Strength with which each joint moves from the mixture to the mean pose where the regression is uncertain.
+    doubts : ExpectedErrors, optional
+        How uncertain that is, by the distance in widths of its kernel.
     """
 
-    share: float
-    guided: bool
-    strengths: FloatArray
+    gate: Gate
+    guided: bool = True
+    strengths: FloatArray | None = None
+    doubts: ExpectedErrors | None = None
 
 
 def fit_ridge(examples: Examples, settings: RidgeSettings, ridge: float | None = None) -> RidgeFit:
@@ -184,7 +198,8 @@ def fit_ridge(examples: Examples, settings: RidgeSettings, ridge: float | None =
     known = None if ridge is None else _Judged(ridge, ExpectedErrors.unknown())
     judged = known or _judged(examples, centres, targets, groups)
     whole = fit_kernel_ridge(centres.astype(np.float64), targets.astype(np.float64), judged.ridge)
-    return RidgeFit(features, mean, deviation, rows, centres, targets, groups, judged.ridge, whole, judged.expected)
+    of_all = OfSome(np.arange(centres.shape[1]), rows, whole, judged.expected, judged.kept)
+    return RidgeFit(features, mean, deviation, rows, centres, targets, groups, judged.ridge, of_all)
 
 
 def standardised(fit: RidgeFit, features: FloatArray) -> SingleArray:
@@ -201,7 +216,7 @@ def regression_of_some(fit: RidgeFit, examples: Examples, sensors: BoolArray) ->
         centres, targets = fit.centres[some][:, columns], fit.targets[some]
         judged = _judged(examples, centres, targets, _among(fit.groups, some), CHOOSING // 4)
         made = fit_kernel_ridge(centres.astype(np.float64), targets.astype(np.float64), judged.ridge)
-        fit.of_some[key] = OfSome(columns, fit.rows[some], made, judged.expected)
+        fit.of_some[key] = OfSome(columns, fit.rows[some], made, judged.expected, judged.kept)
     return fit.of_some[key]
 
 
@@ -243,6 +258,7 @@ def groups_of(examples: Examples, rows: IntArray) -> tuple[IntArray, ...]:
 class _Judged:
     ridge: float
     expected: ExpectedErrors
+    kept: float = 1.0
 
 
 def _judged(
@@ -263,7 +279,32 @@ def _judged(
         error = float(np.mean([squares[rows].mean() for rows in among]))
         if error < best[0]:
             best = (error, ridge, residuals)
-    return _Judged(best[1], expected_errors(examples.space, _nearest(own, among), poses, poses - best[2]))
+    expected = expected_errors(examples.space, _nearest(own, among), poses, poses - best[2])
+    return _Judged(best[1], expected, share_kept([(away[rows], best[2][rows]) for rows in among]))
+
+
+def share_kept(parts: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    """How much of an estimate to keep, the rest being the mean pose, for nobody to be estimated worse than by that.
+
+    Parameters
+    ----------
+    parts : sequence of (ndarray, ndarray)
+        Of each who was left out, the errors of the mean pose and of the estimate, both ``(M, D)``.
+
+    Returns
+    -------
+    float
+        The most of ``KEPT`` for which the error is at most the mean pose's, for all but a tenth where there are many.
+    """
+    for kept in KEPT:
+        ratios = [
+            np.linalg.norm(kept * own + (1.0 - kept) * still, axis=1).mean()
+            / max(np.linalg.norm(still, axis=1).mean(), 1e-12)
+            for still, own in parts
+        ]
+        if np.quantile(ratios, NEARLY_ALL, method="higher") <= 1.0:
+            return kept
+    return 0.0
 
 
 def _nearest(centres: FloatArray, groups: Sequence[IntArray]) -> FloatArray:
