@@ -10,6 +10,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph import rotations as rot
+from kinetograph.errors import RequestError
 from kinetograph.evaluation import evaluate_moves, evaluate_requests, path_requests
 from kinetograph.evaluation.along_paths import KINDS, at_pace, hips_path, moments_in
 from kinetograph.library import Facts, describe_takes
@@ -86,3 +87,8 @@ def test_a_span_is_made_of_the_move_at_its_pace(libraries: tuple[kg.Library, kg.
     np.testing.assert_allclose(speeds[middle], 2.0, atol=0.1)
     (row,) = evaluate_moves(PerformanceControl().fit(library), [path], "run")
     assert row.share > 0.95
+
+
+def test_walks_that_are_too_short_are_refused(libraries: tuple[kg.Library, kg.Library]) -> None:
+    with pytest.raises(RequestError, match="no take of the library of walks lasts 12 s"):
+        path_requests(libraries[0], libraries[0], 1, np.random.default_rng(0))

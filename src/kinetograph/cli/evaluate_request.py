@@ -44,7 +44,7 @@ def request(asked: Asked, report: Report) -> None:
     head, near the ground, or the body turns round. Distances from the path and speeds are given beside those of the
     same path without keys.
 
-    Example: kinetograph evaluate request -l out/clips.library --walks out/walks.library --requests 2
+    Example: kinetograph evaluate request -l corpus --walks walks --requests 20
     """
     import numpy as np
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import KinetographError
+from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.metrics import accelerations, control_distances
 from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
@@ -174,10 +174,19 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
         Whose hips are the paths.
     count : int
     rng : numpy.random.Generator
+
+    Raises
+    ------
+    RequestError
+        Where no walk is long enough, or the library shows nothing that is asked for.
     """
-    moments, names = moments_in(library), walks.names()
+    moments, names = moments_in(library), _long_enough(walks)
     by_kind = {kind: [m for m in moments if m.kind == kind] for kind in KINDS}
     kinds = [kind for kind in KINDS if by_kind[kind]]
+    if not kinds:
+        raise RequestError(
+            "no take of the library waves, picks up or turns round, so that there are no keys to ask for"
+        )
     made: list[PathRequest] = []
     while len(made) < count:
         name = names[int(rng.integers(len(names)))]
@@ -192,6 +201,14 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
         keys = tuple(_key(library, moment, at, i) for i, (moment, at) in enumerate(zip(picked, times, strict=True), 1))
         made.append(PathRequest(hips_path(motion, start, length), picked, keys, f"{name}@{start:.1f}"))
     return made
+
+
+def _long_enough(walks: Library) -> list[str]:
+    """The takes that are as long as a path is at least. Raises RequestError without one."""
+    names = [name for name in walks.names() if walks.take(name).motion().duration >= SECONDS[0]]
+    if not names:
+        raise RequestError(f"no take of the library of walks lasts {SECONDS[0]:g} s, as paths do")
+    return names
 
 
 def _times(length: float, count: int, rng: np.random.Generator) -> FloatArray | None:
