@@ -26,6 +26,7 @@ class Asked(Chosen):
         str | None, typer.Option(help="Ask instead for this move in the middle third of every path, without keys.")
     ] = None
     mirror: Mirror = False
+    fill: Annotated[bool, typer.Option("--fill", help="Fill spans around keys that no segment is like.")] = False
 
 
 @options("Output")
@@ -50,7 +51,7 @@ def request(asked: Asked, report: Report) -> None:
 
     from kinetograph.evaluation import evaluate_moves, evaluate_requests, path_requests
     from kinetograph.methods.performance import PerformanceControl
-    from kinetograph.pipeline import fit_performance, open_library
+    from kinetograph.pipeline import filler, fit_performance, open_library
 
     files = [report.output / "requests.json"] if report.output else []
     if report.output:
@@ -62,7 +63,7 @@ def request(asked: Asked, report: Report) -> None:
         rng = np.random.default_rng(asked.seed)
         made = path_requests(library, walks, asked.requests, rng)
         each = (
-            evaluate_requests(model, made, progress)
+            evaluate_requests(model, made, progress, filler(model, library, note=note) if asked.fill else None)
             if asked.move is None
             else evaluate_moves(model, [one.path for one in made], asked.move, progress)
         )
@@ -88,6 +89,7 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "keys missed by at most, mm": max(row["miss_mm"] for row in made),
         "off the path at most, times that without keys": max(row["off"] / row["off_plain"] for row in made),
         "acceleration at most, of the recordings' 99.9th percentile": max(row["acceleration"] for row in made),
+        "filled, s in all": sum(row["filled"] for row in made),
         "skate at most, likewise": max(row["skate"] for row in made),
         "processor, median s": float(np.median([row["processor"] for row in made])),
     }

@@ -20,6 +20,7 @@ COSTS = {
     "unusual": "not walked or run",
     "keys": "recordings unlike the keys",
     "moves": "moves not asked for",
+    "filled": "spans filled around keys",
 }
 """What the parts of a cost are called."""
 
@@ -60,6 +61,9 @@ def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, contro
             {"name": layer.name, "start": layer.start, "stop": layer.stop, "joints": list(layer.joints)}
             for layer in synthesis.layers
         ]
+    for name in ("filled_spans", "filled_seconds"):
+        if name in synthesis.statistics:
+            summary[name] = synthesis.statistics[name]
     if "untouched" in synthesis.statistics:
         summary["untouched_share"] = synthesis.statistics["untouched"]
     return summary
@@ -119,6 +123,9 @@ def in_words(summary: dict[str, Any]) -> dict[str, str]:
     for number, layer in enumerate(summary.get("layers", ()), start=1):
         span = f"{layer['start']:.1f} to {layer['stop']:.1f} s"
         rows[f"layer {number}"] = f"{layer['name']} drives {len(layer['joints'])} joints from {span}"
+    if summary.get("filled_spans"):
+        spans = summary["filled_spans"]
+        rows["filled"] = f"{spans:.0f} span{'s' if spans != 1 else ''} around keys, {summary['filled_seconds']:.1f} s"
     return {**rows, **_as_recorded(summary), **_made_of(summary), **_search(summary)}
 
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from kinetograph.formats.request_json import MoveRow
     from kinetograph.library import Library
     from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Reasons, Rule
-    from kinetograph.methods.together import Asked
+    from kinetograph.methods.together import Asked, Keyframes
     from kinetograph.motion import Motion
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
@@ -144,6 +144,13 @@ class Along:
         ),
     ] = None
 
+    fill: Annotated[
+        bool,
+        typer.Option(
+            "--fill", help="Play the recordings that have a key's pose around it, where no segment does; off the path."
+        ),
+    ] = False
+
     def asked(self, sources: KeySources, rules: Sequence[Rule]) -> Asked:
         """The same for the methods, with rules for pieces."""
         from kinetograph.formats.keys_json import row_from_text
@@ -209,7 +216,7 @@ def perform(
     from kinetograph.formats import KeySources
     from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control
-    from kinetograph.pipeline import fit_performance, open_library
+    from kinetograph.pipeline import filler, fit_performance, open_library
 
     answers.refuse()
     layers.refuse()
@@ -228,7 +235,8 @@ def perform(
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
-        made = _synthesised(model, performed, answers, asked)
+        fill = filler(model, library, track=inputs.target, note=note) if along.fill else None
+        made = _synthesised(model, performed, answers, asked, fill)
     made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = reasons_at(model, performed, answers.why or (), asked)
@@ -311,7 +319,11 @@ def _configuration(
 
 
 def _synthesised(
-    model: PerformanceModel, control: Signal | Motion, answers: Answers, asked: Asked
+    model: PerformanceModel,
+    control: Signal | Motion,
+    answers: Answers,
+    asked: Asked,
+    fill: Keyframes | None = None,
 ) -> tuple[Synthesis, ...]:
     from kinetograph.methods.performance import require_moves
     from kinetograph.pipeline import perform_alternatives, perform_asked
@@ -324,7 +336,7 @@ def _synthesised(
         count, alike = answers.alternatives, answers.alike
         return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)
     with progress_bar("searching") as progress:
-        return (perform_asked(model, control, asked, progress),)
+        return (perform_asked(model, control, asked, progress, fill),)
 
 
 def _show(

@@ -21,7 +21,7 @@ from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
 from kinetograph.methods.keyframe.quality import slides_of
 from kinetograph.methods.performance import PerformanceModel, Rule, Segment, Source, called, recorded_speeds
-from kinetograph.methods.together import Asked, AskedKey, performed, pose_errors
+from kinetograph.methods.together import Asked, AskedKey, Keyframes, performed, pose_errors
 from kinetograph.motion import Motion, headings
 from kinetograph.post.contacts import contacts_of
 from kinetograph.progress import Progress
@@ -102,6 +102,8 @@ class PathRequestRow:
         The 99.9th percentile of the speed of planted feet over half a second, likewise.
     processor : float
         Seconds of processor time that the request took once the library was fitted.
+    filled : float
+        Seconds of the spans that were filled around keys.
     """
 
     name: str
@@ -116,6 +118,7 @@ class PathRequestRow:
     skate: float = np.nan
     skate_plain: float = np.nan
     processor: float = np.nan
+    filled: float = 0.0
 
     @property
     def good(self) -> bool:
@@ -262,7 +265,10 @@ def usual_of(sources: Sequence[Source]) -> Usual:
 
 
 def evaluate_requests(
-    model: PerformanceModel, requests: Sequence[PathRequest], progress: Progress | None = None
+    model: PerformanceModel,
+    requests: Sequence[PathRequest],
+    progress: Progress | None = None,
+    fill: Keyframes | None = None,
 ) -> list[PathRequestRow]:
     """What becomes of requests.
 
@@ -272,22 +278,27 @@ def evaluate_requests(
     requests : sequence of PathRequest
     progress : Progress, optional
         Called with the requests done and their number.
+    fill : callable, optional
+        See `kinetograph.methods.together.performed`; it is called once before the first request.
     """
+    if fill is not None:
+        keyframes = fill()
+        fill = lambda: keyframes  # noqa: E731
     usual, rows = usual_of(model.fitted.sources), list[PathRequestRow]()
     for number, request in enumerate(requests, start=1):
-        rows.append(_row(model, request, usual))
+        rows.append(_row(model, request, usual, fill))
         if progress:
             progress(number, len(requests))
     return rows
 
 
-def _row(model: PerformanceModel, request: PathRequest, usual: Usual) -> PathRequestRow:
+def _row(model: PerformanceModel, request: PathRequest, usual: Usual, fill: Keyframes | None) -> PathRequestRow:
     kinds = ", ".join(moment.kind for moment in request.moments)
     row = PathRequestRow(request.name, kinds, request.path.duration)
     plain = model.synthesize(request.path)
     began = time.process_time()
     try:
-        made = performed(model, request.path, Asked(request.keys))
+        made = performed(model, request.path, Asked(request.keys), fill=fill)
     except KinetographError as error:
         return replace(row, refused=str(error))
     spent = time.process_time() - began
@@ -305,6 +316,7 @@ def _row(model: PerformanceModel, request: PathRequest, usual: Usual) -> PathReq
     return replace(
         row, miss_mm=missed, off=off, off_plain=off_plain, acceleration=pace, acceleration_plain=pace_plain,
         skate=skate, skate_plain=skate_plain, processor=spent,
+        filled=made.statistics.get("filled_seconds", 0.0),
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@
   ``library`` where poses come from another one; ``ease``, ``hold``, see `kinetograph.post.Layer`;
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
 - ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``: as the options of ``perform``;
+- ``fill``: spans around keys that no segment is like are filled by recordings that have them, away from the path;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
 
 Files are looked for in the folder of the request.
@@ -197,6 +198,8 @@ class Request(_Part, frozen=True):
     mirror, standing, keep_time, smooth_time, smooth_space, facing
         How the control is followed.
     search : SearchRow
+    fill : bool
+        Whether spans around keys that no segment is like are filled by the timed search.
     """
 
     version: Literal[1] = 1
@@ -216,6 +219,7 @@ class Request(_Part, frozen=True):
     smooth_space: float = 0.0
     facing: float | None = None
     search: SearchRow = SearchRow()
+    fill: bool = False
 
 
 def read_request(path: str | Path) -> Request:

@@ -41,6 +41,7 @@ _ROOMS = {
     "differing_skeletons": "libraries",
     "disagreements": "ingesting",
     "example_in": "finding",
+    "filler": "requesting",
     "find_alike": "finding",
     "find_copies": "copies",
     "find_recordings": "folders",
@@ -117,6 +118,7 @@ __all__ = [
     "differing_skeletons",
     "disagreements",
     "example_in",
+    "filler",
     "find_alike",
     "find_copies",
     "find_recordings",
@@ -209,7 +211,7 @@ if TYPE_CHECKING:
         winding_path,
     )
     from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
-    from kinetograph.pipeline.requesting import Rendered, asked_key, perform_asked, render_request, rules_of
+    from kinetograph.pipeline.requesting import Rendered, asked_key, filler, perform_asked, render_request, rules_of
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,

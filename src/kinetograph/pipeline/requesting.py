@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -28,7 +28,7 @@ from kinetograph.methods.performance import (
     smooth_path,
 )
 from kinetograph.methods.sensor import SensorControl
-from kinetograph.methods.together import Asked, AskedKey, Span, performed
+from kinetograph.methods.together import Asked, AskedKey, Keyframes, Span, performed
 from kinetograph.motion import Motion
 from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
 from kinetograph.pipeline.layering import layered, recordings_of, sense_layer
@@ -66,7 +66,11 @@ class Rendered:
 
 
 def perform_asked(
-    model: PerformanceModel, control: Signal | Motion, asked: Asked, progress: Progress | None = None
+    model: PerformanceModel,
+    control: Signal | Motion,
+    asked: Asked,
+    progress: Progress | None = None,
+    fill: Keyframes | None = None,
 ) -> Synthesis:
     """Perform a control through keys and by moves with a fitted model, whose notes are among the warnings.
 
@@ -78,13 +82,46 @@ def perform_asked(
         Nothing gives what `perform_with` does.
     progress : Progress, optional
         Called with the steps done and their number.
+    fill : callable, optional
+        Spans around keys that no segment is like are filled; see `filler`.
 
     Raises
     ------
     RequestError
         See `kinetograph.methods.together.performed`.
     """
-    return noted(performed(model, control, asked, progress), model.notes, model.fitted.left_out)
+    return noted(performed(model, control, asked, progress, fill), model.notes, model.fitted.left_out)
+
+
+def filler(
+    model: PerformanceModel,
+    library: Library,
+    *,
+    exclude: Iterable[str] = (),
+    track: str | None = None,
+    note: Note | None = None,
+) -> Keyframes:
+    """What fits keyframe control to the library of a performance, once it is needed to fill spans around keys.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+        The performance.
+    library : Library
+    exclude : iterable of str
+        Names of takes to leave out.
+    track : str, optional
+        Name of the motions' track; needed where takes have several motions.
+    note : callable, optional
+        Called with one line where what was learned cannot be kept.
+
+    Returns
+    -------
+    callable
+    """
+    method = KeyframeControl(mirror=model.method.mirror, bodies=model.method.bodies)
+    left_out = tuple(exclude)
+    return lambda: fit_keyframe(method, library, exclude=left_out, track=track, note=note)
 
 
 def render_request(
@@ -123,7 +160,8 @@ def _without_layers(request: Request, library: Library, sources: KeySources, pro
     asked = asked_of(request, sources)
     read_control(method, control)  # what cannot be performed is refused before the library is read
     model = fit_performance(method, library, track=request.target or None, note=sources.note)
-    return Rendered(perform_asked(model, control, asked, progress), control, model)
+    fill = filler(model, library, track=request.target or None, note=sources.note) if request.fill else None
+    return Rendered(perform_asked(model, control, asked, progress, fill), control, model)
 
 
 def control_of(request: Request, sources: KeySources) -> Signal | Motion:

@@ -35,6 +35,7 @@ from kinetograph.methods.performance import (
 )
 from kinetograph.methods.recordings import adopt, same_joints
 from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
+from kinetograph.methods.together.filling import Keyframes, filled
 from kinetograph.methods.together.meeting import aims_of, meet, seen_from_root
 from kinetograph.methods.together.placing import bent_to
 from kinetograph.motion import Motion
@@ -50,6 +51,7 @@ def performed(
     control: Take | Signal | Motion,
     asked: Asked,
     progress: Progress | None = None,
+    fill: Keyframes | None = None,
 ) -> Synthesis:
     """A motion that performs a control, through keys, by the moves that are asked for.
 
@@ -61,6 +63,9 @@ def performed(
         Nothing gives what `PerformanceModel.synthesize` does.
     progress : Progress, optional
         Called with the steps done and their number.
+    fill : callable, optional
+        Fits keyframe control to the same library where a key on a path needs it: spans around keys that no segment is
+        like are filled by the timed search.
 
     Raises
     ------
@@ -73,7 +78,11 @@ def performed(
     keys, bent, demands = _demanded(model, read, asked)
     synthesis, settled = perform_read(model.fitted, bent, progress, demands)
     seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
-    return _meeting(model, read, synthesis, [_at(each.key, s) for each, s in zip(keys, seconds, strict=True)])
+    at_seconds = [_at(each.key, second) for each, second in zip(keys, seconds, strict=True)]
+    if fill is not None and isinstance(model.method.control_points, GroundPath):
+        met = aims_of(at_seconds, synthesis.motion.skeleton, synthesis.motion.fps)
+        synthesis = filled(synthesis, met, read, fill)
+    return _meeting(model, read, synthesis, at_seconds)
 
 
 def explained(
