@@ -1,4 +1,4 @@
-"""The command evaluate request: what becomes of requests on paths of people who are not in the library."""
+"""The command evaluate request: what becomes of requests on paths of walks that are not in the library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Asked(Chosen):
     """The recordings, and what is asked of them."""
 
     library: LibraryOption
-    walks: Annotated[Path, typer.Option(help="A library whose walks are the paths; its people are not in the other.")]
+    walks: Annotated[Path, typer.Option(help="A library whose walks are the paths; they are not in the other.")]
     requests: Annotated[int, typer.Option(help="How many requests.", min=1)] = 20
     seed: Annotated[int, typer.Option(help="Seed of the paths and keys.")] = 1
     move: Annotated[

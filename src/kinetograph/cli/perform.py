@@ -166,6 +166,12 @@ class Along:
             tuple(Span(row.start, row.stop, row.first, row.last) for row in moves if row.first or row.last),
         )
 
+    def filler(self, model: PerformanceModel, library: Library, track: str | None) -> Keyframes | None:
+        """What fills spans around keys, where that is asked for."""
+        from kinetograph.pipeline import filler
+
+        return filler(model, library, track=track, note=note) if self.fill else None
+
 
 @options("Search")
 class RuledSearch(Search):
@@ -216,7 +222,7 @@ def perform(
     from kinetograph.formats import KeySources
     from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control
-    from kinetograph.pipeline import filler, fit_performance, open_library
+    from kinetograph.pipeline import fit_performance, open_library
 
     answers.refuse()
     layers.refuse()
@@ -235,8 +241,7 @@ def perform(
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
-        fill = filler(model, library, track=inputs.target, note=note) if along.fill else None
-        made = _synthesised(model, performed, answers, asked, fill)
+        made = _synthesised(model, performed, answers, asked, along.filler(model, library, inputs.target))
     made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = reasons_at(model, performed, answers.why or (), asked)

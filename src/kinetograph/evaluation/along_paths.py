@@ -1,4 +1,4 @@
-"""Requests on paths: walks of people who are not in the library are followed through poses that are in it.
+"""Requests on paths: walks that are not in the library are followed through poses that are in it.
 
 A request is a stretch of somebody's walk, as a path, and one to three keys: moments of the library's takes in which a
 hand is far above the head (*wave*), a hand is near the ground and the body upright (*pick*), or the body turns round

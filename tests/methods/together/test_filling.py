@@ -6,6 +6,7 @@ import itertools
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -150,12 +151,7 @@ def test_a_request_says_whether_spans_are_filled(library: kg.Library, tmp_path: 
     request = Request(path=points, keys=(row,), standing=False)
     sources = KeySources(library, folder=tmp_path)
     takes = [
-        render_request(each, library, sources).synthesis.piece_at(153).take for each in (request, replace_fill(request))
+        render_request(each, library, sources).synthesis.piece_at(153).take
+        for each in (request, msgspec.structs.replace(request, fill=True))
     ]
     assert takes[1] == "wave"
-
-
-def replace_fill(request: object) -> object:
-    import msgspec
-
-    return msgspec.structs.replace(request, fill=True)  # type: ignore[type-var]
