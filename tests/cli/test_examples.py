@@ -33,6 +33,7 @@ NOT_AFTER_THE_DEMO = {
     "evaluate performance -l dances --target follower": DANCES,
     "evaluate performance -l big --only 02/02_01 --no-baselines": CORPUS,
     "evaluate performance -l big --jobs 4": CORPUS,
+    "evaluate request -l corpus --walks walks --requests 20": CORPUS,
     "evaluate performance -l big --cluster tcp://HOST:8786": CORPUS,
     "library label dances --by partner": DANCES,
     "library add dances --take salsa_1 leader=a.bvh follower=b.bvh --units inch --up z": DANCES,

@@ -16,6 +16,7 @@ from kinetograph.cli.configurations import (
     performance_control,
 )
 from kinetograph.cli.copies import KeepCopies, copies_left_out
+from kinetograph.cli.evaluate_request import request
 from kinetograph.cli.evaluate_sensor import sensor
 from kinetograph.cli.options import AsJson, Chosen, Jobs, LibraryOption, Mirror, TargetTrack, Working, add, options
 from kinetograph.cli.output import note, progress_bar, table
@@ -34,7 +35,7 @@ FEW_SECONDS = 900.0
 def register(app: typer.Typer) -> None:
     """Add this module's commands."""
     group = typer.Typer(help="Held-out evaluation.", no_args_is_help=True)
-    for command in (performance, keyframe, sensor):
+    for command in (performance, keyframe, sensor, request):
         add(group, command)
     app.add_typer(group, name="evaluate", rich_help_panel="Evidence")
 

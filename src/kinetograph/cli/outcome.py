@@ -65,6 +65,18 @@ def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, contro
     return summary
 
 
+def without_keys(synthesis: Synthesis, model: PerformanceModel, control: Signal | Motion) -> dict[str, Any]:
+    """How far the hips are from a path on which no keys are met, where a performance meets some, in metres."""
+    from kinetograph.evaluation import control_distances
+    from kinetograph.methods.performance import GroundPath
+
+    if not synthesis.met or not isinstance(model.method.control_points, GroundPath):
+        return {}
+    read = model.read(control)
+    errors = control_distances(model.synthesize(control).motion, read.points, read.fps)
+    return {"hips_off_mean_without_keys": float(errors.mean()), "hips_off_most_without_keys": float(errors.max())}
+
+
 def _recorded_speed(synthesis: Synthesis, model: PerformanceModel | ShardedModel) -> float:
     """The mean speed of planted feet in the recordings that a performance uses."""
     import numpy as np
@@ -94,6 +106,9 @@ def in_words(summary: dict[str, Any]) -> dict[str, str]:
     if "hips_off_mean" in summary:
         mean, most = 100 * summary["hips_off_mean"], 100 * summary["hips_off_most"]
         rows["hips from the path"] = f"{mean:.1f} cm in the mean, {most:.1f} cm at most"
+    if "hips_off_mean_without_keys" in summary:
+        mean, most = (100 * summary[f"hips_off_{which}_without_keys"] for which in ("mean", "most"))
+        rows["hips from the path"] += f"; without keys {mean:.1f} and {most:.1f}"
     if "planted_feet_speed" in summary:
         ours, theirs = 100 * summary["planted_feet_speed"], 100 * summary["planted_feet_speed_recorded"]
         compared = f"; in the recordings {theirs:.1f}" if theirs == theirs else ""

@@ -14,7 +14,7 @@ from kinetograph.cli.compilation import compilation_announced
 from kinetograph.cli.configurations import Finish, Partner, Search, finished, performance_control
 from kinetograph.cli.layers import Layers, read_layers, wearing
 from kinetograph.cli.options import Chosen, Jobs, LibraryOption, Mirror, Skeletons, TargetTrack, Written, add, options
-from kinetograph.cli.outcome import in_words, outcome
+from kinetograph.cli.outcome import in_words, outcome, without_keys
 from kinetograph.cli.output import (
     left_out,
     note,
@@ -241,7 +241,7 @@ def _figures(
     made: Synthesis, model: PerformanceModel, control: Signal | Motion, asked: Asked, gap: bool
 ) -> dict[str, Any]:
     """What ends the command."""
-    summary = outcome(made, model, control)
+    summary = outcome(made, model, control) | without_keys(made, model, control)
     return summary | ({"gap": model.gap(control, asked.rules)} if gap and "gap" not in summary else {})
 
 

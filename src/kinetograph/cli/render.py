@@ -135,11 +135,12 @@ def _library_of(request: Request, wishes: Wishes) -> Library:
 
 
 def _show_request(made: Rendered, written: Written) -> None:
-    from kinetograph.cli.outcome import in_words, outcome
+    from kinetograph.cli.outcome import in_words, outcome, without_keys
     from kinetograph.methods.performance import PerformanceModel
 
     if isinstance(made.model, PerformanceModel) and made.control is not None:
         summary = outcome(made.synthesis, made.model, made.control)
+        summary |= without_keys(made.synthesis, made.model, made.control)
     else:
         summary = summarize(made.synthesis)
     ending = summary if written.as_json else in_words(summary)

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetograph.arrays import BoolArray, FloatArray
-from kinetograph.errors import KinetographError
+from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.metrics import accelerations, control_distances
 from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
 from kinetograph.methods.keyframe.quality import slides_of
-from kinetograph.methods.performance import PerformanceModel, Source
+from kinetograph.methods.performance import PerformanceModel, Rule, Segment, Source, called, recorded_speeds
 from kinetograph.methods.together import Asked, AskedKey, performed, pose_errors
 from kinetograph.motion import Motion, headings
 from kinetograph.post.contacts import contacts_of
@@ -39,10 +39,12 @@ APART = 2.5
 NEAR = 1.0
 """Seconds before and after a key in which the path may be left."""
 RARE = 0.999
+HASTE = 3.0
+"""m/s^2 by which a path changes its pace."""
 
 
 @dataclass(frozen=True)
-class Moment:
+class Shown:
     """A second of a take that shows something.
 
     Parameters
@@ -65,14 +67,14 @@ class PathRequest:
     Parameters
     ----------
     path : Signal
-    moments : tuple of Moment
+    moments : tuple of Shown
     keys : tuple of AskedKey
     name : str
         Of the walk, and from when on.
     """
 
     path: Signal
-    moments: tuple[Moment, ...]
+    moments: tuple[Shown, ...]
     keys: tuple[AskedKey, ...]
     name: str
 
@@ -122,7 +124,7 @@ class PathRequestRow:
         return bool(self.miss_mm <= 1.0 and near and self.acceleration <= 1.0 and self.skate <= 1.0)
 
 
-def moments_in(library: Library) -> list[Moment]:
+def moments_in(library: Library) -> list[Shown]:
     """For each take and kind the second that shows it most, where it does.
 
     Parameters
@@ -130,11 +132,11 @@ def moments_in(library: Library) -> list[Moment]:
     library : Library
         Takes of one motion; others are passed over.
     """
-    found: list[Moment] = []
+    found: list[Shown] = []
     for name in library.names():
         try:
             motion = library.take(name).motion()
-            found += [Moment(kind, name, second) for kind, second in _shown(motion)]
+            found += [Shown(kind, name, second) for kind, second in _shown(motion)]
         except KinetographError:
             continue
     return found
@@ -172,10 +174,19 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
         Whose hips are the paths.
     count : int
     rng : numpy.random.Generator
+
+    Raises
+    ------
+    RequestError
+        Where no walk is long enough, or the library shows nothing that is asked for.
     """
-    moments, names = moments_in(library), walks.names()
+    moments, names = moments_in(library), _long_enough(walks)
     by_kind = {kind: [m for m in moments if m.kind == kind] for kind in KINDS}
     kinds = [kind for kind in KINDS if by_kind[kind]]
+    if not kinds:
+        raise RequestError(
+            "no take of the library waves, picks up or turns round, so that there are no keys to ask for"
+        )
     made: list[PathRequest] = []
     while len(made) < count:
         name = names[int(rng.integers(len(names)))]
@@ -192,6 +203,14 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
     return made
 
 
+def _long_enough(walks: Library) -> list[str]:
+    """The takes that are as long as a path is at least. Raises RequestError without one."""
+    names = [name for name in walks.names() if walks.take(name).motion().duration >= SECONDS[0]]
+    if not names:
+        raise RequestError(f"no take of the library of walks lasts {SECONDS[0]:g} s, as paths do")
+    return names
+
+
 def _times(length: float, count: int, rng: np.random.Generator) -> FloatArray | None:
     """Seconds of keys, some way apart; None where there is no room."""
     room = length - (count + 1) * APART
@@ -200,7 +219,7 @@ def _times(length: float, count: int, rng: np.random.Generator) -> FloatArray | 
     return np.asarray(np.sort(rng.uniform(0.0, room, count)) + APART * np.arange(1, count + 1)).round(2)
 
 
-def _key(library: Library, moment: Moment, second: float, number: int) -> AskedKey:
+def _key(library: Library, moment: Shown, second: float, number: int) -> AskedKey:
     clip = library.take(moment.take).motion()
     label = f"key {number} ({moment.kind}, {moment.take})"
     return AskedKey(key_at(clip, moment.second, time=(second, second), label=label))
@@ -301,3 +320,93 @@ def _acceleration(made: Synthesis) -> float:
 
 def _skate(made: Synthesis) -> float:
     return float(np.quantile(slides_of(made.motion, contacts_of(made.annotations)), RARE))
+
+
+@dataclass(frozen=True)
+class MoveRow:
+    """A path in whose middle third a move was asked for.
+
+    Parameters
+    ----------
+    seconds : float
+        Of the path.
+    share : float
+        Of the span, in takes or labels that are called so.
+    off, off_plain : float
+        Metres of the hips from the path in the mean, with and without the move.
+    """
+
+    seconds: float
+    share: float
+    off: float
+    off_plain: float
+
+
+def evaluate_moves(
+    model: PerformanceModel, paths: Sequence[Signal], move: str, progress: Progress | None = None
+) -> list[MoveRow]:
+    """How much of a span is made of the move that is asked for there.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    paths : sequence of Signal
+    move : str
+        Asked for in the middle third of every path, which is followed at its usual speed.
+    progress : Progress, optional
+        Called with the paths done and their number.
+    """
+    rows: list[MoveRow] = []
+    chosen = called(model.fitted, move)
+    named = {each for each, mine in zip(model.fitted.instances.segments, chosen, strict=True) if mine}
+    pace = float(
+        np.median(recorded_speeds(model.fitted)[chosen[[not s.held for s in model.fitted.instances.segments]]])
+    )
+    for number, walked in enumerate(paths, start=1):
+        path, span = at_pace(walked, pace)
+        control = model.read(path)
+        made = performed(model, path, Asked(rules=(Rule(*span, called=move),)))
+        plain = model.synthesize(path)
+        off, off_plain = (
+            float(control_distances(each.motion, control.points, control.fps).mean()) for each in (made, plain)
+        )
+        rows.append(MoveRow(path.duration, _share(model, made, span, named), off, off_plain))
+        if progress:
+            progress(number, len(paths))
+    return rows
+
+
+def at_pace(path: Signal, pace: float) -> tuple[Signal, tuple[float, float]]:
+    """A path whose middle third is followed at another speed, and the span in which it is.
+
+    Parameters
+    ----------
+    path : Signal
+    pace : float
+        Metres per second.
+    """
+    points = path.values[:, 0]
+    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    usual = gone[-1] / path.duration
+    distance, time, rows, times = 0.0, 0.0, list[float](), list[float]()
+    speed = usual
+    while distance < gone[-1]:
+        rows.append(distance)
+        times.append(time)
+        wanted = pace if gone[-1] / 3 <= distance < 2 * gone[-1] / 3 else usual
+        speed += float(np.clip(wanted - speed, -HASTE / path.fps, HASTE / path.fps))
+        distance, time = distance + speed / path.fps, time + 1 / path.fps
+    made = np.stack([np.interp(rows, gone, points[:, axis]) for axis in range(3)], axis=1)
+    inside = [t for t, at in zip(times, rows, strict=True) if gone[-1] / 3 <= at < 2 * gone[-1] / 3]
+    return Signal(made[:, None], ("path",), "m", path.fps), (inside[0], inside[-1])
+
+
+def _share(model: PerformanceModel, made: Synthesis, span: tuple[float, float], named: set[Segment]) -> float:
+    """The share of a span that pieces of some segments fill."""
+    places = {(source.take, source.mirrored): place for place, source in enumerate(model.fitted.sources)}
+    total = 0.0
+    for piece in made.pieces:
+        segment = Segment(places[piece.take, piece.mirrored], piece.source_start, piece.source_stop)
+        if segment in named:
+            total += max(min(piece.stop, span[1]) - max(piece.start, span[0]), 0.0)
+    return total / (span[1] - span[0])

@@ -47,7 +47,7 @@ from kinetograph.methods.performance.live import FARTHEST, Live
 from kinetograph.methods.performance.live_frames import check_alike
 from kinetograph.methods.performance.model import PerformanceControl, PerformanceModel, partner_control, short_pieces
 from kinetograph.methods.performance.moments import Moment
-from kinetograph.methods.performance.moves import contact_moments, foot_moments
+from kinetograph.methods.performance.moves import called, contact_moments, foot_moments
 from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
 from kinetograph.methods.performance.performing import perform_read
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
@@ -121,6 +121,7 @@ __all__ = [
     "begin_facing",
     "build_instances",
     "by_hand",
+    "called",
     "check_alike",
     "contact_moments",
     "cut_segments",
