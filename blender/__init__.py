@@ -4,9 +4,10 @@
 import bpy
 from bpy.props import CollectionProperty, IntProperty, PointerProperty, StringProperty
 
-from . import operators, panels, preferences, recordings, settings, tasks
+from . import live, operators, panels, preferences, recordings, settings, tasks
 
-_CLASSES = (*settings.CLASSES, *preferences.CLASSES, *operators.CLASSES, *panels.CLASSES, *recordings.CLASSES)
+_ROOMS = (settings, preferences, operators, live, panels, recordings)
+_CLASSES = tuple(each for room in _ROOMS for each in room.CLASSES)
 
 
 def register():
@@ -24,6 +25,7 @@ def register():
 def unregister():
     """Called by Blender."""
     tasks.close()
+    tasks.keep_live(None)
     for name in ("kinetograph_takes", "kinetograph_roles", "kinetograph_index", "kinetograph_shown"):
         delattr(bpy.types.WindowManager, name)
     del bpy.types.Scene.kinetograph

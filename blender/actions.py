@@ -49,6 +49,19 @@ class Curves:
                 splice(curve, frames, values[:, index], span, still[index])
 
 
+class Posed:
+    """Takes values as `Curves` does, and gives the first of them to the pose itself; nothing is keyed."""
+
+    def __init__(self, thing):
+        self._thing = thing
+
+    def write(self, path, frames, values, group="", span=None):
+        """Give a property of a bone its value; a bone's own settings have theirs."""
+        if not path.endswith("]"):
+            owner, _, name = path.rpartition(".")
+            setattr(self._thing.path_resolve(owner), name, values[0])
+
+
 def _bag(action, thing):
     """The channel bag of an action's slot for an object."""
     slot = next((s for s in action.slots if s.target_id_type == "OBJECT" and _fits(s, thing)), None)

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from . import axes, controls
-from .actions import Curves, assign, provenance, write_bone
+from .actions import Curves, Posed, assign, provenance, write_bone
 from .bodies import MADE, Rig, store_roles
 from .link import Trouble
 from .motions import arrays, targets
@@ -110,6 +110,15 @@ def put(rig, roles, made, names, how, scene, facts):
         write_plain(rig, curves, frames, turned, heads, how.span)
     provenance(action, made, how.start, made["motion"]["fps"], *facts)
     return action
+
+
+def show(rig, names, translation, rotations, scene):
+    """Pose a rig as a single frame says, without keys."""
+    turned, heads = targets(rig, names, translation, rotations)
+    if controls.driven(rig):
+        controls.show(rig, Posed(rig.thing), scene, turned, heads)
+    else:
+        write_plain(rig, Posed(rig.thing), np.zeros(1), turned, heads, None)
 
 
 def rest(thing):

@@ -64,6 +64,15 @@ def write(rig, roles, curves, scene, frames, turned, heads, span=None):
         solver.write(curves, frames, span)
 
 
+def show(rig, curves, scene, turned, heads):
+    """Pose the controls of a rig for a single frame, without looking at what the rig does with them."""
+    frames = np.zeros(1)
+    if is_rigify(rig.thing) and scene.kinetograph.on_fk:
+        _switch_to_fk(rig, curves, frames, None)
+    table, poles = _rigify(rig, curves, frames, None) if is_rigify(rig.thing) else _others(rig)
+    _Solver(rig, table, poles, _matrices(turned, heads)).write(curves, frames, None)
+
+
 class _Solver:
     """Keys of controls, made better by what the rig does with them. Matrices are (F, 4, 4), in the armature's space."""
 

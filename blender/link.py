@@ -22,12 +22,13 @@ class Trouble(Exception):
 
 
 class Ticket:
-    """A request that is under way: how far it is, what was said, and how it ended."""
+    """A request that is under way: how far it is, what was said and shown, and how it ended."""
 
     def __init__(self, number):
         self.number = number
         self.progress = (0, 1)
         self.notes = []
+        self.events = []
         self.result = None
         self.error = None
 
@@ -96,6 +97,8 @@ class Link:
             ticket.progress = tuple(answer["progress"])
         elif "note" in answer:
             ticket.notes.append(answer["note"])
+        elif "event" in answer:
+            ticket.events.append(answer["event"])
         else:
             ticket.error = answer["error"]["message"] if "error" in answer else None
             ticket.result = answer.get("result")

@@ -3,6 +3,8 @@
 
 import bpy
 
+from . import tasks
+
 
 class Panel:
     """Where all panels are."""
@@ -80,6 +82,17 @@ class KINETOGRAPH_PT_sensors(Panel, bpy.types.Panel):
         layout.prop(settings, "readings")
         layout.prop(settings, "layout")
         layout.operator("kinetograph.sense", icon="TRACKING")
+        box = layout.box()
+        session = tasks.live()
+        box.prop(settings, "sources")
+        box.prop(settings, "calls")
+        box.prop(settings, "keep_live")
+        if session is None:
+            box.operator("kinetograph.live", icon="REC")
+            return
+        box.operator("kinetograph.live_stop", icon="SNAP_FACE")
+        for line in session.state:
+            box.label(text=line)
 
 
 CLASSES = (

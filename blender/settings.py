@@ -35,6 +35,15 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     lock_end: IntProperty(name="Lock To")
     readings: StringProperty(name="Readings", subtype="FILE_PATH", description="A file of body-worn sensors' readings")
     layout: StringProperty(name="Layout", default="wii", description="wii, phone, imu, ideal, or a .toml file")
+    sources: StringProperty(
+        name="From",
+        default="slimevr://",
+        description="phone, sensorserver://HOST, slimevr://, mvn://, mocopi://, or replay:FILE; with spaces between",
+    )
+    calls: StringProperty(
+        name="Names", description="What the layout calls devices' sensors: right_wrist=NAME, with spaces between"
+    )
+    keep_live: BoolProperty(name="Keep", default=True, description="What was received becomes an action at the end")
     words: StringProperty(name="Search", description="Words of a take's name, its tags or its labels")
 
 

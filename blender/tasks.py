@@ -16,7 +16,7 @@ import bpy
 from . import finding
 from .link import Link, Trouble
 
-_held = {"link": None, "command": None}
+_held = {"link": None, "command": None, "live": None}
 
 
 def preferences():
@@ -41,6 +41,16 @@ def link():
     return _held["link"]
 
 
+def live():
+    """The session of sensors that goes on, or None; kinetograph does nothing else meanwhile."""
+    return _held["live"]
+
+
+def keep_live(session):
+    """Know a session of sensors, or none."""
+    _held["live"] = session
+
+
 def close():
     """End the running kinetograph."""
     if _held["link"] is not None:
@@ -59,6 +69,8 @@ class Runner:
     """A task, and the request that it waits for."""
 
     def __init__(self, task):
+        if live() is not None:
+            raise Trouble("sensors are live; stop them first")
         self._task = task
         self._link = link()
         self._ticket = None
@@ -75,6 +87,18 @@ class Runner:
         """The share of the present request that is done, 0 to 1."""
         done, total = self._ticket.progress if self._ticket else (0, 1)
         return done / max(total, 1)
+
+    @property
+    def said(self):
+        """The latest note."""
+        return self._ticket.notes[-1] if self._ticket is not None and self._ticket.notes else ""
+
+    def events(self):
+        """What has arrived to be shown since the last call."""
+        events = []
+        if self._ticket is not None:
+            events, self._ticket.events = self._ticket.events, []
+        return events
 
     def step(self):
         """Hand on answers that have arrived; whether the task is done. Raises Trouble."""

@@ -124,6 +124,15 @@ def test_another_example_is_refused(example: str, message: str, library: Library
     assert message in str(invoke("library", "find", library.path, "--like", example).exception)
 
 
+def test_of_many_duplicates_the_longest_are_listed(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+    library.add(Take("again", {"motion": cut(library.take(NAMES[0]).motion(), 15, 121)}))
+    monkeypatch.setattr("kinetograph.cli.find._FEW", 0)
+    answered = answer("library", "duplicates", library.path)
+    assert "list them with --all" in answered.stderr
+    assert "18_01_poses" not in answered.stdout
+    assert "18_01_poses" in answer("library", "duplicates", library.path, "--all").stdout
+
+
 def test_duplicates_are_listed(library: Library) -> None:
     assert json.loads(answer("library", "duplicates", library.path, "--json").stdout) == []
     library.add(Take("again", {"motion": cut(library.take(NAMES[0]).motion(), 15, 121)}))

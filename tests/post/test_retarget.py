@@ -16,11 +16,12 @@ from kinetograph.kinematics import forward, joint_positions, role_positions
 from kinetograph.motion import Motion, cut
 from kinetograph.post.footskate import move_foot
 from kinetograph.post.joint_tables import joint_table, parse_table
-from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length
+from kinetograph.post.rest_pose import ankle_height, body_axes, leg_length, role_places
 from kinetograph.post.retargeting import retarget
 from kinetograph.roles import with_found_roles
 from kinetograph.skeleton import Skeleton
 from kinetograph.take import Annotation
+from walkers import stick_figure
 
 
 def person(droop: float = 0.0, size: float = 1.0, turn: float = 0.0, legs: float = 1.0) -> Skeleton:
@@ -171,3 +172,13 @@ def test_real_bodies_there_and_back(data_folder: Path) -> None:
     error = np.degrees(rot.angle_between(forward(a)[1][:, pairs], forward(back.motion)[1][:, pairs]))
     assert len(pairs) > 18
     assert error.max() < 1.0
+
+
+def test_what_a_rest_pose_says_is_worked_out_once_and_cannot_be_spoiled() -> None:
+    skeleton = stick_figure()
+    places, axes = role_places(skeleton), body_axes(skeleton)
+    places.clear()
+    axes[:] = 0.0
+    assert np.allclose(body_axes(skeleton), np.eye(3))
+    assert role_places(skeleton)["left_knee"].shape == (3,)
+    assert leg_length(stick_figure(2.0)) == pytest.approx(2.0 * leg_length(skeleton))

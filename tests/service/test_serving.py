@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import queue
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,19 @@ import numpy as np
 import pytest
 
 from kinetograph.errors import RequestError
+from kinetograph.formats import ReadOptions, load
+from kinetograph.formats.deepmimic import skeleton as deepmimic
+from kinetograph.formats.readings import write_readings
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
+from kinetograph.motion import Motion, cut
+from kinetograph.pipeline import read_take
+from kinetograph.post import retarget
+from kinetograph.sensing import preset, simulate
 from kinetograph.service import METHODS, PROTOCOL, serve, serving
 from kinetograph.service.bodies import Body, body_of, motion_of, skeleton_of, written
 from kinetograph.service.job import Job
+from kinetograph.service.listening import Pose, Preview
 from kinetograph.take import Annotation, Take
 from walkers import stick_figure, walk
 
@@ -223,3 +232,126 @@ def test_arrays_that_are_not_there_are_named(tmp_path: Path) -> None:
     moving = msgspec.structs.replace(written(walk(1.0), str(tmp_path)), arrays=str(tmp_path / "gone.npz"))
     with pytest.raises(RequestError, match=r"gone\.npz: expected a \.npz file"):
         motion_of(moving)
+
+
+def sensed(clips: Path, folder: Path) -> tuple[Path, str]:
+    """A library, and a source that replays what sensors would say of one of its takes."""
+    library = Library.create(folder / "sensed")
+    for name in ("jump", "walk"):
+        library.add(read_take(clips / f"humanoid3d_{name}.txt", ReadOptions())[0])
+    jump = load(clips / "humanoid3d_jump.txt").motion()
+    write_readings(simulate(jump, preset("ideal"), np.random.default_rng(0)), folder / "r.csv")
+    return folder / "sensed", f"replay:{folder}/r.csv"
+
+
+def listening(library: Path, source: str, **more: object) -> dict[str, Any]:
+    params = {"recordings": {"library": str(library)}, "sources": [source], "layout": "ideal", **more}
+    return {"id": 1, "method": "live", "params": params}
+
+
+def live_answers(request: dict[str, Any], stop: Callable[[list[dict[str, Any]]], bool]) -> list[dict[str, Any]]:
+    """What a live session answers; it is cancelled once its answers so far are enough, or ends by itself."""
+    answers: list[dict[str, Any]] = []
+
+    def lines() -> Iterator[str]:
+        yield json.dumps(request)
+        end = time.monotonic() + 120
+        while time.monotonic() < end and not ended(answers):
+            if stop(answers):
+                yield json.dumps({"method": "cancel", "params": {"id": 1}})
+                end = min(end, time.monotonic() + 5)
+            time.sleep(0.01)
+
+    serve(lines(), lambda line: answers.append(json.loads(line)))
+    return answers
+
+
+def shown(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [answer["event"] for answer in answers if "root" in answer.get("event", {})]
+
+
+def test_a_live_session_sends_its_body_and_then_poses_at_the_rate(clips_folder: Path, tmp_path: Path) -> None:
+    library, source = sensed(clips_folder, tmp_path)
+    answers = live_answers(listening(library, source, fps=20.0), lambda answers: False)
+    (body,) = [answer["event"]["body"] for answer in answers if "body" in answer.get("event", {})]
+    poses, result = shown(answers), ended(answers)[1]["result"]
+    assert len(poses) == result["sent"] <= result["frames"] / 3 + 1  # 20 of 60 poses per second, or fewer
+    assert np.array([pose["rotations"] for pose in poses]).shape == (len(poses), len(body["names"]), 4)
+    assert np.diff([pose["second"] for pose in poses]).min() > 0.04
+    assert np.allclose(np.linalg.norm(poses[-1]["rotations"], axis=-1), 1.0, atol=1e-5)
+    assert all("worn" not in pose for pose in poses)
+    assert sum(result["rows"].values()) > 100
+
+
+def test_a_live_session_ends_when_it_is_cancelled_and_when_no_more_lines_come(
+    clips_folder: Path, tmp_path: Path
+) -> None:
+    library, source = sensed(clips_folder, tmp_path)
+    wanted = listening(library, f"{source}@0.2")  # for half a minute or so
+    answers = live_answers(wanted, lambda answers: len(shown(answers)) > 3)
+    assert ended(answers)[1]["error"]["kind"] == "Cancelled"
+    began = time.monotonic()
+    assert ended(asked(wanted))[1]["error"]["kind"] == "Cancelled"
+    assert time.monotonic() - began < 2
+
+
+def test_live_poses_are_shown_on_the_body_of_a_client_too(clips_folder: Path, tmp_path: Path) -> None:
+    library, source = sensed(clips_folder, tmp_path)
+    long = msgspec.to_builtins(body_of(stick_figure(1.5)))
+    answers = live_answers(listening(library, source, body=long, fps=10.0), lambda answers: False)
+    pose = shown(answers)[-1]
+    assert np.array(pose["worn"]["rotations"]).shape == (15, 4)
+    assert pose["worn"]["root"][1] > 1.2 * pose["root"][1]
+    expected = retarget(
+        Motion(deepmimic(), np.array([pose["root"]]), np.array([pose["rotations"]]), 30.0),
+        skeleton_of(body_of(stick_figure(1.5))),
+    ).motion
+    assert np.allclose(pose["worn"]["root"], expected.translation[0], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"sources": ["telepathy://"]}, "expected a source"),
+        ({"sources": []}, "expected a source of readings"),
+        ({"sources": ["replay:nowhere.csv"]}, "nowhere.csv"),
+        ({"fps": 0.0}, "1 to 240 poses per second"),
+        ({"layout": "phone"}, "was heard from"),
+    ],
+)
+def test_a_live_session_that_cannot_be_says_why(
+    clips_folder: Path, tmp_path: Path, more: dict[str, Any], words: str
+) -> None:
+    library, source = sensed(clips_folder, tmp_path)
+    answers = live_answers(listening(library, f"{source}@8", **more), lambda answers: False)
+    assert words in ended(answers)[1]["error"]["message"]
+
+
+def test_of_poses_that_cannot_be_sent_in_time_the_newest_is() -> None:
+    sent: list[Pose] = []
+    gate = threading.Event()
+
+    def slow(pose: object) -> None:
+        assert isinstance(pose, Pose)
+        sent.append(pose)
+        gate.wait(10)
+
+    preview = Preview(slow, 30.0)
+    motion = walk(2.0)
+    for frame in range(30):
+        preview.send(cut(motion, frame, frame + 1), frame / 30.0)
+        while not sent:
+            time.sleep(0.001)
+    gate.set()
+    preview.close()
+    assert [pose.second for pose in sent] == [0.0, pytest.approx(29 / 30)]
+
+
+def test_a_client_that_has_gone_ends_a_live_session() -> None:
+    def gone(pose: object) -> None:
+        raise BrokenPipeError
+
+    preview = Preview(gone, 30.0)
+    preview.send(cut(walk(2.0), 0, 1), 0.0)
+    preview.close()
+    assert isinstance(preview.broken, BrokenPipeError)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from kinetograph.library import Library
     from kinetograph.pipeline import Copy
 
+_FEW = 40  # copies that are listed unasked
+
 
 @options()
 class Search(Chosen):
@@ -80,6 +82,7 @@ def duplicates(
     chosen: Chosen,
     working: Working,
     least: Annotated[float, typer.Option(min=1.5, help="Seconds of a copy at least.")] = 1.5,
+    every: Annotated[bool, typer.Option("--all", help="List every copy, however many there are.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Find takes that are copies of each other, or of parts of each other, by their motion.
@@ -96,9 +99,11 @@ def duplicates(
         copies = find_copies(library, workers=working.workers, progress=progress)
     rows = [_row(copy, as_json) for copy in copies if copy.seconds >= least]
     if rows or as_json:
-        table(rows, as_json)
-    else:
+        table(rows if every or as_json else rows[:_FEW], as_json)
+    if not rows and not as_json:
         note(f"{folder}: no take is a copy of another")
+    if len(rows) > _FEW and not (every or as_json):
+        note(f"{len(rows)} copies, of which these last longest: list them with --all")
 
 
 def _row(copy: Copy, as_json: bool) -> dict[str, Any]:

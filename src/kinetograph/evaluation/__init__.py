@@ -23,7 +23,6 @@ _ROOMS = {
     "Locking": "phase",
     "MatchingWeights": "motion_matching",
     "MotionMatching": "motion_matching",
-    "MoveRow": "along_paths",
     "Nested": "nested",
     "Observer": "partner_names",
     "OwnFrames": "recorded_keys",
@@ -40,6 +39,7 @@ _ROOMS = {
     "SensorMean": "sensor_means",
     "SensorRow": "sensor_scores",
     "SensorScores": "sensor",
+    "SpanFigures": "along_paths",
     "Steered": "steering",
     "SteeringScores": "steering",
     "StickScript": "steering",
@@ -137,7 +137,6 @@ __all__ = [
     "Locking",
     "MatchingWeights",
     "MotionMatching",
-    "MoveRow",
     "Nested",
     "Observer",
     "OwnFrames",
@@ -153,6 +152,7 @@ __all__ = [
     "SensorMean",
     "SensorRow",
     "SensorScores",
+    "SpanFigures",
     "Steered",
     "SteeringScores",
     "StickScript",
@@ -250,9 +250,9 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from kinetograph.evaluation.along_paths import (
-        MoveRow,
         PathRequest,
         PathRequestRow,
+        SpanFigures,
         evaluate_moves,
         evaluate_requests,
         path_requests,

@@ -323,7 +323,7 @@ def _skate(made: Synthesis) -> float:
 
 
 @dataclass(frozen=True)
-class MoveRow:
+class SpanFigures:
     """A path in whose middle third a move was asked for.
 
     Parameters
@@ -344,7 +344,7 @@ class MoveRow:
 
 def evaluate_moves(
     model: PerformanceModel, paths: Sequence[Signal], move: str, progress: Progress | None = None
-) -> list[MoveRow]:
+) -> list[SpanFigures]:
     """How much of a span is made of the move that is asked for there.
 
     Parameters
@@ -356,7 +356,7 @@ def evaluate_moves(
     progress : Progress, optional
         Called with the paths done and their number.
     """
-    rows: list[MoveRow] = []
+    rows: list[SpanFigures] = []
     chosen = called(model.fitted, move)
     named = {each for each, mine in zip(model.fitted.instances.segments, chosen, strict=True) if mine}
     pace = float(
@@ -370,7 +370,7 @@ def evaluate_moves(
         off, off_plain = (
             float(control_distances(each.motion, control.points, control.fps).mean()) for each in (made, plain)
         )
-        rows.append(MoveRow(path.duration, _share(model, made, span, named), off, off_plain))
+        rows.append(SpanFigures(path.duration, _share(model, made, span, named), off, off_plain))
         if progress:
             progress(number, len(paths))
     return rows

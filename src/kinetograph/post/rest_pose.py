@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from kinetograph.arrays import FloatArray
@@ -12,6 +14,7 @@ from kinetograph.stance.rebasing import rest_motion, standing
 _NEXT = {"shoulder": "elbow", "elbow": "hand", "hip": "knee", "knee": "foot", "foot": "toe"}
 _UPRIGHT = np.cos(np.radians(25.0))  # axes nearer to a coordinate axis than this are taken to be it
 _SOLE = 0.045  # of the leg's length: least height of an ankle over the sole
+_LATEST = 64  # skeletons, which live motion asks about in every frame
 
 
 def role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
@@ -26,6 +29,11 @@ def role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
     dict of str to ndarray, shape (3,)
         Metres.
     """
+    return dict(_role_places(skeleton))
+
+
+@lru_cache(maxsize=_LATEST)
+def _role_places(skeleton: Skeleton) -> dict[str, FloatArray]:
     skeleton = standing(skeleton)
     positions = forward(rest_motion(skeleton))[0][0]
     return {role: positions[landmark.joint] + landmark.offset for role, landmark in skeleton.roles.items()}
@@ -46,6 +54,11 @@ def body_axes(skeleton: Skeleton) -> FloatArray:
     ndarray, shape (3, 3)
         Rows: unit vectors to the left, up and forward.
     """
+    return _body_axes(skeleton).copy()
+
+
+@lru_cache(maxsize=_LATEST)
+def _body_axes(skeleton: Skeleton) -> FloatArray:
     places = role_places(skeleton)
     pairs = [(places[f"left_{p}"], places[f"right_{p}"]) for p in ("hip", "shoulder") if f"right_{p}" in places]
     left = np.sum([a - b for a, b in pairs], axis=0)
@@ -72,6 +85,7 @@ def _snapped(direction: FloatArray) -> FloatArray:
     return np.asarray(np.eye(3)[axis] * np.sign(direction[axis]))
 
 
+@lru_cache(maxsize=_LATEST)
 def leg_length(skeleton: Skeleton) -> float:
     """Metres from hip to knee to ankle, the mean of the sides; half the skeleton's height where there are no legs."""
     places = role_places(skeleton)
@@ -84,6 +98,7 @@ def leg_length(skeleton: Skeleton) -> float:
     return float(np.mean(lengths)) if lengths else max(0.5 * skeleton.height, 1e-6)
 
 
+@lru_cache(maxsize=_LATEST)
 def ankle_height(skeleton: Skeleton) -> float:
     """Metres from the ankle joints down to the lowest point of the feet at rest."""
     places = role_places(skeleton)

@@ -23,6 +23,7 @@ FASTEST = 35.0
 """rad/s, 2,000 degrees per second: what gyroscopes reach, and bodies in the fastest moments of a throw."""
 _STRONGEST, _SPINNING = 4000.0, 300.0  # m/s^2 and rad/s: more than any worn sensor measures
 _HUGE = 1e9  # in any unit
+_LEAPING = 8.0  # times gravity that forces have at most while somebody leaps
 _PLAUSIBLE = (0.4, 2.5)  # median magnitude over gravity that can be specific force of a moving body
 
 
@@ -167,6 +168,12 @@ def check_names(wanted: Sequence[str], known: Sequence[str]) -> None:
             near = difflib.get_close_matches(name, known, 2)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""
             raise RequestError(f"unknown sensor {name!r}; expected some of {', '.join(known)}{hint}")
+
+
+def may_leap(readings: Readings) -> bool:
+    """Whether forces are larger than of people in most motion, and yet may be those of somebody who leaps or spins."""
+    median = float(np.median(_magnitudes(readings.force))) if len(readings) else 0.0
+    return _PLAUSIBLE[1] * GRAVITY < median < _LEAPING * GRAVITY
 
 
 def check_units(readings: Readings) -> None:

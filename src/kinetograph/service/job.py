@@ -21,8 +21,11 @@ class Job:
         Raises where the request is cancelled.
     note : callable
         Called with a line that a person should know of.
+    event : callable
+        Called with what there is to show before the end.
     """
 
     warm: Warm
     progress: Progress
     note: Callable[[str], None]
+    event: Callable[[object], None] = lambda value: None

@@ -110,7 +110,7 @@ def inbetween(asked: Inbetween, job: Job) -> Results:
     model = _model(asked, library, skeleton_like(library, theirs.skeleton), job)
     output = msgspec.structs.replace(asked, body=asked.body or asked.motion.body)
     own = model.examples[0].motion.skeleton
-    body = own_body(output, own)
+    body = own_body(output.body, own)
     poses = replace(theirs, skeleton=own) if body is None else retarget(theirs, own).motion
     keys = tuple(_key(pose, poses, number) for number, pose in enumerate(asked.keys, start=1))
     results = []

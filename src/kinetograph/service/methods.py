@@ -12,6 +12,7 @@ METHODS: Mapping[str, tuple[str, str, str]] = {
     "drop": ("recordings", "Drop", "drop"),
     "follow": ("walking", "Follow", "follow"),
     "inbetween": ("keying", "Inbetween", "inbetween"),
+    "live": ("listening", "Live", "live"),
     "look": ("recordings", "Look", "look"),
     "retarget": ("rigs", "Retarget", "retargeted"),
     "roles": ("rigs", "Roles", "roles"),
@@ -19,6 +20,9 @@ METHODS: Mapping[str, tuple[str, str, str]] = {
     "walk": ("walking", "Walk", "walk"),
 }
 """Rooms of this package, what their parameters are, and what is called."""
+
+ENDLESS = frozenset({"live"})
+"""Those that go on until they are cancelled: they end where no more lines come."""
 
 
 def method(name: str) -> tuple[type, Any]:

@@ -1,8 +1,9 @@
 """The lines that are exchanged.
 
 A request is ``{"id": 1, "method": "walk", "params": {...}}``, with any number or text as its id. Its answers repeat the
-id: lines with ``"progress": [done, total]`` or with ``"note": "..."`` while it is worked on, and at the end one with
-``"result"`` or with ``"error": {"kind": ..., "message": ...}``. A line that is no request is answered with the id null.
+id: lines with ``"progress": [done, total]``, with ``"note": "..."`` or, in a live session, ``"event": {...}`` while it
+is worked on, and at the end one with ``"result"`` or with ``"error": {"kind": ..., "message": ...}``. A line that is no
+request is answered with the id null.
 The first request is ``hello``, with the protocol's number.
 """
 
@@ -93,6 +94,10 @@ class Answers:
     def note(self, of: Id, text: str) -> None:
         """What a person should know while a request is worked on."""
         self._line({"id": of, "note": " ".join(text.split())})
+
+    def event(self, of: Id, value: object) -> None:
+        """What a request has to show before its end."""
+        self._line({"id": of, "event": value})
 
     def _line(self, fields: dict[str, object]) -> None:
         text = msgspec.json.encode(fields).decode()

@@ -239,4 +239,4 @@ def drop(asked: Drop, job: Job) -> Made:
     part = cut(motion, first, max(last, first + 1))
     piece = Piece(take.name, track, first / motion.fps, (last - 1) / motion.fps, 0.0, part.duration)
     synthesis = Synthesis(part, (piece,), 0.0)
-    return made_of(synthesis, worn(part, own_body(asked, part.skeleton), asked.fps), asked)
+    return made_of(synthesis, worn(part, own_body(asked.body, part.skeleton), asked.fps), asked)

@@ -101,11 +101,11 @@ class Made(msgspec.Struct):
     result: str = ""
 
 
-def own_body(output: Output, library: Skeleton) -> Skeleton | Character | None:
+def own_body(given: Body | None, library: Skeleton) -> Skeleton | Character | None:
     """The body of a client where it is another than the library's, or has a skin; None otherwise."""
-    if output.body is None:
+    if given is None:
         return None
-    body = wearer_of(output.body)
+    body = wearer_of(given)
     return None if isinstance(body, Skeleton) and same_shape(body, library, SHAPE) else body
 
 

@@ -43,5 +43,5 @@ def sense(asked: Sense, job: Job) -> Made:
     method = SensorControl(layout=read_layout(asked.layout), kinds=kinds_of(rows), synthesis=synthesis)
     model = job.warm.fitted(library, method, lambda: fit_sensor(method, library, note=job.note, progress=job.progress))
     made = noted(model.synthesize(rows, job.progress), model.notes, model.left_out)
-    body = own_body(asked, made.motion.skeleton)
+    body = own_body(asked.body, made.motion.skeleton)
     return made_of(made, worn(made.motion, body, asked.fps, made.annotations), asked)

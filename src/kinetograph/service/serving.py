@@ -6,6 +6,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -14,7 +15,7 @@ import kinetograph
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.progress import Progress
 from kinetograph.service.job import Job
-from kinetograph.service.methods import METHODS, method
+from kinetograph.service.methods import ENDLESS, METHODS, method
 from kinetograph.service.protocol import PROTOCOL, Answers, Id, Request, id_in, read_request
 from kinetograph.service.warm import Warm
 from kinetograph.stopping import stoppable
@@ -27,7 +28,7 @@ class _Cancelled(Exception):
 
 
 def serve(lines: Iterable[str], write: Callable[[str], None]) -> None:
-    """Answer requests until there are no more lines; what was asked for by then is still answered.
+    """Answer requests until there are no more lines; what was asked for by then is still answered, live sessions end.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class _Server:
         self.broken: OSError | None = None
         self._waiting: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._cancelled: set[Id] = set()
-        self._open: set[Id] = set()
+        self._open: dict[Id, str] = {}
         self._warm = Warm()
 
     def hear(self, line: str) -> None:
@@ -81,11 +82,12 @@ class _Server:
             known = ", ".join(sorted(METHODS))
             self.answers.error(request.id, "UnknownMethod", f"unknown method {request.method!r}; expected {known}")
         else:
-            self._open.add(request.id)
+            self._open[request.id] = request.method
             self._waiting.put(request)
 
     def end(self) -> None:
         """No more lines will come."""
+        self._cancelled |= {of for of, name in list(self._open.items()) if name in ENDLESS}
         self._waiting.put(None)
 
     def work(self) -> None:
@@ -93,7 +95,7 @@ class _Server:
         try:
             while (request := self._waiting.get()) is not None:
                 self._answer(request)
-                self._open.discard(request.id)
+                self._open.pop(request.id, None)
                 self._cancelled.discard(request.id)
         except OSError as error:  # nobody reads the answers
             self.broken = error
@@ -146,7 +148,8 @@ class _Server:
             params: Any = msgspec.convert(request.params, kind)
         except msgspec.ValidationError as error:
             raise RequestError(f"{request.method}: {error}") from None
-        return run(params, Job(self._warm, progress, lambda text: self.answers.note(request.id, text)))
+        note, event = partial(self.answers.note, request.id), partial(self.answers.event, request.id)
+        return run(params, Job(self._warm, progress, note, event))
 
     def _progress_of(self, of: Id) -> Progress:
         """Progress that tells the client now and then, and raises where the request is cancelled."""

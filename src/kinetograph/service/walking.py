@@ -69,7 +69,7 @@ def walk(asked: Walk, job: Job) -> Made:
     method = replace(PerformanceControl(), mirror=asked.recordings.mirror, keep_time=asked.keep_time)
     model = _model(method, library, None, job)
     own = model.fitted.sources[0].motion.skeleton
-    body = own_body(asked, own)
+    body = own_body(asked.body, own)
     control = replace(path, values=path.values / ratio_of(body, own))
     made = perform_with(model, control, smoothing=Smoothing(asked.smooth_time), progress=job.progress)
     motion = _as_long(made.motion, path.duration, asked.fps)
@@ -102,7 +102,7 @@ def follow(asked: Follow, job: Job) -> Made:
     method = replace(partner_control(), mirror=asked.recordings.mirror)
     model = _model(method, library, asked.target, job)
     own = model.fitted.sources[0].motion.skeleton
-    body = own_body(asked, own)
+    body = own_body(asked.body, own)
     made = perform_with(model, leader, progress=job.progress)
     return made_of(made, worn(made.motion, body, asked.fps, made.annotations, scale=1.0), asked)
 

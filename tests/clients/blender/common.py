@@ -1,6 +1,7 @@
 """What the checks of the Blender extension share: install it, make scenes, and print a row for each thing looked at."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -103,3 +104,16 @@ def role(thing, name):
     import json
 
     return json.loads(thing.data["kinetograph_roles"])[name]
+
+
+def readings():
+    """A file of what sensors would say of a walk of 4 s along a straight line."""
+    path, walked = FOLDER / "readings.csv", FOLDER / "walked.bvh"
+    if not path.is_file():
+        program = str(FOLDER / "bin" / "kinetograph") if (FOLDER / "bin").is_dir() else "kinetograph"
+        line = FOLDER / "sensed_path.csv"
+        line.write_text("t,x,z\n" + "".join(f"{i / 10},0,{i / 10}\n" for i in range(41)))
+        made = ["perform", line, "-l", WALKS, "-o", walked, "--force"], ["simulate", walked, "-o", path, "--force"]
+        for call in made:
+            subprocess.run([program, *call], check=True, capture_output=True)
+    return path

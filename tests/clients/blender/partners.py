@@ -5,7 +5,7 @@ import os
 
 import bpy
 import numpy as np
-from common import FOLDER, SAMPLE, WALKS, bezier, emptied, error_of, finish, heads, installed, role, row
+from common import FOLDER, SAMPLE, WALKS, bezier, emptied, error_of, finish, heads, installed, readings, role, row
 
 installed()
 DANCES = FOLDER / "dances"
@@ -99,20 +99,9 @@ def roles():
 
 
 def sensed():
-    import subprocess
-
     emptied(60)
-    readings = FOLDER / "readings.csv"
-    source = FOLDER / "walked.bvh"
-    if not readings.is_file():
-        program = str(FOLDER / "bin" / "kinetograph") if (FOLDER / "bin").is_dir() else "kinetograph"
-        path = FOLDER / "sensed_path.csv"
-        path.write_text("t,x,z\n" + "".join(f"{i / 10},0,{i / 10}\n" for i in range(41)))
-        subprocess.run(
-            [program, "perform", path, "-l", WALKS, "-o", source, "--force"], check=True, capture_output=True
-        )
-        subprocess.run([program, "simulate", source, "-o", readings, "--force"], check=True, capture_output=True)
-    bpy.ops.kinetograph.sense(readings=str(readings), library=WALKS)
+    measured = readings()
+    bpy.ops.kinetograph.sense(readings=str(measured), library=WALKS)
     thing = bpy.context.object
     hips = heads(thing, [role(thing, "hips")], [1, 200])[:, 0]
     went = float(np.linalg.norm((hips[1] - hips[0])[:2]))

@@ -207,6 +207,25 @@ def test_before_any_reading_there_is_only_the_mean_pose(model, readings):
     assert result.uncertainty[:30].mean() > result.uncertainty[120:].mean()
 
 
+def test_who_leaps_at_first_is_not_refused_but_units_are(model, readings):
+    leap = replace(readings, force=np.where(readings.times[:, None] < 1.0, 3.5, 1.0) * readings.force)
+    live = model.start()
+    for second in np.arange(0.0, 3.0, 0.1):
+        live.step(select_rows(leap, (leap.times >= second) & (leap.times < second + 0.1)))
+    for factor, what in ((1 / 9.81, "is it in g"), (1000 / 9.81, "counts or milli-g")):
+        live = model.start()
+        with pytest.raises(RequestError, match=what):
+            live.step(select_rows(replace(readings, force=readings.force * factor), readings.times < 1.0))
+
+    def leap_on(live):
+        for second in np.arange(0.0, 10.0, 0.1):
+            rows = select_rows(readings, (readings.times >= second % 1) & (readings.times < second % 1 + 0.1))
+            live.step(replace(rows, times=rows.times - second % 1 + second, force=rows.force * 3.2))
+
+    with pytest.raises(RequestError, match="median magnitude of 3"):
+        leap_on(model.start())
+
+
 def test_bad_streams_are_refused(model, readings):
     with pytest.raises(RequestError, match="unknown sensor 'left_wing'; expected some of left_forearm"):
         model.synthesize(replace(readings, names=("left_wing", *readings.names[1:])))

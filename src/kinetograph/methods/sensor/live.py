@@ -21,12 +21,13 @@ from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.rows import KeptRows
 from kinetograph.segmentation import detect_contacts
-from kinetograph.sensing import LiveUniform, Readings, Resampling, check_units, renumbered
+from kinetograph.sensing import LiveUniform, Readings, Resampling, check_units, may_leap, renumbered
 from kinetograph.synthesis import LivePose
 
 _SILENCE = 600.0  # seconds without rows that are more likely a wrong clock than a pause
 _PAUSE = 3600.0  # seconds that may be waited through at once
 _CHECKED = 200  # rows whose units are looked at
+_LEAPING = 4000  # the same where whoever wears the sensors may be leaping
 _ASLEEP = 10.0  # seconds without rows after which a held pose no longer changes
 _EVERY = 60  # frames between two calls of a progress callback
 
@@ -215,11 +216,12 @@ class LiveSensor:
         """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
         if self._trusted:
             return
-        if sum(map(len, self._first)) < _CHECKED:
-            self._first.append(readings)
-        if sum(map(len, self._first)) >= _CHECKED:
-            check_units(_together(self._first))
-            self._trusted, self._first = True, []
+        self._first.append(readings)
+        known = sum(map(len, self._first))
+        if known < _CHECKED or (known < _LEAPING and may_leap(_together(self._first))):
+            return
+        check_units(_together(self._first))
+        self._trusted, self._first = True, []
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
