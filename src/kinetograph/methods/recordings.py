@@ -259,8 +259,8 @@ def swapped_sides(name: str, sides: Sequence[tuple[str, str]] = SIDES) -> str:
 
     Examples
     --------
-    >>> swapped_sides("Turn_left_01")
-    'Turn_right_01'
+    >>> swapped_sides("Turn_left01")
+    'Turn_right01'
     """
     swapped = {**dict(sides), **{b: a for a, b in sides}}
 
@@ -269,4 +269,4 @@ def swapped_sides(name: str, sides: Sequence[tuple[str, str]] = SIDES) -> str:
         other = swapped.get(word.lower(), word)
         return other.capitalize() if word[0].isupper() and other != word else other
 
-    return re.sub(r"[^\W_]+", swap, name)
+    return re.sub(r"[^\W\d_]+", swap, name)
