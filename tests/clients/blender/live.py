@@ -2,6 +2,7 @@
 
 import signal
 import time
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -79,6 +80,43 @@ def new_armature():
     said = f"a look takes {1000 * np.median(took):.0f} ms, the longest {1000 * took.max():.0f} ms"
     row("the interface goes on", np.median(took) < 0.03, said)
     row("its origin", "live from replay:" in thing.animation_data.action["kinetograph_sources"][0], session.message)
+
+
+def by_the_timer():
+    """The operator's own handling of events, in a window that is not there."""
+    emptied(24)
+
+    class Window(Asked):
+        said = ()
+        modal, cancel = live.KINETOGRAPH_OT_live.modal, live.KINETOGRAPH_OT_live.cancel
+
+        def report(self, kind, text):
+            self.said = (*self.said, text)
+
+        def _over(self, context, how):
+            return how
+
+    class Context:
+        workspace = SimpleNamespace(status_text_set=lambda text: None)
+
+        def __getattr__(self, name):
+            return getattr(bpy.context, name)
+
+    window, context, timer = Window(), Context(), SimpleNamespace(type="TIMER")
+    window._session = window.session(bpy.context)
+    other = window.modal(context, SimpleNamespace(type="LEFTMOUSE"))
+    went_on = set()
+    while not window._session.poses:
+        went_on |= window.modal(context, timer)
+        time.sleep(0.01)
+    bpy.ops.kinetograph.live_stop()
+    last = window.modal(context, timer)
+    action = bpy.context.object.animation_data.action
+    good = other == went_on == {"PASS_THROUGH"} and last == {"FINISHED"} and action is not None
+    row("events pass through until Stop", good, window.said[-1])
+    window._session = window.session(bpy.context)
+    window.cancel(context)
+    row("the file is closed meanwhile", tasks.live() is None, window._session.message)
 
 
 def my_rig():
@@ -175,6 +213,7 @@ def faults():
 
 
 new_armature()
+by_the_timer()
 if (FOLDER / "person.glb").is_file():
     my_rig()
 rigify()

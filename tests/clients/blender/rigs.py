@@ -125,6 +125,16 @@ VRM = {
     "Neck": "J_Bip_C_Neck", "Head": "J_Bip_C_Head", "Shoulder": "Shoulder", "Arm": "UpperArm", "ForeArm": "LowerArm",
     "Hand": "Hand", "UpLeg": "UpperLeg", "Leg": "LowerLeg", "Foot": "Foot", "ToeBase": "ToeBase",
 }  # fmt: skip
+UNREAL = {
+    "Hips": "pelvis", "Spine": "spine_01", "Spine1": "spine_02", "Spine2": "spine_03", "Neck": "neck_01",
+    "Head": "head", "Shoulder": "clavicle", "Arm": "upperarm", "ForeArm": "lowerarm", "Hand": "hand", "UpLeg": "thigh",
+    "Leg": "calf", "Foot": "foot", "ToeBase": "ball",
+}  # fmt: skip
+ACCLAIM = {
+    "Hips": "root", "Spine": "lowerback", "Spine1": "upperback", "Spine2": "thorax", "Neck": "lowerneck",
+    "Head": "head", "Shoulder": "clavicle", "Arm": "humerus", "ForeArm": "radius", "Hand": "hand", "UpLeg": "femur",
+    "Leg": "tibia", "Foot": "foot", "ToeBase": "toes",
+}  # fmt: skip
 
 
 def armature(name, rename, *, rolls=0.0, mode="QUATERNION", scale=1.0):
@@ -155,6 +165,81 @@ def vrm_name(bone):
     side = "L" if bone.startswith("Left") else "R" if bone.startswith("Right") else ""
     plain = bone.removeprefix("Left").removeprefix("Right")
     return f"J_Bip_{side}_{VRM[plain]}" if side and plain in VRM else VRM.get(plain, f"end_{bone}")
+
+
+def unreal_name(bone):
+    side = "_l" if bone.startswith("Left") else "_r" if bone.startswith("Right") else ""
+    plain = bone.removeprefix("Left").removeprefix("Right")
+    return f"{UNREAL[plain]}{side}" if plain in UNREAL else f"end_{bone}"
+
+
+def acclaim_name(bone):
+    side = "l" if bone.startswith("Left") else "r" if bone.startswith("Right") else ""
+    plain = bone.removeprefix("Left").removeprefix("Right")
+    return f"{side}{ACCLAIM[plain]}" if plain in ACCLAIM else f"end_{bone}"
+
+
+_PARTS = {"shoulder": "Arm", "elbow": "ForeArm", "hand": "Hand", "hip": "UpLeg", "knee": "Leg", "foot": "Foot"}
+_PARTS["toe"] = "ToeBase"
+
+
+def cast(what, thing, named):
+    """Whether the roles that are kept with an armature are played by the bones of these names; the roles."""
+    kept = json.loads(thing.data["kinetograph_roles"])
+    wanted = {"hips": named("", "Hips"), "head": named("", "Head")}
+    wanted |= {f"{side.lower()}_{r}": named(side, part) for side in ("Left", "Right") for r, part in _PARTS.items()}
+    other = {name: kept.get(name) for name, bone in wanted.items() if kept.get(name) != bone}
+    row(what, not other, f"others than expected: {other}" if other else f"all {len(wanted)} as expected")
+    return kept
+
+
+def unreal():
+    """The mannequin's names, with its root on the floor, bones that twist, and goals of IK beside the body."""
+    emptied(24)
+    thing = armature("mannequin", unreal_name, rolls=0.4, scale=0.01)
+    thing.scale *= 0.01
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones = thing.data.edit_bones
+    more = {"root": ("", "", 0.0), "ik_foot_root": ("root", "", 0.0)}
+    for side in "lr":
+        more |= {
+            f"ik_foot_{side}": ("ik_foot_root", f"foot_{side}", 0.0),
+            f"ik_hand_{side}": ("root", f"hand_{side}", 0.0),
+        }
+        for part in ("upperarm", "lowerarm", "thigh", "calf"):
+            more[f"{part}_twist_01_{side}"] = (f"{part}_{side}", f"{part}_{side}", 0.5)
+    for name, (parent, at, share) in more.items():
+        made = bones.new(name)
+        made.head = bones[at].head.lerp(bones[at].tail, share) if at else (0, 0, 0)
+        made.tail = made.head + Vector((0, 0, 8))
+        made.parent = bones.get(parent)
+    bones["pelvis"].parent = bones["root"]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    walk(thing)
+    cast("roles of Unreal's mannequin", thing, lambda side, part: unreal_name(side + part))
+    look("Unreal's names, in centimetres", 1.0, [unreal_name(bone) for bone in MIXAMO if "_End" not in bone])
+
+
+def acclaim():
+    emptied(24)
+    thing = armature("cmu", acclaim_name, rolls=0.2, mode="ZXY")
+    walk(thing)
+    cast("roles of Acclaim's body", thing, lambda side, part: acclaim_name(side + part))
+    look("Acclaim's names, as CMU's", 1.0, list(thing.data.bones.keys()))
+
+
+def metarig():
+    """Blender's own human, before Rigify makes a rig of it: fingers, a face, bones that are not connected."""
+    emptied(24)
+    bpy.ops.preferences.addon_enable(module="rigify")
+    bpy.ops.object.armature_human_metarig_add()
+    thing = bpy.context.object
+    walk(thing)
+    named = {"Hips": "spine", "Head": "spine.006", "Arm": "upper_arm", "ForeArm": "forearm", "Hand": "hand"}
+    named |= {"UpLeg": "thigh", "Leg": "shin", "Foot": "foot", "ToeBase": "toe"}
+    kept = cast("roles of Blender's human metarig", thing, lambda side, part: named[part] + (side and f".{side[0]}"))
+    look("Blender's human metarig itself", 1.0, [bone for bone in kept.values() if bone])
 
 
 def mixamo_fbx():
@@ -245,6 +330,6 @@ def sole(thing):
     row("its skin on the floor", abs(lows).max() < 2.0, f"lowest point {lows.min():.1f} to {lows.max():.1f} cm")
 
 
-for each in (mixamo_fbx, vrm, by_ik, person, rigify):
+for each in (mixamo_fbx, vrm, unreal, acclaim, metarig, by_ik, person, rigify):
     each()
 finish()
