@@ -13,11 +13,13 @@ import naive
 from kinetograph.errors import DataError
 from kinetograph.learn import (
     Arrivals,
+    Passing,
     Reuse,
     SegmentalPath,
     SegmentalSearch,
     find_margins,
     price_path,
+    score_moments,
     segmental,
     solve,
 )
@@ -78,6 +80,35 @@ def test_each_is_the_best_of_all_sequences_through_its_group(
         assert naive.score(problem, _sequence(path)) == pytest.approx(path.score, rel=1e-6)
         there = next(each for each in _sequence(path) if each.start <= moment < each.stop)
         assert path.score == pytest.approx(best[int(groups[there.state])], rel=1e-6)
+
+
+@settings(max_examples=80)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    durations=st.lists(st.integers(1, 4), min_size=1, max_size=4),
+    steps=st.integers(1, 6),
+    shares=st.tuples(st.floats(0, 0.999), st.floats(0, 0.999)),
+)
+def test_each_moment_of_a_window_has_the_best_of_all_sequences(
+    seed: int, durations: list[int], steps: int, shares: tuple[float, float]
+) -> None:
+    problem = _problem(seed, durations, steps)
+    moments = np.linspace(min(shares) * steps, max(shares) * steps, 4)
+    more = np.random.default_rng(seed).exponential(size=(len(durations), 4))
+    best = np.full(4, np.inf)
+    for sequence in naive.coverings(problem.durations.tolist(), steps, list(problem.partial)):
+        score = naive.score(problem, sequence)
+        for i, moment in enumerate(moments):
+            there = next(each for each in sequence if each.start <= moment < each.stop)
+            best[i] = min(best[i], score + more[there.state, i])
+
+    def price(passing: Passing) -> np.ndarray:
+        shown = (passing.starts[:, None] <= moments) & (moments < passing.stop)
+        return np.where(shown, more, np.inf)
+
+    window = (float(moments[0]), float(moments[-1]))
+    found = score_moments(_search(problem), problem.arrivals, problem.partial, window, price)
+    np.testing.assert_allclose(found, best, rtol=1e-6)
 
 
 def test_the_first_is_the_optimum_at_every_moment() -> None:

@@ -43,6 +43,7 @@ _ROOMS = {
     "Plan": "frame_programme",
     "Playing": "frame_programme",
     "PreparedExamples": "alignment",
+    "Passing": "margins",
     "PricedPath": "margins",
     "Prior": "gating",
     "Quantiser": "quantisation",
@@ -116,6 +117,7 @@ _ROOMS = {
     "representatives": "linkage",
     "retime": "retiming",
     "shrinkage": "trust",
+    "score_moments": "margins",
     "smooth_path": "smoothing",
     "solve": "segmental",
     "spread_of": "spread",
@@ -151,6 +153,7 @@ __all__ = [
     "NearSearch",
     "NearState",
     "NeighbourLists",
+    "Passing",
     "PathSearch",
     "PathState",
     "Pca",
@@ -230,6 +233,7 @@ __all__ = [
     "prove",
     "representatives",
     "retime",
+    "score_moments",
     "shrinkage",
     "smooth_path",
     "solve",
@@ -289,7 +293,7 @@ if TYPE_CHECKING:
         left_out,
     )
     from kinetograph.learn.linkage import ClosePairs, complete_linkage, linked, representatives
-    from kinetograph.learn.margins import Margins, PricedPath, find_margins, price_path
+    from kinetograph.learn.margins import Margins, Passing, PricedPath, find_margins, price_path, score_moments
     from kinetograph.learn.markov import UnreachableError, count_transitions, likeliest_path
     from kinetograph.learn.mixture import Mixture, fit_mixture, join_small
     from kinetograph.learn.placement import Placement

@@ -8,7 +8,7 @@ what it is for the sequences that are found.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -201,15 +201,81 @@ def find_margins(
         For a moment outside the control, where no sequence covers it, and where steps and states take more than 4 GiB.
     """
     problem = Problem(replace(search, beam=None, reuse=None, near=None), arrivals, partial or {})
-    _check(problem, moment)
-    steps, longest = problem.steps, int(search.durations[-1])
-    until, since = min(int(moment) + longest, steps), max(int(moment) - longest, 0)
-    forward = _searched(problem.search, arrivals[:until])
-    back = _searched(problem.search, (problem.reversed(begun) for begun in range(steps - 1, since - 1, -1)))
+    forward, back = _both_ways(problem, (moment, moment))
     found = _through(problem, forward, back, moment, groups)
     if not np.isfinite(found.scores).any():
         raise DataError("no sequence of segments covers the control; allow more stretch or shorter segments")
     return Margins(problem, forward, back, found)
+
+
+@dataclass(frozen=True, eq=False)
+class Passing:
+    """The states that end at one step, as parts of whole sequences.
+
+    Parameters
+    ----------
+    totals : ndarray, shape (S,)
+        What the best sequence through each scores; infinite where there is none.
+    starts : ndarray of int, shape (S,)
+        Their first steps; negative where only the rest of a state is used.
+    stop : int
+        The step up to which they are used.
+    """
+
+    totals: FloatArray
+    starts: IntArray
+    stop: int
+
+
+def score_moments(
+    search: SegmentalSearch,
+    arrivals: Sequence[Arrivals],
+    partial: dict[int, Arrivals] | None,
+    window: tuple[float, float],
+    price: Callable[[Passing], FloatArray],
+) -> FloatArray:
+    """What the best sequence scores with what its state costs more at each moment, exactly; reuse is free.
+
+    Parameters
+    ----------
+    search : SegmentalSearch
+        Its beam and its cost of reuse are left out.
+    arrivals : sequence of Arrivals
+        Of steps 1, 2, ..., T.
+    partial : dict of int to Arrivals or None
+        See `find_margins`.
+    window : tuple of float
+        The first and the last moment, in steps, from 0 to below T.
+    price : callable
+        What states cost more at each of W moments, ``(S, W)``; infinite for those that are not there.
+
+    Returns
+    -------
+    ndarray, shape (W,)
+        Infinite where there is no sequence.
+
+    Raises
+    ------
+    DataError
+        For moments outside the control, and where steps and states take more than 4 GiB.
+    """
+    problem = Problem(replace(search, beam=None, reuse=None, near=None), arrivals, partial or {})
+    forward, back = _both_ways(problem, window)
+    each = [
+        np.min(passing.totals[:, None] + price(passing), axis=0) for passing in _passing(problem, forward, back, window)
+    ]
+    return np.asarray(np.min(each, axis=0))
+
+
+def _both_ways(problem: Problem, window: tuple[float, float]) -> tuple[Run, Run]:
+    """The searches forward and back, as far as states reach that are there in a window."""
+    for moment in window:
+        _check(problem, moment)
+    steps, longest = problem.steps, int(problem.search.durations[-1])
+    until, since = min(int(window[1]) + longest, steps), max(int(window[0]) - longest, 0)
+    forward = _searched(problem.search, problem.arrivals[:until])
+    back = _searched(problem.search, (problem.reversed(begun) for begun in range(steps - 1, since - 1, -1)))
+    return forward, back
 
 
 def _check(problem: Problem, moment: float) -> None:
@@ -234,28 +300,36 @@ def _searched(search: SegmentalSearch, arrivals: Iterable[Arrivals]) -> Run:
 
 
 def _through(problem: Problem, forward: Run, back: Run, moment: float, groups: IntArray) -> Through:
-    """Every segment at the moment: whole, cut off by the control's start, or left early at its end."""
-    durations, steps = problem.search.durations, problem.steps
+    """Of every group the best segment at the moment."""
     number = int(groups.max()) + 1
     found = Through(np.full(number, np.inf), *(np.full(number, -1, dtype=np.int64) for _ in range(3)))
-    for stop in range(int(moment) + 1, len(forward.scores) + 1):
+    for each in _passing(problem, forward, back, (moment, moment)):
+        found.offer(groups, each.totals, each.starts, each.starts + problem.search.durations)
+    return found
+
+
+def _passing(problem: Problem, forward: Run, back: Run, window: tuple[float, float]) -> Iterator[Passing]:
+    """Every segment in a window: whole, cut off by the control's start, or left early at its end."""
+    durations, steps = problem.search.durations, problem.steps
+    first, last = window
+    for stop in range(int(first) + 1, len(forward.scores) + 1):
         starts = stop - durations
         totals = np.full(len(durations), np.inf)
-        whole = (starts >= 0) & (starts <= moment)
+        whole = (starts >= 0) & (starts <= last)
         after = back.scores[steps - np.maximum(starts[whole], 0) - 1, np.flatnonzero(whole)]
         costs = problem.arrivals[stop - 1].costs[whole]
         with np.errstate(invalid="ignore"):  # what is illegal is infinite both times
-            totals[whole] = np.nan_to_num(forward.scores[stop - 1, whole] + after - costs, nan=np.inf)
+            through = forward.scores[stop - 1, whole] + after - costs
+        totals[whole] = np.where(np.isnan(through), np.inf, through)
         if stop < int(durations[-1]):
             here = problem.arrivals[stop - 1]
             cut, _, _ = left_early(problem.search, back.last, Arrivals(here.costs, here.tails, here.heads), stop)
             totals = np.where(starts < 0, cut, totals)
-        found.offer(groups, totals, starts, np.full(len(durations), stop))
+        yield Passing(totals, starts, stop)
     for used, early in problem.partial.items():
-        if steps - used <= moment and len(forward.scores) == steps:
+        if steps - used <= last and len(forward.scores) == steps:
             totals, _, _ = left_early(problem.search, forward.last, early, used)
-            found.offer(groups, totals, np.full(len(durations), steps - used), steps - used + durations)
-    return found
+            yield Passing(totals, np.full(len(durations), steps - used), steps)
 
 
 def _sequence(problem: Problem, forward: Run, back: Run, found: Through, group: int) -> SegmentalPath:

@@ -7,7 +7,7 @@ another skeleton are left out or brought over, and every recording is put on the
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 
@@ -241,20 +241,32 @@ def mirrored_annotations(
     >>> [note.label for note in mirrored_annotations(notes)]
     ['right_hand:left_hand', 'Turn right']
     """
-    swapped = {**dict(sides), **{b: a for a, b in sides}}
     for note in annotations:
         if note.kind in LABELS:
-            yield replace(note, label=_words_swapped(note.label, swapped))
+            yield replace(note, label=swapped_sides(note.label, sides))
         else:
             yield replace(note, label=":".join(opposite(role) for role in note.label.split(":")))
 
 
-def _words_swapped(name: str, swapped: Mapping[str, str]) -> str:
-    """A name with its words replaced, whatever joins them; a capital letter stays one."""
+def swapped_sides(name: str, sides: Sequence[tuple[str, str]] = SIDES) -> str:
+    """A name with the words replaced that are one of a pair, whatever joins them; a capital letter stays one.
+
+    Parameters
+    ----------
+    name : str
+    sides : sequence of (str, str)
+        Words that are each other's mirror image.
+
+    Examples
+    --------
+    >>> swapped_sides("Turn_left01")
+    'Turn_right01'
+    """
+    swapped = {**dict(sides), **{b: a for a, b in sides}}
 
     def swap(match: re.Match[str]) -> str:
         word = match.group()
         other = swapped.get(word.lower(), word)
         return other.capitalize() if word[0].isupper() and other != word else other
 
-    return re.sub(r"[^\W_]+", swap, name)
+    return re.sub(r"[^\W\d_]+", swap, name)

@@ -27,7 +27,9 @@ from kinetograph.methods.performance import (
     distances_to,
     left_early,
 )
+from kinetograph.methods.performance.fitted import with_settings
 from kinetograph.methods.performance.interpretation import settle
+from kinetograph.methods.performance.moves import called
 from kinetograph.methods.together import Asked, AskedKey, Span, explained, performed
 from kinetograph.motion import Motion, heading_at
 from kinetograph.take import Annotation, Take
@@ -221,6 +223,15 @@ def test_a_window_is_met_at_its_best_time(model: PerformanceModel) -> None:
     assert result.cost == pytest.approx(min(scores.values()), rel=1e-6)
 
 
+def test_a_time_is_chosen_with_reuse_free_whatever_was_made_before(tmp_path: Path) -> None:
+    fitted = made(tmp_path, reuse=0.5).fitted
+    assert fitted.reuse is not None
+    free = with_settings(fitted, replace(fitted.settings, reuse=0.0, unusual=1.0))
+    assert free.reuse is None
+    assert free.search.reuse is None
+    assert fitted.search.reuse is fitted.reuse
+
+
 def test_places_along_the_path_are_times(model: PerformanceModel) -> None:
     for more in ({"along": 2.5}, {"near": (0.3, 2.5)}):
         asked = replace(raised(1.0), **more, key=replace(raised(1.0).key, time=None))  # type: ignore[arg-type]
@@ -291,6 +302,24 @@ def test_a_move_is_used_all_through_its_span(model: PerformanceModel) -> None:
 def test_an_unknown_move_is_refused_with_what_there_is(model: PerformanceModel) -> None:
     with pytest.raises(RequestError, match="called 'run'; there are turning, left, right, straight, wave"):
         performed(model, straight(5.0), Asked(rules=(Rule(1.0, 2.5, called="run"),)))
+
+
+def test_mirrored_recordings_are_called_by_the_other_side(tmp_path: Path) -> None:
+    library = kg.Library.create(tmp_path / "library")
+    for name, rate in (("straight", 0.0), ("turn_left_1", 0.6)):
+        cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(13) / 2)
+        library.add(Take(name, {"body": walk(6.0, turn_rate=rate)}, cuts))
+    describe_takes(library, {"turn_left_1": Facts(tags=frozenset({"going left", "curves"}))})
+    with pytest.raises(RequestError, match="called 'right'; there are curves, going left, straight, turn_left_1"):
+        called(PerformanceControl(**SETTINGS).fit(library).fitted, "right")  # type: ignore[arg-type]
+    fitted = PerformanceControl(**SETTINGS, mirror=True).fit(library).fitted  # type: ignore[arg-type]
+    turning = np.array([fitted.sources[each.source].take == "turn_left_1" for each in fitted.instances.segments])
+    mirrored = np.array([fitted.sources[each.source].mirrored for each in fitted.instances.segments])
+    assert (turning & mirrored).any()
+    for right in ("turn right", "turn_right_1", "going right", "right"):
+        np.testing.assert_array_equal(called(fitted, right), turning & mirrored)
+    np.testing.assert_array_equal(called(fitted, "left"), turning & ~mirrored)
+    np.testing.assert_array_equal(called(fitted, "curves"), turning)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

@@ -229,7 +229,14 @@ def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
 
 def with_settings(fitted: Fitted, settings: PerformanceSettings) -> Fitted:
     """The same fit for settings that differ only in what is done after it; properties that were computed come along."""
-    return _with(fitted, settings=settings)
+    other = (
+        name for name, setting in PRICED_BY.items() if getattr(settings, setting) != getattr(fitted.settings, setting)
+    )
+    return _with(fitted, *other, settings=settings)
+
+
+PRICED_BY = {"origins": "change", "prices": "unusual", "reuse": "reuse"}
+"""Properties of a fit, and the setting that each depends on."""
 
 
 def _with(fitted: Fitted, *but: str, **changes: Any) -> Fitted:

@@ -8,10 +8,10 @@ from typing import Protocol
 
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError, RequestError
-from kinetograph.learn import Arrivals, SegmentalPath, k_best_paths, padded_width, prove
+from kinetograph.learn import Arrivals, Passing, SegmentalPath, k_best_paths, padded_width, prove, score_moments
 from kinetograph.methods.performance.beginning import facing_first
 from kinetograph.methods.performance.fitted import Fitted, with_settings
-from kinetograph.methods.performance.moments import Moment
+from kinetograph.methods.performance.moments import Moment, States
 from kinetograph.methods.performance.rules import Demand, Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
 from kinetograph.methods.performance.standing import only_standing, only_standing_early
@@ -112,6 +112,18 @@ class Interpreting:
         partial = bind_partial(self.fitted, rules, self._partial, steps)
         return list(bind(self.fitted, rules, self._arrivals, steps)) if rules else self._arrivals, partial
 
+    def at_times(self, rules: Sequence[Demand], moment: Moment) -> FloatArray:
+        """What the best sequence scores under rules with a moment at each of its times, reuse being free."""
+        fitted, steps = self.fitted, len(self.x) - 1
+        times, price = moment.times(fitted.settings.rate, steps), moment.price_times(fitted, steps)
+        window = (min(times[0], steps - BEFORE), min(times[-1], steps - BEFORE))
+        durations = fitted.search.durations
+
+        def priced(passing: Passing) -> FloatArray:
+            return price(States(passing.stop, passing.starts, durations))
+
+        return score_moments(fitted.search, *self.under(rules), window, priced)
+
 
 def settle(
     fitted: Fitted, x: FloatArray, progress: Progress | None, demands: Sequence[Demand]
@@ -134,10 +146,14 @@ def settle(
     if all(not isinstance(each, Moment) or each.window[0] == each.window[1] for each in demands):
         return interpret(fitted, x, progress, demands), tuple(demands)
     free = with_settings(fitted, replace(fitted.settings, reuse=0.0))
-    path, at_times = settled(interpreter(free, x), demands, fitted.settings.rate, len(x) - 1)
-    return (path if fitted.reuse is None else interpret(fitted, x, progress, at_times)), at_times
+    placed = Interpreting(free, x) if _fits(free, x) else None
+    best, at_times = (interpreter(free, x), None) if placed is None else (placed.best, placed.at_times)
+    path, met = settled(best, demands, fitted.settings.rate, len(x) - 1, at_times)
+    return (path if fitted.reuse is None else interpret(fitted, x, progress, met)), met
 
 
+BEFORE = 1e-6
+"""Steps by which the last moment of a control is before its end."""
 MOST = 1 << 30
 """Bytes that the placed states of a control may take while it is interpreted again and again."""
 
@@ -151,10 +167,14 @@ def interpreter(fitted: Fitted, x: FloatArray) -> Callable[[Sequence[Demand]], S
     x : ndarray, shape (T + 1, P, 3)
         Control points at the search's rate.
     """
-    numbers = padded_width(3 * len(fitted.basis))
-    if len(fitted.instances.states) * len(x) * 8 * (numbers + 1) <= MOST:
+    if _fits(fitted, x):
         return Interpreting(fitted, x).best
     return lambda rules: interpret(fitted, x, rules=rules)
+
+
+def _fits(fitted: Fitted, x: FloatArray) -> bool:
+    numbers = padded_width(3 * len(fitted.basis))
+    return len(fitted.instances.states) * len(x) * 8 * (numbers + 1) <= MOST
 
 
 def _legal(

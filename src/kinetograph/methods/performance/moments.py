@@ -88,6 +88,27 @@ class Moment:
 
         return price
 
+    def price_times(self, fitted: Fitted, steps: int) -> Callable[[States], FloatArray]:
+        """What states cost, ``(S, W)``, at each time of a window; infinite where a state does not show the time.
+
+        Parameters
+        ----------
+        fitted : Fitted
+        steps : int
+            Of the whole control. A later moment is that of the last step.
+        """
+        frames, times = _Frames.of(fitted, self._limited()), self.times(fitted.settings.rate, steps)
+
+        def price(states: States) -> FloatArray:
+            shown = (states.starts[:, None] <= times) & ((times < states.stop) | (states.stop == steps))
+            some = np.flatnonzero(shown.any(axis=1))
+            share = (times - states.starts[some, None]) / states.durations[some, None]
+            costs = np.full(shown.shape, np.inf)
+            costs[some] = np.where(shown[some], frames.at(fitted.instances.states[some, 0], share), np.inf)
+            return costs
+
+        return price
+
     def times(self, rate: float, steps: int) -> FloatArray:
         """The times that are tried of a window, in steps: its ends, and whole steps between them."""
         first, last = (min(second * rate, float(steps)) for second in self.window)

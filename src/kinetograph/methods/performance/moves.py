@@ -12,7 +12,7 @@ from kinetograph.methods.naming import is_called, listed
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.segments import Source
-from kinetograph.methods.recordings import LABELS
+from kinetograph.methods.recordings import LABELS, SIDES, swapped_sides
 from kinetograph.post.footskate import contact_mask
 from kinetograph.take import Annotation
 
@@ -30,7 +30,7 @@ def called(fitted: Fitted, name: str) -> BoolArray:
     fitted : Fitted
     name : str
         A name of a take, a tag, the label of a move or a style, words of one of these, or a pattern. Several with
-        commas between: any of them.
+        commas between: any of them. A mirrored recording is called by the names of the other side.
 
     Raises
     ------
@@ -41,13 +41,15 @@ def called(fitted: Fitted, name: str) -> BoolArray:
     for one in (part.strip() for part in name.split(",")):
         found = _called(fitted, one)
         if not found.any():
-            raise RequestError(f"nothing that can be used is called {one!r}; there are {listed(known(fitted.sources))}")
+            there = listed(known(fitted.sources, fitted.settings.sides))
+            raise RequestError(f"nothing that can be used is called {one!r}; there are {there}")
         chosen |= found
     return chosen
 
 
 def _called(fitted: Fitted, name: str) -> BoolArray:
-    whole = [any(is_called(known, name) for known in (s.take, *s.tags)) for s in fitted.sources]
+    sides = fitted.settings.sides
+    whole = [any(is_called(known, name) for known in _names(s, sides)) for s in fitted.sources]
     spans = [[n for n in s.annotations if n.kind in LABELS and is_called(n.label, name)] for s in fitted.sources]
     return np.array(
         [
@@ -60,12 +62,25 @@ def _called(fitted: Fitted, name: str) -> BoolArray:
     )
 
 
-def known(sources: Iterable[Source]) -> list[str]:
-    """The tags, the labels of moves and styles, and the names of takes, each sorted."""
+def _names(source: Source, sides: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """A recording's name and tags; of its mirror image, those of the other side."""
+    names = (source.take, *source.tags)
+    return tuple(swapped_sides(name, sides) for name in names) if source.mirrored else names
+
+
+def known(sources: Iterable[Source], sides: Sequence[tuple[str, str]] = SIDES) -> list[str]:
+    """The tags, the labels of moves and styles, and the names of takes, each sorted.
+
+    Parameters
+    ----------
+    sources : iterable of Source
+    sides : sequence of (str, str)
+        Words that are each other's mirror image.
+    """
     every = list(sources)
-    tags = sorted({tag for source in every for tag in source.tags})
+    tags = sorted({tag for source in every for tag in _names(source, sides)[1:]})
     labels = sorted({note.label for source in every for note in source.annotations if note.kind in LABELS})
-    return list(dict.fromkeys((*tags, *labels, *sorted({source.take for source in every}))))
+    return list(dict.fromkeys((*tags, *labels, *sorted({_names(source, sides)[0] for source in every}))))
 
 
 def next_foot(fitted: Fitted, second: float, side: str) -> Moment:

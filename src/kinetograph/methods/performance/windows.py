@@ -1,9 +1,10 @@
 """Windows of time: the best time of each is found together with the best sequence.
 
-A state that spans only a part of a window does not know whether the moment was met elsewhere in it, so that a window is
-no cost of states. Windows are divided instead. What states cost that span all of a part, and nothing for others, is a
-lower bound of every time in the part; a part that is one time is exact. The parts are searched in the order of their
-bounds, so that the first single times that come up are the best (branch and bound).
+For one window, the best sequences up to and on from every state give what every time of it costs: two searches. Where
+there are several, the others are divided. A state that spans only a part of a window does not know whether the moment
+was met elsewhere in it, so that a window is no cost of states; but what states cost that span all of a part, and
+nothing for others, is a lower bound of every time in the part, and a part that is one time is exact. The parts are
+searched in the order of their bounds, so that the first single times that come up are the best (branch and bound).
 """
 
 from __future__ import annotations
@@ -13,6 +14,9 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from kinetograph.arrays import FloatArray
 from kinetograph.errors import DataError
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.moments import Moment
@@ -23,9 +27,13 @@ SHORT = 3
 
 Best = Callable[[Sequence[Demand]], SegmentalPath]
 """Gives the best sequence under demands without windows of several times, or a lower bound with them."""
+AtTimes = Callable[[Sequence[Demand], Moment], FloatArray]
+"""What the best sequence scores with a moment at each of its times, under demands, or lower bounds likewise."""
 
 
-def settled(best: Best, demands: Sequence[Demand], rate: float, steps: int) -> tuple[SegmentalPath, tuple[Demand, ...]]:
+def settled(
+    best: Best, demands: Sequence[Demand], rate: float, steps: int, at_times: AtTimes | None = None
+) -> tuple[SegmentalPath, tuple[Demand, ...]]:
     """The best sequence over all times of the demands' windows, and the demands at these times.
 
     Parameters
@@ -36,6 +44,8 @@ def settled(best: Best, demands: Sequence[Demand], rate: float, steps: int) -> t
         Steps per second.
     steps : int
         Of the control.
+    at_times : callable, optional
+        Scores the times of the longest window at once; without it, that one is divided as well.
 
     Returns
     -------
@@ -48,29 +58,55 @@ def settled(best: Best, demands: Sequence[Demand], rate: float, steps: int) -> t
     DataError
         Where no sequence covers the control under the demands.
     """
-    choices = [_parts(demand, rate, steps) for demand in demands]
-    number, queue = itertools.count(), list[tuple[float, int, SegmentalPath, tuple[Demand, ...]]]()
+    own = _widest(demands, rate, steps) if at_times else None
+    choices = [[each] if i == own else _parts(each, rate, steps) for i, each in enumerate(demands)]
+    number, queue = itertools.count(), list[tuple[float, int, tuple[Demand, ...], tuple[Demand, ...]]]()
     failed: DataError | None = None
 
     def push(each: tuple[Demand, ...]) -> None:
         nonlocal failed
         try:
-            path = best(each)
+            if own is None or at_times is None:
+                score, met = best(each).score, each
+            else:
+                score, met = _at_best(at_times, each, own, (rate, steps))
         except DataError as error:
             failed = error
         else:
-            heapq.heappush(queue, (path.score, next(number), path, each))
+            heapq.heappush(queue, (score, next(number), each, met))
 
     for combination in itertools.product(*choices):
         push(combination)
     while queue:
-        _, _, path, each = heapq.heappop(queue)
-        halves = _halved(each, rate, steps)
+        _, _, each, met = heapq.heappop(queue)
+        halves = _halved(each, own, rate, steps)
         if not halves:
-            return path, each
+            return best(met), met
         for part in halves:
             push(part)
     raise failed or DataError("no sequence of segments covers the control")
+
+
+def _at_best(
+    at_times: AtTimes, demands: tuple[Demand, ...], own: int, clock: tuple[float, int]
+) -> tuple[float, tuple[Demand, ...]]:
+    """The least score over the times of one window, and the demands with it at that time."""
+    moment = demands[own]
+    assert isinstance(moment, Moment)
+    scores = at_times((*demands[:own], *demands[own + 1 :]), moment)
+    if not np.isfinite(scores).any():
+        raise DataError(f"no sequence of segments covers the control that shows {moment.label} in its window")
+    at = int(np.argmin(scores))
+    second = float(moment.times(*clock)[at] / clock[0])
+    return float(scores[at]), (*demands[:own], _within(moment, [second]), *demands[own + 1 :])
+
+
+def _widest(demands: Sequence[Demand], rate: float, steps: int, but: int | None = None) -> int | None:
+    """Which demand has a window of the most times; None where all are single times."""
+    counts = [
+        len(each.times(rate, steps)) if isinstance(each, Moment) and i != but else 1 for i, each in enumerate(demands)
+    ]
+    return int(np.argmax(counts)) if counts and max(counts) > 1 else None
 
 
 def _parts(demand: Demand, rate: float, steps: int) -> list[Demand]:
@@ -85,14 +121,14 @@ def _within(moment: Moment, times: Sequence[float]) -> Moment:
     return replace(moment, window=(times[0], times[-1]))
 
 
-def _halved(demands: tuple[Demand, ...], rate: float, steps: int) -> list[tuple[Demand, ...]]:
-    """The demands with the longest of their windows in two parts; nothing where all are single times."""
-    times = [d.times(rate, steps) / rate if isinstance(d, Moment) else [0.0] for d in demands]
-    widest = max(range(len(demands)), key=lambda i: len(times[i]), default=None)
-    if widest is None or len(times[widest]) < 2:
+def _halved(demands: tuple[Demand, ...], own: int | None, rate: float, steps: int) -> list[tuple[Demand, ...]]:
+    """The demands with the longest of their windows but one in two parts; nothing where all are single times."""
+    widest = _widest(demands, rate, steps, own)
+    if widest is None:
         return []
-    moment, each = demands[widest], list(times[widest])
+    moment = demands[widest]
     assert isinstance(moment, Moment)
+    each = (moment.times(rate, steps) / rate).tolist()
     middle = len(each) // 2
     halves = (_within(moment, each[:middle]), _within(moment, each[middle:]))
     return [(*demands[:widest], half, *demands[widest + 1 :]) for half in halves]
