@@ -17,7 +17,6 @@ BUILD  := $(VENV)/.installed-build
 STUDIO := src/kinetograph/studio
 CHECK  := build/check-dist
 DEMO   ?= out
-WORKERS ?= auto
 
 .PHONY: studio demo test lint page format bench mutants docs pictures dist check-dist check-clients extension clean help
 
@@ -57,7 +56,7 @@ demo: $(PLAIN)
 test: $(STAMP)
 	@$(BIN)/kinetograph data fetch deepmimic-clips || echo "without the sample, tests of real clips are skipped"
 	@$(BIN)/python hatch_build.py build || echo "without the studio's page, its tests are skipped"
-	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 4 --dist loadfile
+	@$(BIN)/python -m pytest
 
 lint: $(STAMP)
 	@$(BIN)/ruff check

@@ -111,7 +111,7 @@ def test_examples_run_after_the_demo(
 def test_every_command_has_an_example_that_runs_after_the_demo() -> None:
     left_out = NOT_AFTER_THE_DEMO.keys() | WITH_A_PERSON | WITH_THE_PAGE
     without = [name for name, examples in EXAMPLES.items() if not set(examples) - left_out]
-    assert sorted(without) == ["reproduce hsu2004", "serve", "studio"]
+    assert sorted(without) == ["evaluate request", "reproduce hsu2004", "serve", "studio"]
 
 
 def test_what_is_left_out_are_examples() -> None:

@@ -27,7 +27,7 @@ from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.dance import leave_one_dance_out
 from kinetograph.formats import ReadOptions, WriteOptions, load, save
 from kinetograph.kinematics import joint_positions, role_positions
-from kinetograph.methods.performance import PerformanceControl, Rule, partner_control, transcription
+from kinetograph.methods.performance import PerformanceControl, Rule, partner_control
 from kinetograph.motion import Motion, cut, resample
 from kinetograph.pipeline import open_library, perform_with, read_take, segment_library
 from kinetograph.segmentation import notation
@@ -266,7 +266,7 @@ def test_margins_are_the_same_where_states_are_placed_again(room: Room, monkeypa
     made = _made(room, leader="take:even")
     assert made.model is not None
     once = made.model.transcribe(made.others["leader"])
-    monkeypatch.setattr(transcription, "MOST", 0)
+    monkeypatch.setattr("kinetograph.methods.performance.interpretation.MOST", 0)
     assert made.model.transcribe(made.others["leader"]) == once
 
 

@@ -422,8 +422,9 @@ def move(text: str) -> MoveRow:
 
     Examples
     --------
-    >>> move("4-7=run/left:0.5")
-    MoveRow(start=4.0, stop=7.0, name='run', weight=0.5, first='left')
+    >>> row = move("4-7=run/left:0.5")
+    >>> row.start, row.stop, row.name, row.weight, row.first
+    (4.0, 7.0, 'run', 0.5, 'left')
     """
     import msgspec
 

@@ -216,12 +216,16 @@ class LiveSensor:
         """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
         if self._trusted:
             return
-        self._first.append(readings)
+        if self._gathers_rows():
+            self._first.append(readings)
+        if not self._gathers_rows():
+            check_units(_together(self._first))
+            self._trusted, self._first = True, []
+
+    def _gathers_rows(self) -> bool:
+        """Whether more rows are to come before their units are looked at."""
         known = sum(map(len, self._first))
-        if known < _CHECKED or (known < _LEAPING and may_leap(_together(self._first))):
-            return
-        check_units(_together(self._first))
-        self._trusted, self._first = True, []
+        return known < _CHECKED or (known < _LEAPING and may_leap(_together(self._first)))
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
