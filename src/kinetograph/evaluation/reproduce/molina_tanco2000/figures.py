@@ -11,9 +11,9 @@ import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.keys import Key
-from kinetograph.kinematics import joint_positions
+from kinetograph.kinematics import joint_positions, role_positions
 from kinetograph.methods.keyframe import Excerpt, TwoLevelModel
-from kinetograph.motion import cut, heading_at, place
+from kinetograph.motion import Motion, cut
 from kinetograph.synthesis import Synthesis
 
 if TYPE_CHECKING:
@@ -131,6 +131,15 @@ def draw_examples(model: TwoLevelModel, names: Sequence[str], path: Path, *, use
     _save(figure, path)
 
 
+def seen_from_side(pose: Motion) -> FloatArray:
+    """Joints of a pose, ``(J, 2)`` metres forward of the root, square to its hips, and above the lowest joint."""
+    left, right = role_positions(pose, ("left_hip", "right_hip"))[0]
+    forward = np.array([right[2] - left[2], 0.0, left[0] - right[0]])
+    points = joint_positions(pose)[0]
+    ahead = (points - points[0]) @ forward / max(float(np.linalg.norm(forward)), 1e-9)
+    return np.stack([ahead, points[:, 1] - points[:, 1].min()], axis=-1)
+
+
 def draw_keys(keys: Sequence[Key], path: Path) -> None:
     """Figure 7: the keys, seen from their side.
 
@@ -142,12 +151,10 @@ def draw_keys(keys: Sequence[Key], path: Path) -> None:
     """
     figure = _figure(4 * len(keys), 4)
     for number, (key, axes) in enumerate(zip(keys, np.atleast_1d(figure.subplots(1, len(keys))), strict=True)):
-        pose = cut(key.clip, key.frame, key.frame + 1)
-        points = joint_positions(place(pose, -heading_at(pose, 0), (0.0, 0.0, 0.0)))[0]
-        points = points - [0.0, points[:, 1].min(), points[0, 2]]
+        points = seen_from_side(cut(key.clip, key.frame, key.frame + 1))
         for joint, parent in enumerate(key.clip.skeleton.parents):
             if parent >= 0:
-                axes.plot(*points[[parent, joint]][:, [2, 1]].T, "-o", color=_COLOURS[number], lw=3, ms=3)
+                axes.plot(*points[[parent, joint]].T, "-o", color=_COLOURS[number], lw=3, ms=3)
         axes.axhline(0, color="#bbbbbb", lw=1)
         axes.set(title=key.label, xlim=(-1.1, 1.1), ylim=(-0.1, 2.1), xlabel="forward (m)", aspect="equal")
     _save(figure, path)
