@@ -216,16 +216,11 @@ class LiveSensor:
         """Raise RequestError where the first `_CHECKED` rows cannot be in m/s^2 and rad/s."""
         if self._trusted:
             return
-        if self._gathers_rows():
+        if _too_few(self._first):
             self._first.append(readings)
-        if not self._gathers_rows():
+        if not _too_few(self._first):
             check_units(_together(self._first))
             self._trusted, self._first = True, []
-
-    def _gathers_rows(self) -> bool:
-        """Whether more rows are to come before their units are looked at."""
-        known = sum(map(len, self._first))
-        return known < _CHECKED or (known < _LEAPING and may_leap(_together(self._first)))
 
     def wait(self, now: float) -> tuple[LivePose, ...]:
         """The poses that are settled by there being no rows up to ``now`` seconds: the last is held after a while."""
@@ -327,6 +322,12 @@ def _not_leaping(since: float, until: float, silence: float) -> float:
             f"readings leap from {since:g} s to {until:g} s; times are seconds from the start of the motion"
         )
     return until
+
+
+def _too_few(first: list[Readings]) -> bool:
+    """Whether more rows are to come before their units are looked at."""
+    known = sum(map(len, first))
+    return known < _CHECKED or (known < _LEAPING and may_leap(_together(first)))
 
 
 def _together(parts: list[Readings]) -> Readings:
