@@ -36,7 +36,7 @@ from kinetograph.pipeline.libraries import has_partners, open_library
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
 from kinetograph.pipeline.sensing import read_rows
-from kinetograph.post import Layer
+from kinetograph.post import Layer, OntoPath
 from kinetograph.progress import Progress
 from kinetograph.sensing import kinds_of
 from kinetograph.signal import Signal
@@ -213,8 +213,10 @@ def method_of(request: Request, partners: bool) -> PerformanceControl:
     method = partner_control() if partners else PerformanceControl()
     search = msgspec.structs.asdict(request.search)
     given = {name: value for name, value in search.items() if value is not None}
+    post = method.post if request.onto_path is None else replace(method.post, onto_path=OntoPath(request.onto_path))
     return replace(
         method,
+        post=post,
         **given,
         mirror=request.mirror,
         stand=request.standing,
