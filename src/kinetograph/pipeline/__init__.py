@@ -17,6 +17,7 @@ _ROOMS = {
     "CutSettings": "segmenting",
     "Done": "ingesting",
     "ExampleIndex": "finding",
+    "Fitting": "requesting",
     "Found": "finding",
     "GrowingSettings": "growing",
     "IngestSettings": "ingesting",
@@ -94,6 +95,7 @@ __all__ = [
     "CutSettings",
     "Done",
     "ExampleIndex",
+    "Fitting",
     "Found",
     "GrowingSettings",
     "IngestSettings",
@@ -211,7 +213,15 @@ if TYPE_CHECKING:
         winding_path,
     )
     from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
-    from kinetograph.pipeline.requesting import Rendered, asked_key, filler, perform_asked, render_request, rules_of
+    from kinetograph.pipeline.requesting import (
+        Fitting,
+        Rendered,
+        asked_key,
+        filler,
+        perform_asked,
+        render_request,
+        rules_of,
+    )
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,
