@@ -11,6 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Answer": "explaining",
     "CUT_BY": "segmenting",
     "CaptureSettings": "capturing",
     "Copy": "copies",
@@ -35,6 +36,7 @@ _ROOMS = {
     "asked_key": "requesting",
     "calibrate_worn": "calibrating",
     "capture": "capturing",
+    "control_of": "requesting",
     "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
@@ -83,6 +85,7 @@ _ROOMS = {
     "smoothed": "performing",
     "unit_moves": "labelling",
     "verdict_lines": "calibrating",
+    "why_at": "explaining",
     "winding_path": "performing",
     "with_fitted_markers": "reading",
     "with_readings": "capturing",
@@ -90,6 +93,7 @@ _ROOMS = {
 
 __all__ = [
     "CUT_BY",
+    "Answer",
     "CaptureSettings",
     "Copy",
     "CutSettings",
@@ -113,6 +117,7 @@ __all__ = [
     "asked_key",
     "calibrate_worn",
     "capture",
+    "control_of",
     "copies_among",
     "copies_of",
     "couple_of",
@@ -161,6 +166,7 @@ __all__ = [
     "smoothed",
     "unit_moves",
     "verdict_lines",
+    "why_at",
     "winding_path",
     "with_fitted_markers",
     "with_readings",
@@ -187,6 +193,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.pipeline.capturing import CaptureSettings, add_readings, capture, with_readings
     from kinetograph.pipeline.copies import Copy, copies_among, copies_of, find_copies
+    from kinetograph.pipeline.explaining import Answer, why_at
     from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
@@ -217,6 +224,7 @@ if TYPE_CHECKING:
         Fitting,
         Rendered,
         asked_key,
+        control_of,
         filler,
         perform_asked,
         render_request,
