@@ -167,6 +167,8 @@ class Synthesis:
     layers : tuple of DrivenPart, optional
         Parts of the body that other controls drive; of two that drive a joint, the later one counts. Pieces and edits
         are those of the rest.
+    filled : tuple of (float, float), optional
+        Seconds from and to which a performance is left around keys, and the timed search goes instead.
     """
 
     motion: Motion
@@ -181,6 +183,7 @@ class Synthesis:
     met: tuple[float, ...] = ()
     left_out: Mapping[str, Sequence[str]] = field(default_factory=dict)
     layers: tuple[DrivenPart, ...] = ()
+    filled: tuple[tuple[float, float], ...] = ()
 
     def _repr_html_(self) -> str:
         return notebook_html(self)

@@ -155,3 +155,53 @@ def test_a_move_that_cannot_be_read_is_refused(folder: Path, tmp_path: Path, tex
     files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "out.bvh")
     result = invoke("perform", *files, "--move", text)
     assert "a move is start-stop=name in seconds" in str(result.exception)
+
+
+def test_why_of_a_request_knows_its_keys_moves_and_layers(folder: Path, tmp_path: Path) -> None:
+    document = {
+        "path": "path.csv",
+        "keys": [{"pose": "take:left@2.2", "time": 1.5, "weight": 50, "name": "lean"}],
+        "moves": [{"start": 2.5, "stop": 3.5, "name": "right", "weight": 10}],
+        "layers": [
+            {"parts": ["left arm"], "keys": [{"pose": "take:left@1"}, {"pose": "take:left@2", "time": 1}], "start": 0.5}
+        ],
+    }
+    request = asked(folder, tmp_path, **document)
+    written = ("-o", tmp_path / "asked.bvh", "--why", 1.5, "--why", 3, "--report", tmp_path / "report.json")
+    summary = json.loads(answer("render", request, *written, "--json").stdout)
+    at_key, in_move = summary["why"]
+    assert json.loads((tmp_path / "report.json").read_text())["why"] == summary["why"]
+    for why in (at_key, in_move):
+        (chosen,) = (piece for piece in why["pieces"] if piece["chosen"])
+        assert chosen["total"] == pytest.approx(summary["cost"], rel=1e-4)
+    assert max(piece["terms"]["keys"] for piece in at_key["pieces"]) > 0.01
+    assert {piece["terms"]["rules"] for piece in at_key["pieces"]} == {0.0}
+    assert "called 'right' from 2.5 to 3.5 s" in in_move["without"][0]["constraint"]
+    assert "the demand for lean" in {each["constraint"] for each in at_key["without"]}
+    assert [layer["joints"] for layer in at_key["layers"]] == [["left_shoulder", "left_elbow", "left_hand"]]
+    assert in_move["layers"] == []
+    said = answer("render", request, "-o", tmp_path / "said.bvh", "--why", 1.2).stdout
+    assert "layer keys drives left_shoulder, left_elbow, left_hand, 0.53 to 1.47 s, from left at 1.70 s" in said
+
+
+def test_why_between_keys_names_what_plays_there(folder: Path, tmp_path: Path) -> None:
+    keys = [{"pose": "take:left@1"}, {"pose": "take:left@2.5", "time": 1.5}, {"pose": "take:left@4", "time": 3}]
+    request = asked(folder, tmp_path, keys=keys)
+    summary = json.loads(answer("render", request, "-o", tmp_path / "asked.bvh", "--why", 2, "--json").stdout)
+    (why,) = summary["why"]
+    assert why["span"] == why["keys"] == [1.5, 3.0]
+    assert {piece["take"] for piece in why["recordings"]} == {"left"}
+    said = answer("render", request, "-o", tmp_path / "said.bvh", "--why", 2).stdout
+    assert "at 2 s the timed search plays, from 1.50 to 3.00 s, to meet the keys at 1.50, 3.00 s" in " ".join(
+        said.split()
+    )
+
+
+def test_a_moment_outside_a_request_is_refused_before_the_work(folder: Path, tmp_path: Path) -> None:
+    for document, says in (
+        ({"path": "path.csv"}, "--why: the control lasts 4.00 s, found a time of 7 s"),
+        ({"keys": [{"pose": "take:left@1"}, {"pose": "take:left@2", "time": 1}]}, "the result lasts 1.00 s"),
+    ):
+        result = invoke("render", asked(folder, tmp_path, **document), "-o", tmp_path / "out.bvh", "--why", 7)
+        assert says in str(result.exception)
+        assert not (tmp_path / "out.bvh").exists()

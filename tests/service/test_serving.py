@@ -7,6 +7,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +16,17 @@ import numpy as np
 import pytest
 
 from kinetograph.errors import RequestError
-from kinetograph.formats import ReadOptions, load
+from kinetograph.formats import KeySources, ReadOptions, Request, load
 from kinetograph.formats.deepmimic import skeleton as deepmimic
 from kinetograph.formats.readings import write_readings
 from kinetograph.kinematics import joint_positions
 from kinetograph.library import Library
-from kinetograph.motion import Motion, cut
-from kinetograph.pipeline import read_take
+from kinetograph.motion import Motion, cut, heading_at, place
+from kinetograph.pipeline import read_take, render_request
 from kinetograph.post import retarget
 from kinetograph.sensing import preset, simulate
 from kinetograph.service import METHODS, PROTOCOL, serve, serving
-from kinetograph.service.bodies import Body, body_of, motion_of, skeleton_of, written
+from kinetograph.service.bodies import Body, Moving, body_of, motion_of, skeleton_of, written
 from kinetograph.service.job import Job
 from kinetograph.service.listening import Pose, Preview
 from kinetograph.take import Annotation, Take
@@ -366,3 +367,80 @@ def test_a_client_that_has_gone_ends_a_live_session() -> None:
     preview.send(cut(walk(2.0), 0, 1), 0.0)
     preview.close()
     assert isinstance(preview.broken, BrokenPipeError)
+
+
+def rendered(library: Path, folder: Path, document: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """The end of a request for a document."""
+    params = {"recordings": {"library": str(library)}, "request": document, "folder": str(folder), **more}
+    return ended(asked({"id": 1, "method": "render", "params": params}))[1]
+
+
+def motion_in(answer: dict[str, Any]) -> Motion:
+    return motion_of(msgspec.convert(answer["result"]["motion"], Moving))
+
+
+def test_a_document_is_rendered_as_its_file_is(library: Path, tmp_path: Path) -> None:
+    document = {
+        "path": path(),
+        "keys": [{"pose": "take:left@2", "time": 1.5}],
+        "moves": [{"start": 2.5, "stop": 3.5, "name": "straight"}],
+        "contacts": [{"part": "left_foot", "start": 3.2, "stop": 3.4}],
+        "layers": [{"parts": ["left arm"], "motion": "wave", "start": 0.5}],
+    }
+    wave = written(cut(walk(8.0), 0, 60), str(tmp_path), "wave")
+    made = rendered(library, tmp_path, document, motions=[msgspec.to_builtins(wave)])
+    opened = Library.open(library)
+    sources = KeySources(opened, motions={"wave": motion_of(wave)})
+    alone = render_request(msgspec.convert(document, Request), opened, sources).synthesis
+    mine = motion_in(made)
+    assert np.allclose(mine.rotations, alone.motion.rotations, rtol=0, atol=1e-12)
+    assert made["result"]["met"] == [1.5]
+    assert made["result"]["cost"] == alone.cost
+    assert made["result"]["costs"] == dict(alone.costs)
+    assert [(each["name"], each["joints"][0]) for each in made["result"]["layers"]] == [("wave", "left_shoulder")]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.4])
+def test_poses_of_an_armature_are_met_on_its_own_body_along_its_own_path(
+    library: Path, tmp_path: Path, scale: float
+) -> None:
+    """Lengths are those of the client's world: the key is 1.5 m along its path, and beside it."""
+    body = stick_figure(scale)
+    posed = replace(walk(8.0, turn_rate=0.4), skeleton=body)
+    keys = [{"pose": "armature@2", "along": 1.5, "position": [0.2, 1.5], "heading": 20.0}]
+    moving = written(posed, str(tmp_path), "armature")
+    made = rendered(
+        library,
+        tmp_path,
+        {"path": path(), "keys": keys},
+        motions=[msgspec.to_builtins(moving)],
+        body=msgspec.to_builtins(moving.body),
+        fps=24.0,
+    )
+    motion, frame = motion_in(made), round(made["result"]["met"][0] * 24.0)
+    root = motion.translation[frame, [0, 2]]
+    assert np.allclose(root, [0.2, 1.5], atol=1e-3)
+    assert heading_at(motion, frame) == pytest.approx(np.radians(20.0), abs=1e-3)
+    pose, wanted = (
+        joint_positions(place(cut(each, at, at + 1), -heading_at(each, at), np.zeros(3)))[0]
+        for each, at in ((motion, frame), (posed, 60))
+    )
+    apart = pose - wanted
+    assert np.abs(apart - apart[0] * [1, 0, 1]).max() < 1e-3
+    assert np.abs(motion.translation[-1, [0, 2]] - path()[-1][1:]).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("document", "words"),
+    [
+        ({}, "asks for nothing"),
+        ({"path": [[0, 0, 0], [1, 0, 1]], "speed": 1}, "unknown field `speed`"),
+        ({"path": "nowhere.csv"}, "nowhere.csv"),
+        ({"path": [[0, 0, 0], [2, 0, 2]], "keys": [{"pose": "armature@1", "time": 1}]}, "armature"),
+        ({"path": [[0, 0, 0], [2, 0, 2]], "moves": [{"start": 1, "stop": 2, "name": "tango"}]}, "'tango'"),
+    ],
+)
+def test_a_document_that_cannot_be_made_says_why(
+    library: Path, tmp_path: Path, document: dict[str, Any], words: str
+) -> None:
+    assert words in rendered(library, tmp_path, document)["error"]["message"]

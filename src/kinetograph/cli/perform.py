@@ -28,16 +28,17 @@ from kinetograph.cli.output import (
     write_text,
 )
 from kinetograph.cli.reading import TimedReading, read_file
-from kinetograph.cli.why import as_data, reasons_at, require_within, say_reasons
+from kinetograph.cli.why import answers_at, as_data, require_within, say_answers
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.formats import KeySources
     from kinetograph.formats.request_json import MoveRow
     from kinetograph.library import Library
-    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Reasons, Rule
+    from kinetograph.methods.performance import PerformanceControl, PerformanceModel, Rule
     from kinetograph.methods.together import Asked, Keyframes
     from kinetograph.motion import Motion
+    from kinetograph.pipeline import Answer
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Synthesis
     from kinetograph.take import Take
@@ -78,7 +79,7 @@ class Answers(Written):
     ] = None
     why: Annotated[
         list[float] | None,
-        typer.Option(help="Say why the piece at this second is there, and what else could be. Repeatable."),
+        typer.Option(help="Say what is there at this second and why, and what else could be. Repeatable."),
     ] = None
 
     def refuse(self) -> None:
@@ -236,7 +237,7 @@ def perform(
     from kinetograph.formats import KeySources
     from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control
-    from kinetograph.pipeline import fit_performance, open_library
+    from kinetograph.pipeline import Rendered, fit_performance, open_library
 
     answers.refuse()
     layers.refuse()
@@ -258,7 +259,7 @@ def perform(
         made = _synthesised(model, performed, answers, asked, along.filler(model, library, inputs.target))
     made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
-    reasons = reasons_at(model, performed, answers.why or (), asked)
+    reasons = answers_at(Rendered(made[0], performed, model, asked), answers.why or ())
     summary = _figures(made[0], model, performed, asked, search.gap)
     _written(made, moves, wanted, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
@@ -308,7 +309,7 @@ def _written(
     control: Signal | Motion,
     inputs: Inputs,
     answers: Answers,
-    reasons: Sequence[Reasons] = (),
+    reasons: Sequence[Answer] = (),
 ) -> None:
     """Write all files or none, and say what a person should know."""
     from kinetograph.formats import together
@@ -358,14 +359,12 @@ def _synthesised(
         return (perform_asked(model, control, asked, progress, fill),)
 
 
-def _show(
-    made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Reasons] = ()
-) -> None:
+def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Answer] = ()) -> None:
     rows = breakdown(made[0]) if answers.pieces else []
     if answers.pieces and not answers.as_json:
         table(rows, as_json=False)
     if reasons and not answers.as_json:
-        say_reasons(reasons)
+        say_answers(reasons)
     costs = {f"cost_{number}": synthesis.cost for number, synthesis in enumerate(made[1:], start=2)}
     listed = {"breakdown": rows} if rows and answers.as_json else {}
     listed |= {"why": as_data(reasons)} if reasons and answers.as_json else {}

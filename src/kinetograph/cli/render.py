@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,12 +24,13 @@ from kinetograph.cli.output import (
     write_synthesis,
 )
 from kinetograph.cli.reading import TimedReading
+from kinetograph.cli.why import answers_at, as_data, require_within, say_answers
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
     from kinetograph.formats import Request
     from kinetograph.library import Library
-    from kinetograph.pipeline import Rendered
+    from kinetograph.pipeline import Answer, Rendered
     from kinetograph.studio.exporting import Wanted
     from kinetograph.studio.made import Made
     from kinetograph.studio.project import Mode
@@ -64,6 +67,10 @@ class Wishes(Chosen):
     report: Annotated[
         Path | None, typer.Option(help="JSON to write: pieces, costs, and where every frame comes from.")
     ] = None
+    why: Annotated[
+        list[float] | None,
+        typer.Option(help="Say what is there at this second of a request and why, and what else could be. Repeatable."),
+    ] = None
     force: Force = False
     as_json: AsJson = False
 
@@ -86,6 +93,8 @@ def render(wishes: Wishes, of_project: OfProject, reading: TimedReading) -> None
 
     Example: kinetograph render out/request.json -l out/walks.library -o out/asked.bvh --picture out/asked.png
 
+    Example: kinetograph render out/request.json -l out/walks.library -o out/asked.bvh --why 3.2 --force
+
     Example: kinetograph render out/project.json -o out/rendered --to .bvh,.glb
     """
     from kinetograph.formats.request_json import is_project
@@ -101,7 +110,7 @@ def render(wishes: Wishes, of_project: OfProject, reading: TimedReading) -> None
 
 def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     from kinetograph.formats import KeySources, read_request
-    from kinetograph.pipeline import render_request
+    from kinetograph.pipeline import control_of, render_request
 
     request = read_request(wishes.project)
     if not wishes.output:
@@ -117,11 +126,15 @@ def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     refuse_existing(written.files, written.force)
     library = _library_of(request, wishes)
     sources = KeySources(library, reading.read_options, folder=wishes.project.parent, note=note)
+    if wishes.why and (request.path is not None or request.partner is not None):
+        require_within(wishes.why, control_of(request, replace(sources, note=None)))
     with compilation_announced(), progress_bar("searching") as progress:
         made = render_request(request, library, sources, progress)
     notes(made.synthesis.warnings)
-    write_synthesis(made.synthesis, written, made.control, wishes.project.name)
-    _show_request(made, written)
+    answers = answers_at(made, wishes.why or ())
+    more = {"why": as_data(answers)} if answers else {}
+    write_synthesis(made.synthesis, written, made.control, wishes.project.name, more=more)
+    _show_request(made, written, answers)
 
 
 def _library_of(request: Request, wishes: Wishes) -> Library:
@@ -134,7 +147,7 @@ def _library_of(request: Request, wishes: Wishes) -> Library:
     return open_library(folders, wishes.selection)
 
 
-def _show_request(made: Rendered, written: Written) -> None:
+def _show_request(made: Rendered, written: Written, answers: Sequence[Answer]) -> None:
     from kinetograph.cli.outcome import in_words, outcome, without_keys
     from kinetograph.methods.performance import PerformanceModel
 
@@ -143,7 +156,9 @@ def _show_request(made: Rendered, written: Written) -> None:
         summary |= without_keys(made.synthesis, made.model, made.control)
     else:
         summary = summarize(made.synthesis)
-    ending = summary if written.as_json else in_words(summary)
+    if answers and not written.as_json:
+        say_answers(answers)
+    ending = {**summary, **({"why": as_data(answers)} if answers else {})} if written.as_json else in_words(summary)
     left = left_out(made.synthesis, written.as_json)
     result({**ending, **left, "wrote": [str(path) for path in written.files]}, written.as_json)
 
@@ -156,8 +171,8 @@ def _render_project(wishes: Wishes, of_project: OfProject) -> None:
     from kinetograph.studio.project import read_project
     from kinetograph.studio.room import Room
 
-    if wishes.picture or wishes.report:
-        raise RequestError("--picture and --report are for requests; a project's go by kind, --to .png,.json")
+    if wishes.picture or wishes.report or wishes.why:
+        raise RequestError("--picture, --report and --why are for requests; a project's go by kind, --to .png,.json")
     folder = _folder(wishes)
     project = rendering.relocated(read_project(wishes.project), wishes.library or ())
     wanted = {section: _wanted(section, wishes, of_project) for section in _sections(of_project.section)}

@@ -1,4 +1,4 @@
-"""Why a piece is where it is, as rows and sentences."""
+"""Why something is at a moment of a result, as rows and sentences."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from kinetograph.cli.output import table
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel, Reasons
-    from kinetograph.methods.together import Asked
+    from kinetograph.methods.performance import Reasons
     from kinetograph.motion import Motion
+    from kinetograph.pipeline import Answer, Rendered
     from kinetograph.signal import Signal
-    from kinetograph.synthesis import Piece
+    from kinetograph.synthesis import DrivenPart, Piece
 
 TINY = 1e-7
 """What costs no more costs nothing; the search is in single precision."""
@@ -28,52 +28,99 @@ def require_within(seconds: Sequence[float], control: Signal | Motion) -> None:
             raise RequestError(f"--why: the control lasts {control.duration:.2f} s, found a time of {second:g} s")
 
 
-def reasons_at(
-    model: PerformanceModel, control: Signal | Motion, seconds: Sequence[float], asked: Asked
-) -> list[Reasons]:
-    """Why the pieces at some moments, seconds of the control, are there."""
-    from kinetograph.methods.together import explained
+def answers_at(made: Rendered, seconds: Sequence[float]) -> list[Answer]:
+    """What is at some moments, seconds of the control, and why."""
+    from kinetograph.pipeline import why_at
 
-    return [explained(model, control, asked, second) for second in seconds]
+    return [why_at(made, second) for second in seconds]
 
 
-def as_data(reasons: Sequence[Reasons]) -> list[dict[str, Any]]:
-    """Reasons as JSON has them."""
+def as_data(answers: Sequence[Answer]) -> list[dict[str, Any]]:
+    """Answers as JSON has them."""
     return [
         {
             "second": each.second,
-            "cost": each.cost,
-            "optimum": each.optimum,
-            "pieces": [
-                {
-                    **asdict(one.piece),
-                    "chosen": one.chosen,
-                    "margin": one.margin,
-                    "terms": asdict(one.terms),
-                    "total": one.terms.total,
-                    "without": list(one.without),
-                }
-                for one in each.contenders
-            ],
-            "without": [
-                {"constraint": other.constraint, "piece": asdict(other.piece), "saved": other.saved}
-                for other in each.reversals
-            ],
+            **(_spanned(each) if each.reasons is None else _reasoned(each.reasons)),
+            "layers": [asdict(layer) for layer in each.layers],
+            "edited": each.edited,
         }
-        for each in reasons
+        for each in answers
     ]
 
 
-def say_reasons(reasons: Sequence[Reasons]) -> None:
-    """Print them for people: a table of pieces, and what would have to go for another to be there."""
-    for each in reasons:
-        table(_rows(each), as_json=False, title=_title(each))
-        for other in each.reversals:
-            sys.stdout.write(
-                f"  without {other.constraint}: {_named(other.piece)}; the whole would cost {other.saved:.3g} less\n"
-            )
-        if not each.reversals:
-            sys.stdout.write("  no single constraint or cost, taken away, would put another piece there\n")
+def _spanned(answer: Answer) -> dict[str, Any]:
+    return {"span": answer.span, "keys": answer.keys, "recordings": [asdict(piece) for piece in answer.pieces]}
+
+
+def _reasoned(reasons: Reasons) -> dict[str, Any]:
+    return {
+        "cost": reasons.cost,
+        "optimum": reasons.optimum,
+        "pieces": [
+            {
+                **asdict(one.piece),
+                "chosen": one.chosen,
+                "margin": one.margin,
+                "terms": asdict(one.terms),
+                "total": one.terms.total,
+                "without": list(one.without),
+            }
+            for one in reasons.contenders
+        ],
+        "without": [
+            {"constraint": other.constraint, "piece": asdict(other.piece), "saved": other.saved}
+            for other in reasons.reversals
+        ],
+    }
+
+
+def say_answers(answers: Sequence[Answer]) -> None:
+    """Print them for people: a table of pieces, what would have to go for another to be there, and the layers."""
+    for each in answers:
+        if each.reasons is None:
+            table(_recordings(each.pieces), as_json=False, title=_title_of_span(each))
+        else:
+            _say(each.reasons)
+        for layer in each.layers:
+            sys.stdout.write(f"  {_layer(layer, each.second)}\n")
+
+
+def _say(reasons: Reasons) -> None:
+    table(_rows(reasons), as_json=False, title=_title(reasons))
+    for other in reasons.reversals:
+        sys.stdout.write(
+            f"  without {other.constraint}: {_named(other.piece)}; the whole would cost {other.saved:.3g} less\n"
+        )
+    if not reasons.reversals:
+        sys.stdout.write("  no single constraint or cost, taken away, would put another piece there\n")
+
+
+def _title_of_span(answer: Answer) -> str:
+    assert answer.span is not None
+    keys = ", ".join(f"{time:.2f}" for time in answer.keys)
+    return (
+        f"at {answer.second:g} s the timed search plays, from {answer.span[0]:.2f} to {answer.span[1]:.2f} s, to meet "
+        f"the key{'s' if len(answer.keys) > 1 else ''} at {keys} s; its recordings there:"
+    )
+
+
+def _recordings(pieces: Sequence[Piece]) -> list[dict[str, Any]]:
+    return [
+        {
+            "take": f"{piece.take}, mirrored" if piece.mirrored else piece.take,
+            "start": piece.start,
+            "stop": piece.stop,
+            "from": piece.source_start,
+            "to": piece.source_stop,
+        }
+        for piece in pieces
+    ]
+
+
+def _layer(layer: DrivenPart, second: float) -> str:
+    piece = next((each for each in layer.pieces if each.start <= second <= each.stop), None)
+    source = f", from {piece.take} at {float(piece.source_time(second)):.2f} s" if piece and not piece.held else ""
+    return f"layer {layer.name} drives {', '.join(layer.joints)}, {layer.start:.2f} to {layer.stop:.2f} s{source}"
 
 
 def _title(reasons: Reasons) -> str:

@@ -24,7 +24,7 @@ left_hand=0.2,1.4,0.4; head@world=0,1.6,2``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, Protocol, TypeVar
@@ -63,6 +63,8 @@ class KeySources:
         Where motion files are looked for.
     note : callable, optional
         Called with one line for each thing that is guessed about a file.
+    motions : mapping of str to Motion
+        Motions in memory, by the names that poses have in place of files.
     """
 
     library: Takes | None = None
@@ -70,6 +72,7 @@ class KeySources:
     track: str | None = None
     folder: Path = Path()
     note: Callable[[str], None] | None = None
+    motions: Mapping[str, Motion] = field(default_factory=dict)
 
 
 _NUMBERS = ("time", "heading", "fps", "position", "along", "near", "weight")
@@ -301,6 +304,8 @@ def pose_in(pose: str, label: str, sources: KeySources) -> tuple[Motion, float]:
         if sources.library is None:
             raise RequestError(f"{label}: {pose!r} is a take of a library, and none was given")
         return sources.library.take(name.removeprefix("take:")).motion(sources.track), second
+    if name in sources.motions:
+        return sources.motions[name], second
     loaded = read(sources.folder / name, sources.options)
     if sources.note is not None:
         for line in loaded.notes:

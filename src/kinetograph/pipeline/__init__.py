@@ -11,12 +11,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 _ROOMS = {
+    "Answer": "explaining",
     "CUT_BY": "segmenting",
     "CaptureSettings": "capturing",
     "Copy": "copies",
     "CutSettings": "segmenting",
     "Done": "ingesting",
     "ExampleIndex": "finding",
+    "Fitting": "requesting",
     "Found": "finding",
     "GrowingSettings": "growing",
     "IngestSettings": "ingesting",
@@ -34,6 +36,7 @@ _ROOMS = {
     "asked_key": "requesting",
     "calibrate_worn": "calibrating",
     "capture": "capturing",
+    "control_of": "requesting",
     "copies_among": "copies",
     "copies_of": "copies",
     "couple_of": "labelling",
@@ -82,6 +85,7 @@ _ROOMS = {
     "smoothed": "performing",
     "unit_moves": "labelling",
     "verdict_lines": "calibrating",
+    "why_at": "explaining",
     "winding_path": "performing",
     "with_fitted_markers": "reading",
     "with_readings": "capturing",
@@ -89,11 +93,13 @@ _ROOMS = {
 
 __all__ = [
     "CUT_BY",
+    "Answer",
     "CaptureSettings",
     "Copy",
     "CutSettings",
     "Done",
     "ExampleIndex",
+    "Fitting",
     "Found",
     "GrowingSettings",
     "IngestSettings",
@@ -111,6 +117,7 @@ __all__ = [
     "asked_key",
     "calibrate_worn",
     "capture",
+    "control_of",
     "copies_among",
     "copies_of",
     "couple_of",
@@ -159,6 +166,7 @@ __all__ = [
     "smoothed",
     "unit_moves",
     "verdict_lines",
+    "why_at",
     "winding_path",
     "with_fitted_markers",
     "with_readings",
@@ -185,6 +193,7 @@ if TYPE_CHECKING:
     )
     from kinetograph.pipeline.capturing import CaptureSettings, add_readings, capture, with_readings
     from kinetograph.pipeline.copies import Copy, copies_among, copies_of, find_copies
+    from kinetograph.pipeline.explaining import Answer, why_at
     from kinetograph.pipeline.finding import ExampleIndex, Found, example_in, find_alike, index_of, index_takes, matches
     from kinetograph.pipeline.folders import Recording, find_recordings
     from kinetograph.pipeline.growing import GrowingSettings, grow_library
@@ -211,7 +220,16 @@ if TYPE_CHECKING:
         winding_path,
     )
     from kinetograph.pipeline.reading import ReadRecordings, with_fitted_markers
-    from kinetograph.pipeline.requesting import Rendered, asked_key, filler, perform_asked, render_request, rules_of
+    from kinetograph.pipeline.requesting import (
+        Fitting,
+        Rendered,
+        asked_key,
+        control_of,
+        filler,
+        perform_asked,
+        render_request,
+        rules_of,
+    )
     from kinetograph.pipeline.segmenting import (
         CUT_BY,
         CutSettings,

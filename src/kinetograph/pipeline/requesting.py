@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import msgspec
 
@@ -58,11 +58,33 @@ class Rendered:
         What was performed; None where keys alone were gone between.
     model : PerformanceModel or KeyframeModel
         What made it.
+    asked : Asked
+        What was asked for along the control.
     """
 
     synthesis: Synthesis
     control: Signal | Motion | None
     model: PerformanceModel | KeyframeModel
+    asked: Asked = field(default_factory=Asked)
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """What fits the models that make requests; a program that goes on running keeps what it has fitted.
+
+    Parameters
+    ----------
+    performance : callable
+        Called as `fit_performance`.
+    keyframe : callable
+        Called as `fit_keyframe`.
+    """
+
+    performance: Callable[..., PerformanceModel] = fit_performance
+    keyframe: Callable[..., KeyframeModel] = fit_keyframe
+
+
+FITTING = Fitting()
 
 
 def perform_asked(
@@ -100,6 +122,7 @@ def filler(
     exclude: Iterable[str] = (),
     track: str | None = None,
     note: Note | None = None,
+    fit: Callable[..., KeyframeModel] = fit_keyframe,
 ) -> Keyframes:
     """What fits keyframe control to the library of a performance, once it is needed to fill spans around keys.
 
@@ -114,6 +137,8 @@ def filler(
         Name of the motions' track; needed where takes have several motions.
     note : callable, optional
         Called with one line where what was learned cannot be kept.
+    fit : callable
+        Called as `fit_keyframe`.
 
     Returns
     -------
@@ -121,11 +146,15 @@ def filler(
     """
     method = KeyframeControl(mirror=model.method.mirror, bodies=model.method.bodies)
     left_out = tuple(exclude)
-    return lambda: fit_keyframe(method, library, exclude=left_out, track=track, note=note)
+    return lambda: fit(method, library, exclude=left_out, track=track, note=note)
 
 
 def render_request(
-    request: Request, library: Library, sources: KeySources, progress: Progress | None = None
+    request: Request,
+    library: Library,
+    sources: KeySources,
+    progress: Progress | None = None,
+    fitting: Fitting = FITTING,
 ) -> Rendered:
     """Make what a request asks for.
 
@@ -137,6 +166,8 @@ def render_request(
         Where files are, and how they are read.
     progress : Progress, optional
         Called with the steps done and their number.
+    fitting : Fitting
+        What fits the models.
 
     Raises
     ------
@@ -146,22 +177,24 @@ def render_request(
         For a file that cannot be read.
     """
     layers = [layer_of(row, library, sources) for row in request.layers]
-    made = _without_layers(request, library, sources, progress)
+    made = _without_layers(request, library, sources, progress, fitting)
     if not layers:
         return made
     return replace(made, synthesis=layered(made.synthesis, layers, recordings_of(made.model, made.synthesis)))
 
 
-def _without_layers(request: Request, library: Library, sources: KeySources, progress: Progress | None) -> Rendered:
+def _without_layers(
+    request: Request, library: Library, sources: KeySources, progress: Progress | None, fitting: Fitting
+) -> Rendered:
     if request.path is None and request.partner is None:
-        return _keys_only(request, library, sources)
-    control = control_of(request, sources)
-    method = method_of(request, has_partners(library, request.target or None))
+        return _keys_only(request, library, sources, fitting)
+    control, track = control_of(request, sources), request.target or None
+    method = method_of(request, has_partners(library, track))
     asked = asked_of(request, sources)
     read_control(method, control)  # what cannot be performed is refused before the library is read
-    model = fit_performance(method, library, track=request.target or None, note=sources.note)
-    fill = filler(model, library, track=request.target or None, note=sources.note) if request.fill else None
-    return Rendered(perform_asked(model, control, asked, progress, fill), control, model)
+    model = fitting.performance(method, library, track=track, note=sources.note)
+    fill = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe) if request.fill else None
+    return Rendered(perform_asked(model, control, asked, progress, fill), control, model, asked)
 
 
 def control_of(request: Request, sources: KeySources) -> Signal | Motion:
@@ -194,6 +227,8 @@ def control_of(request: Request, sources: KeySources) -> Signal | Motion:
 
 
 def _of_file(name: str, sources: KeySources) -> Signal | Motion:
+    if name in sources.motions:
+        return sources.motions[name]
     loaded = read(sources.folder / name, sources.options)
     for line in loaded.notes if sources.note else ():
         assert sources.note is not None
@@ -335,7 +370,7 @@ def _contact(row: ContactRow) -> Annotation:
     return Annotation("motion", "contact", row.part, row.start, row.stop)
 
 
-def _keys_only(request: Request, library: Library, sources: KeySources) -> Rendered:
+def _keys_only(request: Request, library: Library, sources: KeySources, fitting: Fitting) -> Rendered:
     """Keys without a control are gone between, as the command inbetween does."""
     for name in ("moves", "pieces", "contacts"):
         if getattr(request, name):
@@ -347,6 +382,6 @@ def _keys_only(request: Request, library: Library, sources: KeySources) -> Rende
         raise RequestError("the request asks for nothing: give it a path, a partner or keys")
     keys = tuple(key_of_row(row, row.name or f"key {number}", sources) for number, row in enumerate(request.keys, 1))
     method = KeyframeControl(mirror=request.mirror)
-    model = fit_keyframe(method, library, track=request.target or None, note=sources.note)
+    model = fitting.keyframe(method, library, track=request.target or None, note=sources.note)
     (made,) = inbetween_with(model, keys)
     return Rendered(made, None, model)

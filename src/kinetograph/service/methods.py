@@ -14,6 +14,7 @@ METHODS: Mapping[str, tuple[str, str, str]] = {
     "inbetween": ("keying", "Inbetween", "inbetween"),
     "live": ("listening", "Live", "live"),
     "look": ("recordings", "Look", "look"),
+    "render": ("rendering", "Render", "render"),
     "retarget": ("rigs", "Retarget", "retargeted"),
     "roles": ("rigs", "Roles", "roles"),
     "sense": ("sensing", "Sense", "sense"),

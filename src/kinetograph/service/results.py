@@ -74,6 +74,24 @@ class Contact(msgspec.Struct):
     stop: float
 
 
+class Driven(msgspec.Struct):
+    """A part of the body that a layer drives.
+
+    Parameters
+    ----------
+    name : str
+    joints : tuple of str
+        Of the library's body.
+    start, stop : float
+        Seconds of the result.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    start: float
+    stop: float
+
+
 class Made(msgspec.Struct):
     """A result.
 
@@ -89,6 +107,9 @@ class Made(msgspec.Struct):
         Seconds at which keys are met.
     result : str
         What later requests call it; empty where none may.
+    costs : dict of str to float
+        The parts of the cost, where they are told apart.
+    layers : tuple of Driven
     """
 
     motion: Moving
@@ -99,6 +120,8 @@ class Made(msgspec.Struct):
     warnings: tuple[str, ...] = ()
     met: tuple[float, ...] = ()
     result: str = ""
+    costs: dict[str, float] = msgspec.field(default_factory=dict)
+    layers: tuple[Driven, ...] = ()
 
 
 def own_body(given: Body | None, library: Skeleton) -> Skeleton | Character | None:
@@ -163,6 +186,8 @@ def made_of(synthesis: Synthesis, motion: Motion, output: Output, result: str = 
         synthesis.warnings,
         tuple(float(time) for time in synthesis.met),
         result,
+        {name: float(cost) for name, cost in synthesis.costs.items()},
+        tuple(Driven(each.name, each.joints, each.start, each.stop) for each in synthesis.layers),
     )
 
 

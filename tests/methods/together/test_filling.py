@@ -18,6 +18,7 @@ from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.methods.together import Asked, AskedKey, performed, pose_errors
 from kinetograph.motion import Motion
+from kinetograph.pipeline import Rendered, why_at
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -155,3 +156,20 @@ def test_a_request_says_whether_spans_are_filled(library: kg.Library, tmp_path: 
         for each in (request, msgspec.structs.replace(request, fill=True))
     ]
     assert takes[1] == "wave"
+
+
+def test_why_names_the_recordings_of_a_filled_span(model: PerformanceModel, keyframes: KeyframeModel) -> None:
+    asked = Asked((raised(5.1),))
+    made = performed(model, straight(10.0), asked, fill=lambda: keyframes)
+    rendered = Rendered(made, straight(10.0), model, asked)
+    ((start, stop),) = made.filled
+    there = why_at(rendered, 5.1)
+    assert there.reasons is None
+    assert there.span == (start, stop)
+    assert there.keys == (5.1,)
+    assert "wave" in {piece.take for piece in there.pieces}
+    assert all(piece.stop > start and piece.start < stop for piece in there.pieces)
+    before = why_at(rendered, start - 0.5)
+    assert before.span is None
+    assert before.reasons is not None
+    assert before.reasons.chosen.piece.take != "wave"

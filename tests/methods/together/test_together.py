@@ -90,12 +90,14 @@ def test_a_key_is_named_where_it_decides_what_is_there(model: PerformanceModel) 
     free = explained(model, straight(5.0), replace(asked, keys=()), 2.0)
     assert reasons.reversals[0].saved == pytest.approx(reasons.cost - free.cost, rel=1e-3)
     others = [each for each in reasons.contenders if each.piece.take != "wave"]
-    assert all(each.terms.rules > reasons.chosen.terms.rules for each in others)
+    assert all(each.terms.keys > reasons.chosen.terms.keys for each in others)
+    assert all(each.terms.rules == 0 for each in reasons.contenders)
     later = explained(model, straight(5.0), asked, 4.0)
     assert later.chosen.terms.total == pytest.approx(later.cost, rel=1e-5)
     assert any("the rule that asks for" in other.constraint for other in later.reversals)
     breaking = [each.terms.rules for each in later.contenders if each.piece.take in ("straight", "wave")]
     assert all(rules > 0.01 for rules in breaking)
+    assert all(each.terms.keys == 0 for each in later.contenders)
 
 
 # ---- the search ----

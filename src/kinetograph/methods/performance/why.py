@@ -39,8 +39,10 @@ class PieceTerms:
         Changes of person or style at both of its ends.
     unusual : float
         What it costs for being out of the ordinary.
+    keys : float
+        How far it is from keys, and what feet and contacts that are asked for cost.
     rules : float
-        What rules add that do not forbid.
+        What rules add that do not forbid: moves that are asked for at a cost.
     elsewhere : float
         What the rest of the sequence costs.
     reuse : float
@@ -52,6 +54,7 @@ class PieceTerms:
     after: float
     change: float
     unusual: float
+    keys: float
     rules: float
     elsewhere: float
     reuse: float
@@ -60,7 +63,7 @@ class PieceTerms:
     def total(self) -> float:
         """What the whole sequence costs."""
         here = self.interpretation + self.before + self.after + self.change
-        return here + self.unusual + self.rules + self.reuse + self.elsewhere
+        return here + self.unusual + self.keys + self.rules + self.reuse + self.elsewhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +218,12 @@ class _Question:
     def bound(self) -> tuple[list[Arrivals], dict[int, Arrivals]]:
         return self.search.under(self.rules)
 
+    @cached_property
+    def bound_by_rules(self) -> tuple[list[Arrivals], dict[int, Arrivals]]:
+        """As `bound`, without keys."""
+        rules = tuple(each for each in self.rules if not isinstance(each, Moment))
+        return self.bound if rules == self.rules else self.search.under(rules)
+
     def margins(self) -> Margins:
         try:
             return find_margins(self.fitted.search, *self.bound, self.moment, self.groups)
@@ -264,6 +273,7 @@ def _answered(
 def _terms(question: _Question, path: SegmentalPath) -> PieceTerms:
     """What the piece of a sequence at the moment costs."""
     priced = price_path(question.fitted.search, *question.bound, path)
+    ruled = price_path(question.fitted.search, *question.bound_by_rules, path)
     plain = price_path(question.fitted.search, *question.search.under(), path)
     at = question.place(path)
     unusual = _unusual(question, path)
@@ -274,7 +284,8 @@ def _terms(question: _Question, path: SegmentalPath) -> PieceTerms:
         "after": after,
         "change": float(priced.changes[max(at - 1, 0) : at + 1].sum()),
         "unusual": unusual,
-        "rules": float(priced.own[at] - plain.own[at]),
+        "keys": float(priced.own[at] - ruled.own[at]),
+        "rules": float(ruled.own[at] - plain.own[at]),
     }
     reuse = float(priced.reuse.sum())
     return PieceTerms(**here, elsewhere=priced.score - reuse - sum(here.values()), reuse=reuse)

@@ -261,7 +261,8 @@ def _with_figures(made: Synthesis, spans: Sequence[tuple[int, int]]) -> Synthesi
     seconds = sum(stop - start for start, stop in spans) / made.motion.fps
     figures = {"filled_spans": len(spans), "filled_seconds": seconds}
     untouched = float((made.edited < UNTOUCHED).mean())
-    return replace(made, statistics={**made.statistics, "untouched": untouched, **figures})
+    filling = tuple((start / made.motion.fps, stop / made.motion.fps) for start, stop in spans)
+    return replace(made, filled=filling, statistics={**made.statistics, "untouched": untouched, **figures})
 
 
 def _warned(made: Synthesis, text: str) -> Synthesis:
