@@ -36,7 +36,7 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
     on_fk: BoolProperty(
         name="Rigify on FK",
-        description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %",
+        description="Switch arms and legs to FK, where joints may be rotated about their own length as well",
     )
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")
