@@ -59,7 +59,7 @@ class Posed:
         """Give a property of a bone its value; a bone's own settings have theirs."""
         if not path.endswith("]"):
             owner, _, name = path.rpartition(".")
-            setattr(self._thing.path_resolve(owner), name, values[0])
+            setattr(self._thing.path_resolve(owner), name, values[0] if values.shape[1] > 1 else values[0, 0])
 
 
 def _bag(action, thing):

@@ -8,6 +8,7 @@ Blender evaluates it, has put them; a few times at most.
 
 import re
 
+import bpy
 import numpy as np
 
 from . import axes
@@ -15,7 +16,7 @@ from .actions import write_bone
 from .bodies import is_rigify
 from .motions import poses
 
-_PASSES = 4
+_PASSES = 5
 _ANGLE, _PLACE = np.radians(0.05), 2e-4  # radians and shares of the rig's size that are near enough
 _COPIES = ("COPY_TRANSFORMS", "COPY_ROTATION")
 _FULL, _TURNED, _PLACED = "full", "turned", "placed"
@@ -48,7 +49,7 @@ def write(rig, roles, curves, scene, frames, turned, heads, span=None):
     """Key the controls of a rig so that its bones are where a motion puts them, as near as the rig lets them."""
     if is_rigify(rig.thing) and scene.kinetograph.on_fk:
         _switch_to_fk(rig, curves, frames, span)
-    table, poles = _rigify(rig, curves, frames, span) if is_rigify(rig.thing) else _others(rig)
+    table, poles = _controls(rig, curves, frames, span)
     goals = _matrices(turned, heads)
     solver = _Solver(rig, table, poles, goals)
     before = np.inf
@@ -69,8 +70,18 @@ def show(rig, curves, scene, turned, heads):
     frames = np.zeros(1)
     if is_rigify(rig.thing) and scene.kinetograph.on_fk:
         _switch_to_fk(rig, curves, frames, None)
-    table, poles = _rigify(rig, curves, frames, None) if is_rigify(rig.thing) else _others(rig)
+    table, poles = _controls(rig, curves, frames, None)
     _Solver(rig, table, poles, _matrices(turned, heads)).write(curves, frames, None)
+
+
+def _controls(rig, curves, frames, span):
+    """The controls of a rig, and its poles; what of its settings is in the way of its IK is keyed otherwise."""
+    if is_rigify(rig.thing):
+        return _rigify(rig, curves, frames, span)
+    for name in rig.bones:
+        for constraint in _ik(rig, name):
+            _keep_lengths(rig, name, constraint, curves, frames, span)
+    return _others(rig)
 
 
 class _Solver:
@@ -100,6 +111,7 @@ class _Solver:
         for pole in self.poles:
             goal = np.broadcast_to(np.eye(4), (len(frames), 4, 4)).copy()
             goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole)
+            self.goal[pole.bone] = goal
             self._key(pole.bone, self._space(pole.bone), goal, _PLACED, curves, frames, span)
 
     def _space(self, name):
@@ -129,11 +141,20 @@ class _Solver:
         for control in self.table:
             if control.bone == "torso":
                 self._shift(control)
-        for pole in self.poles:
-            pole.turn = pole.turn + _amiss(self.posed, self.goal, pole.limb)
-        off = [apart(self.posed[control.joint], self.goal[control.joint]) for control in self.table]
-        self.near = all(self._is_near(control.joint) for control in self.table)
-        return sum(float(turn.mean() + place.mean() / self._size()) for turn, place in off)
+        planes = [_amiss(self.posed, self.goal, pole.limb) for pole in self.poles]
+        for pole, plane in zip(self.poles, planes, strict=True):
+            pole.turn = pole.turn + np.where(self._stands(pole), plane, 0.0)
+        bent = {name for pole in self.poles for name in pole.limb[:2]}  # a knee is a hinge: rotations may differ
+        joints = [control.joint for control in self.table if control.joint not in bent]
+        off = [apart(self.posed[joint], self.goal[joint]) for joint in joints]
+        self.near = all(self._is_near(joint) for joint in joints) and all(abs(p).max() < _ANGLE for p in planes)
+        missing = sum(float(turn.mean() + place.mean() / self._size()) for turn, place in off)
+        return missing + sum(float(abs(plane).mean()) for plane in planes)
+
+    def _stands(self, pole):
+        """At which frames a pole is where it was put; what a knee misses at others is not its plane's fault."""
+        apart = np.linalg.norm(self.posed[pole.bone][:, :3, 3] - self.goal[pole.bone][:, :3, 3], axis=1)
+        return apart < 0.01 * self._size()
 
     def _shift(self, control):
         """Move a control by what its joint is missing, since others between them move that as well."""
@@ -276,10 +297,25 @@ def _on_ik(rig, side, limb, curves, frames, span):
         if pair[0] in bones and pair[1] in rig.bones:
             table.append(Control(*pair, _FULL if whole else _TURNED))
     names = tuple(f"ORG-{joint}.{side}" for joint in joints)
+    copied = [c.subtarget for name in names if name in bones for c in bones[name].constraints if c.type in _COPIES]
+    for name in (name for name in copied if name in bones):
+        for constraint in _ik(rig, name, muted=True):
+            _keep_lengths(rig, name, constraint, curves, frames, span)
     if pole not in bones or not set(names) <= set(rig.bones) or "pole_vector" not in bones[switch]:
         return table, []
     _set(rig, switch, "pole_vector", True, curves, frames, span)
     return table, [Pole(pole, names)]
+
+
+def _keep_lengths(rig, name, constraint, curves, frames, span):
+    """Let the chain of an IK constraint not stretch: one that may is solved with limbs that are 2 % shorter."""
+    bones = rig.thing.pose.bones
+    above = bones[name].parent_recursive[: max(constraint.chain_count - 1, 0)]
+    for bone in (bones[name], *above):
+        if bone.ik_stretch > 0:
+            bone.ik_stretch = 0.0
+            path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].ik_stretch'
+            curves.write(path, frames[[0, -1]], np.zeros((2, 1)), bone.name, span)
 
 
 def _set(rig, bone, name, value, curves, frames, span):
@@ -336,5 +372,6 @@ def _goes_by(rig, name):
     return name
 
 
-def _ik(rig, name):
-    return [c for c in rig.thing.pose.bones[name].constraints if c.type == "IK" and _acts(rig, c)]
+def _ik(rig, name, muted=False):
+    found = [c for c in rig.thing.pose.bones[name].constraints if c.type == "IK"]
+    return [c for c in found if muted or _acts(rig, c)]

@@ -5,7 +5,7 @@ import os
 import re
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from . import tasks
 from .actions import Curves
@@ -14,6 +14,7 @@ from .bodies import find_rig, require_armature, require_writable, store_roles, s
 from .curves import path_of, rate, unit
 from .link import Trouble
 from .motions import described
+from .settings import HIPS, SWAYS
 
 _MOST_KEYS = 60
 
@@ -154,13 +155,14 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
     )
     by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
+    hips: EnumProperty(name="Hips", items=HIPS, default="NEAR", description="How near the hips are to the curve")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
 
     def filled_in(self, context):
         super().filled_in(context)
         settings = context.scene.kinetograph
         self.speed, self.mirror, self.by_radius = settings.speed, settings.mirror, settings.by_radius
-        self.keep_time = settings.keep_time
+        self.keep_time, self.hips = settings.keep_time, settings.hips
         if not self.curve and settings.curve is not None:
             self.curve = settings.curve.name
 
@@ -172,6 +174,7 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
         path = path_of(thing, scene, self.speed, self.by_radius)
         yield from target.prepared()
         params = {"recordings": asked, "path": path, "keep_time": self.keep_time, "fps": rate(scene)}
+        params["onto_path"] = SWAYS[self.hips]
         made = yield "walk", {**params, "folder": tasks.folder(), **target.asked()}
         with tasks.at_once():
             how = Put(f"Walk along {thing.name}"[:60], scene.frame_start)

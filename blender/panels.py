@@ -38,6 +38,7 @@ class KINETOGRAPH_PT_walk(Panel, bpy.types.Panel):
         layout.prop(settings, "curve")
         layout.prop(settings, "speed")
         layout.prop(settings, "by_radius")
+        layout.prop(settings, "hips")
         layout.prop(settings, "keep_time")
         layout.operator("kinetograph.walk", icon="CURVE_PATH")
 

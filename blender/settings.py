@@ -2,7 +2,17 @@
 """What the panel shows and a file keeps."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+HIPS = (
+    ("FREE", "As Recorded", "Steps are those of the recordings, and the hips are some centimetres off the curve"),
+    ("NEAR", "Near the Curve", "The hips sway about the curve as those of people do, by 2 cm"),
+    ("ON", "On the Curve", "The hips are on the curve at every frame, without sway"),
+)
+"""How near hips are to the curve that they are walked along."""
+
+SWAYS = {"FREE": None, "NEAR": 0.12, "ON": 0.0}
+"""Seconds over which the hips sway."""
 
 
 def _is_armature(_, thing):
@@ -22,10 +32,11 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     speed: FloatProperty(name="Speed", default=1.2, min=0.05, max=12.0, description="Metres per second")
     by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
+    hips: EnumProperty(name="Hips", items=HIPS, default="NEAR", description="How near the hips are to the curve")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
     on_fk: BoolProperty(
         name="Rigify on FK",
-        description="Switch arms and legs to FK, which is exact; IK of Rigify shortens limbs by 2 %",
+        description="Switch arms and legs to FK, where joints may be rotated about their own length as well",
     )
     alternatives: IntProperty(name="Alternatives", default=1, min=1, max=8)
     layered: BoolProperty(name="Into NLA Tracks", description="Above the action, in place of into it")

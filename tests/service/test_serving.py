@@ -165,6 +165,17 @@ def test_a_walk_is_at_the_rate_and_along_the_path_that_are_asked_for(library: Pa
     assert made["sources"][0]["start"] == 0.0
 
 
+def test_hips_are_on_the_path_at_every_frame(library: Path, tmp_path: Path) -> None:
+    wanted = path(4.02, 60.0)
+    params = {"recordings": {"library": str(library)}, "path": wanted, "folder": str(tmp_path), "onto_path": 0.0}
+    for fps in (24.0, 60.0):
+        made = ended(asked({"id": 1, "method": "walk", "params": {**params, "fps": fps}}))[1]["result"]
+        translation = np.load(made["motion"]["arrays"])["translation"]
+        times = np.arange(len(translation)) / fps
+        assert np.abs(translation[:, 2] - np.minimum(times, 4.0 + 1 / 60)).max() < 1e-3
+        assert np.abs(translation[:, 0]).max() < 1e-3
+
+
 def test_a_longer_leg_takes_longer_steps_along_the_same_path(library: Path, tmp_path: Path) -> None:
     long = msgspec.to_builtins(body_of(stick_figure(1.5)))
     params = {"recordings": {"library": str(library)}, "path": path(), "folder": str(tmp_path), "body": long}

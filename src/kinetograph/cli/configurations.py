@@ -179,6 +179,25 @@ def finished(method: PerformanceControl, alignment: str | None, finish: Finish) 
     return replace(method, alignment=aligned(alignment) if alignment else method.alignment, post=post)
 
 
+def onto(method: PerformanceControl, sway: float) -> PerformanceControl:
+    """The configuration that brings the hips onto the path.
+
+    Parameters
+    ----------
+    method : PerformanceControl
+    sway : float
+        Seconds; see `kinetograph.post.OntoPath`.
+
+    Raises
+    ------
+    RequestError
+        For less than 0 s, and for partners.
+    """
+    from kinetograph.post import OntoPath
+
+    return replace(method, post=replace(method.post, onto_path=OntoPath(sway)))
+
+
 def aligned(name: str) -> Alignment:
     """The group of transforms of a name.
 

@@ -19,7 +19,8 @@
   ``layout`` of the sensors, or ``keys`` that are gone between; ``library`` where takes and poses come from another one;
   ``second`` and ``seconds``, the part that is used; ``ease``, ``hold``, see `kinetograph.post.Layer`;
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
-- ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``: as the options of ``perform``;
+- ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``, ``onto_path``: as the options
+  of ``perform``;
 - ``fill``: spans around keys that no segment is like are filled by recordings that have them, away from the path;
 - ``between``: of keys alone, ``moves``, ``without``, ``filler`` and ``force``, as the options of ``inbetween``;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
@@ -222,7 +223,7 @@ class Request(_Part, frozen=True):
         What is asked for along the control.
     layers : tuple of LayerRow
         Parts of the body that other controls drive; later ones are on top.
-    mirror, standing, keep_time, smooth_time, smooth_space, facing
+    mirror, standing, keep_time, smooth_time, smooth_space, facing, onto_path
         How the control is followed.
     search : SearchRow
     fill : bool
@@ -247,6 +248,7 @@ class Request(_Part, frozen=True):
     smooth_time: float = 0.0
     smooth_space: float = 0.0
     facing: float | None = None
+    onto_path: float | None = None
     search: SearchRow = SearchRow()
     fill: bool = False
     between: BetweenRow = BetweenRow()

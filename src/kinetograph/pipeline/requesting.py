@@ -33,7 +33,7 @@ from kinetograph.pipeline.layering import layered, recordings_of
 from kinetograph.pipeline.libraries import has_partners
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
-from kinetograph.post import Layer
+from kinetograph.post import Layer, OntoPath
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
@@ -237,8 +237,10 @@ def method_of(request: Request, partners: bool) -> PerformanceControl:
     method = partner_control() if partners else PerformanceControl()
     search = msgspec.structs.asdict(request.search)
     given = {name: value for name, value in search.items() if value is not None}
+    post = method.post if request.onto_path is None else replace(method.post, onto_path=OntoPath(request.onto_path))
     return replace(
         method,
+        post=post,
         **given,
         mirror=request.mirror,
         stand=request.standing,

@@ -24,6 +24,7 @@ from kinetograph.post.layering import PARTS, Layer, LayerSettings, driven_joints
 from kinetograph.post.limbs import LEG, has_limb
 from kinetograph.post.limits import JointLimits, JointRange, beyond, limbs_of, limit_limbs, seen_ranges
 from kinetograph.post.meet import Waypoint, bend, meet_poses
+from kinetograph.post.on_path import OntoPath, hips_of, onto_path
 from kinetograph.post.part_targets import PartTarget, misses_of_parts, parts_of
 from kinetograph.post.retargeting import Retargeted, retarget
 from kinetograph.post.retargeting_error import RetargetingError, pooled, retargeting_error
@@ -48,6 +49,7 @@ __all__ = [
     "LayerSettings",
     "LockSettings",
     "Moving",
+    "OntoPath",
     "Part",
     "PartTarget",
     "Player",
@@ -75,6 +77,7 @@ __all__ = [
     "follow_hands",
     "has_limb",
     "has_torso",
+    "hips_of",
     "hold_hands",
     "hold_residuals",
     "join",
@@ -91,6 +94,7 @@ __all__ = [
     "merge",
     "misses_of_parts",
     "moving",
+    "onto_path",
     "overlaps",
     "parse_table",
     "parts_of",

@@ -16,6 +16,7 @@ from kinetograph.post.constraints import Hold, HoldSettings, follow_hands, hold_
 from kinetograph.post.contacts import contacts_of
 from kinetograph.post.footskate import clean_feet, lift_toes
 from kinetograph.post.limits import JointLimits, JointRange, limit_limbs
+from kinetograph.post.on_path import OntoPath
 from kinetograph.post.stepping import where_feet_stand, with_steps
 from kinetograph.post.torsos import TorsoSettings, keep_apart
 from kinetograph.synthesis import Piece
@@ -47,6 +48,8 @@ class PostSettings:
         Whether joints are kept from going deeper into the floor than in the recordings.
     torsos : TorsoSettings or None
         How a body is kept out of its partner's; None leaves it where it is.
+    onto_path : OntoPath or None
+        How near the hips are brought to the path that they follow; None leaves them where the pieces have them.
     """
 
     blend: str = "inertialised"
@@ -57,6 +60,7 @@ class PostSettings:
     limits: JointLimits | None = field(default_factory=JointLimits)
     floor: bool = True
     torsos: TorsoSettings | None = field(default_factory=TorsoSettings)
+    onto_path: OntoPath | None = None
 
 
 @dataclass(frozen=True, eq=False)

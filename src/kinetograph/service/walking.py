@@ -9,9 +9,10 @@ import numpy as np
 from kinetograph.errors import RequestError
 from kinetograph.formats.csv import path_of
 from kinetograph.library import Library
-from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control
+from kinetograph.methods.performance import PerformanceControl, PerformanceModel, partner_control, with_settings
 from kinetograph.motion import Motion, resample, sample
 from kinetograph.pipeline import Smoothing, fit_performance, has_partners, perform_with
+from kinetograph.post import OntoPath, PostSettings
 from kinetograph.service.bodies import Moving, motion_of
 from kinetograph.service.job import Job
 from kinetograph.service.recordings import Recordings
@@ -33,12 +34,16 @@ class Walk(Output, forbid_unknown_fields=True, kw_only=True):
         Keep the path's times where it is faster than the recordings.
     smooth_time : float
         Seconds over which the path is smoothed.
+    onto_path : float, optional
+        Seconds over which the hips sway about the path that they are brought onto, 0 for not at all; without it they
+        are where the recordings have them. See `kinetograph.post.OntoPath`.
     """
 
     recordings: Recordings
     path: tuple[Row, ...]
     keep_time: bool = True
     smooth_time: float = 0.0
+    onto_path: float | None = None
 
 
 class Follow(Output, forbid_unknown_fields=True, kw_only=True):
@@ -66,23 +71,32 @@ def walk(asked: Walk, job: Job) -> Made:
     """
     library = asked.recordings.opened(job)
     path = _path(asked.path)
-    method = replace(PerformanceControl(), mirror=asked.recordings.mirror, keep_time=asked.keep_time)
+    post = PostSettings(onto_path=None if asked.onto_path is None else OntoPath(asked.onto_path))
+    method = replace(PerformanceControl(), mirror=asked.recordings.mirror, keep_time=asked.keep_time, post=post)
     model = _model(method, library, None, job)
     own = model.fitted.sources[0].motion.skeleton
     body = own_body(asked.body, own)
-    control = replace(path, values=path.values / ratio_of(body, own))
+    control = _longer(path, 1.0 / model.fitted.sources[0].motion.fps)
+    control = replace(control, values=control.values / ratio_of(body, own))
     made = perform_with(model, control, smoothing=Smoothing(asked.smooth_time), progress=job.progress)
     motion = _as_long(made.motion, path.duration, asked.fps)
     return made_of(made, worn(motion, body, None, made.annotations), asked)
 
 
 def _as_long(motion: Motion, seconds: float, fps: float | None) -> Motion:
-    """A motion at a rate, with as many frames as its path has; its last frame is held for less than one of its own."""
+    """A motion at a rate, with as many frames as its path has; one that is reached later has all of its own."""
     rate = motion.fps if fps is None else fps
     if abs(motion.duration - seconds) > 1.5 / motion.fps:
         return resample(motion, rate)
     times = np.arange(round(seconds * rate) + 1) / rate
     return sample(motion, np.minimum(times, motion.duration), rate)
+
+
+def _longer(path: Signal, seconds: float) -> Signal:
+    """A path that goes straight on at its end, so that frames between its last two are frames of the motion as well."""
+    steps = np.arange(1, int(np.ceil(seconds * path.fps - 1e-6)) + 1)[:, None, None]
+    more = path.values[-1] + steps * (path.values[-1] - path.values[-2])
+    return Signal(np.concatenate([path.values, more]), path.names, path.units, path.fps)
 
 
 def _path(rows: tuple[Row, ...]) -> Signal:
@@ -108,6 +122,9 @@ def follow(asked: Follow, job: Job) -> Made:
 
 
 def _model(method: PerformanceControl, library: Library, target: str | None, job: Job) -> PerformanceModel:
-    return job.warm.fitted(
-        library, (method, target), lambda: fit_performance(method, library, track=target, note=job.note)
+    """A model that is fitted once for all that is done after its search."""
+    plain = replace(method, post=PostSettings(), keep_time=False)
+    model = job.warm.fitted(
+        library, (plain, target), lambda: fit_performance(plain, library, track=target, note=job.note)
     )
+    return replace(model, fitted=with_settings(model.fitted, method))

@@ -230,7 +230,7 @@ def _walk(taken: Taken, names: Sequence[str]) -> Walk:
 def _require_known(request: Request) -> None:
     """Raise RequestError for what the studio has no place for."""
     plain = Request()
-    for name in ("partner", "target", "standing", "search"):
+    for name in ("partner", "target", "standing", "onto_path", "search"):
         if getattr(request, name) != getattr(plain, name):
             raise RequestError(f"the studio has no place for {name!r} of a request; make it with kinetograph render")
     if any(row.keys or row.layout != LayerRow(()).layout for row in request.layers):

@@ -112,6 +112,7 @@ class Asked(operators.KINETOGRAPH_OT_walk.__mro__[1]):
     """The operator's settings, as a task of its own, which a timer would drive."""
 
     curve, library, armature, speed, by_radius, keep_time, mirror = "path", WALKS, "", 1.2, False, True, False
+    hips = "NEAR"
     task = operators.KINETOGRAPH_OT_walk.task
 
 

@@ -100,8 +100,8 @@ def rigify():
     limbs = ("shoulder", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toe")
     used = [f"ORG-{p}" for p in parts] + [f"ORG-{p}.{side}" for p in limbs for side in "LR"]
     seconds = walk(rig)
-    # the rig's own IK shortens thighs and shins by up to 2 percent where it bends them
-    look(f"Rigify, as it comes, on IK ({seconds:.0f} s)", 4.0, used, only_direction=True, near=30)
+    # a knee is a hinge there, so that thighs and shins may be rotated otherwise about their own length
+    look(f"Rigify, as it comes, on IK ({seconds:.0f} s)", 0.1, used, only_direction=True, near=1)
     bpy.context.scene.kinetograph.on_fk = True
     seconds = walk(rig)
     look(f"Rigify, switched to FK ({seconds:.0f} s)", 1.0, used)

@@ -13,10 +13,11 @@ from kinetograph import rotations as rot
 from kinetograph.arrays import FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.evaluation.metrics import control_error, joint_error
-from kinetograph.kinematics import joint_positions
-from kinetograph.methods.performance import Fixed, Ground, PerformanceControl, Rigid, legal_steps
+from kinetograph.kinematics import joint_positions, on_ground
+from kinetograph.methods.performance import Fixed, Ground, PerformanceControl, Rigid, legal_steps, partner_control
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion, cut, place, sample, transform
+from kinetograph.post import OntoPath
 from kinetograph.post.assemble import PostSettings
 from kinetograph.skeleton import same_shape
 from kinetograph.synthesis import Synthesis
@@ -427,3 +428,26 @@ def test_clusters_are_represented_by_their_medoid_or_drawn(tmp_path: Path) -> No
     assert len(drawn) > 1
     assert {len(segments) for segments in drawn} == {len(steady[0])}
     assert len(steady[0]) < len(PerformanceControl().fit(library).fitted.instances.segments)
+
+
+def test_hips_are_brought_onto_the_path_in_time(tmp_path: Path) -> None:
+    path = _arc(6.0, 0.5, speed=0.9)
+    library = _library(tmp_path, _cut_every(_wander(16.0)))
+    model = PerformanceControl(post=dataclasses.replace(PostSettings(), onto_path=OntoPath(0.0))).fit(library)
+    off = on_ground(model.synthesize(path).motion.translation - path.values[:, 0])
+    assert np.abs(off).max() < 1e-9
+    free = PerformanceControl().fit(library).synthesize(path).motion
+    assert np.abs(on_ground(free.translation - path.values[:, 0])).max() > 0.01
+
+
+def test_hips_are_brought_onto_those_of_a_walker(tmp_path: Path) -> None:
+    walker = walk(6.0, turn_rate=0.4)
+    library = _library(tmp_path, _cut_every(_wander(16.0)))
+    model = PerformanceControl(post=dataclasses.replace(PostSettings(), onto_path=OntoPath(0.0))).fit(library)
+    off = on_ground(model.synthesize(walker).motion.translation - walker.translation)
+    assert np.abs(off).max() < 1e-9
+
+
+def test_partners_have_no_path_for_the_hips() -> None:
+    with pytest.raises(RequestError, match="--onto-path"):
+        dataclasses.replace(partner_control(), post=PostSettings(onto_path=OntoPath()))

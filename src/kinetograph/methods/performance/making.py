@@ -19,6 +19,7 @@ from kinetograph.post.constraints import Hold, hold_residuals
 from kinetograph.post.easing import smoothstep
 from kinetograph.post.elbows import limit_elbows
 from kinetograph.post.floor import keep_above, recorded_lows
+from kinetograph.post.on_path import onto_path
 from kinetograph.post.turning import limit_turning
 from kinetograph.take import Annotation
 
@@ -46,6 +47,8 @@ class Recorded:
     partner : Motion or None
         Whose body is in the way, over the frames.
     frames : int
+    path : ndarray, shape (F, 3), optional
+        Where the hips are to be; None leaves them where the pieces have them.
     """
 
     parts: list[Part]
@@ -53,6 +56,7 @@ class Recorded:
     holds: tuple[Hold, ...]
     partner: Motion | None
     frames: int
+    path: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +104,8 @@ def _at_once(fitted: Fitted, recorded: Recorded) -> Made:
     parts = [replace(part, motion=_scaled(part.motion, part.piece.scale)) for part in recorded.parts]
     joined = breathe(join_parts(parts, fps, recorded.frames, post), held)
     joined = limit_turning(joined, fitted.limits.turning)
+    if recorded.path is not None:
+        joined = onto_path(joined, recorded.path, post.onto_path)
     body = Body(fitted.limits.joints, fitted.limits.clearance, recorded.partner)
     motion, annotations = constrain(joined, recorded.annotations, recorded.holds, _post(fitted), body)
     motion = limit_elbows(motion, fitted.limits.elbows)
@@ -199,7 +205,9 @@ def _part_of(recorded: Recorded, begin: int, end: int, fps: float) -> Recorded:
     ]
     inside = (note for note in recorded.annotations if note.stop > since and note.start < until)
     notes = (replace(note, start=max(note.start, since), stop=min(note.stop, until)) for note in inside)
-    return replace(recorded, parts=parts, annotations=_shifted(tuple(notes), -since), frames=end - begin)
+    path = None if recorded.path is None else recorded.path[begin:end]
+    annotations = _shifted(tuple(notes), -since)
+    return replace(recorded, parts=parts, annotations=annotations, frames=end - begin, path=path)
 
 
 def _shifted(notes: tuple[Annotation, ...], seconds: float) -> tuple[Annotation, ...]:

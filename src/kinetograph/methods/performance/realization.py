@@ -22,6 +22,8 @@ from kinetograph.methods.performance.standing import joined_holds, standing_warn
 from kinetograph.motion import Motion, sample
 from kinetograph.post.assemble import UNTOUCHED, Part
 from kinetograph.post.contacts import carry, merge
+from kinetograph.post.on_path import hips_of
+from kinetograph.sampling import interpolate
 from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation
 
@@ -85,17 +87,26 @@ def _recorded(fitted: Fitted, control: Control, pieces: list[Piece], path: Segme
     parts = [Part(piece, source.motion, source.annotations) for piece, source in zip(pieces, sources, strict=True)]
     carried = carry((piece, source.annotations) for piece, source in zip(pieces, sources, strict=True))
     annotations = _until(control.duration, merge((*carried, *control.contacts)) if control.contacts else carried)
-    in_the_way = _body_in_the_way(fitted, control, frames)
+    recorded = Recorded(parts, annotations, (), _body_in_the_way(fitted, control, frames), frames)
+    recorded = replace(recorded, path=_path(fitted, control, frames))
     partner, fps = control.partner, fitted.sources[0].motion.fps
     if partner is None or not fitted.settings.post.handholds:
-        return Recorded(parts, annotations, (), in_the_way, frames)
+        return recorded
     given = control.handholds
     if given:
         others = (note for note in annotations if note.kind != "handhold")
         annotations = (*others, *(replace(note, track="motion") for note in given))
     taken = list(zip(pieces, sources, strict=True))
     holds = carried_holds(taken, annotations, partner, frames, fps, fitted.sources if given else ())
-    return Recorded(parts, annotations, holds, in_the_way, frames)
+    return replace(recorded, annotations=annotations, holds=holds)
+
+
+def _path(fitted: Fitted, control: Control, frames: int) -> FloatArray | None:
+    """Where the hips are to be at the result's frames, where they are brought onto their path."""
+    if fitted.settings.post.onto_path is None:
+        return None
+    middle = control.points.mean(axis=1) if control.partner is None else hips_of(control.partner)
+    return interpolate(middle, np.arange(frames) * (control.fps / fitted.sources[0].motion.fps))
 
 
 def _body_in_the_way(fitted: Fitted, control: Control, frames: int) -> Motion | None:

@@ -129,6 +129,11 @@ class PerformanceSettings:
                 "channels do not lie in space: alignment must be Fixed() or Continued() (on the command line: none), "
                 f"found {self.alignment}"
             )
+        if self.post.onto_path is not None and not isinstance(self.control_points, GroundPath):
+            raise RequestError(
+                "hips are brought onto a path on the ground, and partners and channels have none: leave out onto_path "
+                "(on the command line: --onto-path)"
+            )
         if self.span < 1:
             raise RequestError(f"span must be 1 cut or more, found {self.span}")
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
