@@ -2,6 +2,16 @@
 
 from kinetograph.methods.together.asked import Asked, AskedKey, Span, timed
 from kinetograph.methods.together.filling import Keyframes
-from kinetograph.methods.together.model import explained, performed, pose_errors
+from kinetograph.methods.together.model import explained, performed, pose_errors, settled_demands
 
-__all__ = ["Asked", "AskedKey", "Keyframes", "Span", "explained", "performed", "pose_errors", "timed"]
+__all__ = [
+    "Asked",
+    "AskedKey",
+    "Keyframes",
+    "Span",
+    "explained",
+    "performed",
+    "pose_errors",
+    "settled_demands",
+    "timed",
+]
