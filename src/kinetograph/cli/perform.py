@@ -257,8 +257,7 @@ def perform(
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed, asked)
-        _written(made, "", wanted, inputs, answers)
-        _show(made, summary, answers)
+        _end(made, summary, (wanted, inputs, answers))
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
@@ -267,7 +266,19 @@ def perform(
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = answers_at(Rendered(made[0], performed, model, asked), answers.why or ())
     summary = _figures(made[0], model, performed, asked, search.gap)
-    _written(made, moves, wanted, inputs, answers, reasons)
+    _end(made, summary, (wanted, inputs, answers), moves, reasons)
+
+
+def _end(
+    made: Sequence[Synthesis],
+    summary: dict[str, Any],
+    given: tuple[Signal | Motion, Inputs, Answers],
+    moves: str = "",
+    reasons: Sequence[Answer] = (),
+) -> None:
+    """Write what was made, and show what a person wants to know of it."""
+    control, inputs, answers = given
+    _written(made, moves, control, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
 
 
