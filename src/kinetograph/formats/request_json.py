@@ -20,7 +20,8 @@
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
 - ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``, ``onto_path``: as the options
   of ``perform``;
-- ``fill``: spans around keys that no segment is like are filled by recordings that have them, away from the path;
+- ``fill``: around keys that no segment is like, recordings are played that have them: where keys ask for places, and
+  the path waits meanwhile; with true also for those that ask for times, away from the path; with false for none;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
 
 Files are looked for in the folder of the request.
@@ -199,8 +200,8 @@ class Request(_Part, frozen=True):
     mirror, standing, keep_time, smooth_time, smooth_space, facing, onto_path
         How the control is followed.
     search : SearchRow
-    fill : bool
-        Whether spans around keys that no segment is like are filled by the timed search.
+    fill : bool, optional
+        Whether spans around keys that no segment is like are filled by the timed search: those of places unless given.
     """
 
     version: Literal[1] = 1
@@ -221,7 +222,7 @@ class Request(_Part, frozen=True):
     facing: float | None = None
     onto_path: float | None = None
     search: SearchRow = SearchRow()
-    fill: bool = False
+    fill: bool | None = None
 
 
 def read_request(path: str | Path) -> Request:

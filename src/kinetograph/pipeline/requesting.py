@@ -92,7 +92,7 @@ def perform_asked(
     control: Signal | Motion,
     asked: Asked,
     progress: Progress | None = None,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
 ) -> Synthesis:
     """Perform a control through keys and by moves with a fitted model, whose notes are among the warnings.
 
@@ -104,15 +104,15 @@ def perform_asked(
         Nothing gives what `perform_with` does.
     progress : Progress, optional
         Called with the steps done and their number.
-    fill : callable, optional
-        Spans around keys that no segment is like are filled; see `filler`.
+    keyframes : callable, optional
+        For spans around keys that no segment is like; see `filler`.
 
     Raises
     ------
     RequestError
         See `kinetograph.methods.together.performed`.
     """
-    return noted(performed(model, control, asked, progress, fill), model.notes, model.fitted.left_out)
+    return noted(performed(model, control, asked, progress, keyframes), model.notes, model.fitted.left_out)
 
 
 def filler(
@@ -193,8 +193,8 @@ def _without_layers(
     asked = asked_of(request, sources)
     read_control(method, control)  # what cannot be performed is refused before the library is read
     model = fitting.performance(method, library, track=track, note=sources.note)
-    fill = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe) if request.fill else None
-    return Rendered(perform_asked(model, control, asked, progress, fill), control, model, asked)
+    keyframes = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe)
+    return Rendered(perform_asked(model, control, asked, progress, keyframes), control, model, asked)
 
 
 def control_of(request: Request, sources: KeySources) -> Signal | Motion:
@@ -280,6 +280,7 @@ def asked_of(request: Request, sources: KeySources) -> Asked:
         (*pins, *(rule for row in request.moves for rule in rules_of(row))),
         tuple(Span(row.start, row.stop, row.first, row.last) for row in request.moves if row.first or row.last),
         tuple(_contact(row) for row in request.contacts),
+        fill=request.fill,
     )
 
 
