@@ -52,14 +52,14 @@ class Curves:
 class Posed:
     """Takes values as `Curves` does, and gives the first of them to the pose itself; nothing is keyed."""
 
-    def __init__(self, thing):
-        self._thing = thing
+    def __init__(self, rig):
+        self._rig = rig
 
     def write(self, path, frames, values, group="", span=None):
         """Give a property of a bone its value; a bone's own settings have theirs."""
         if not path.endswith("]"):
             owner, _, name = path.rpartition(".")
-            setattr(self._thing.path_resolve(owner), name, values[0] if values.shape[1] > 1 else values[0, 0])
+            setattr(self._rig.thing.path_resolve(owner), name, values[0] if values.shape[1] > 1 else values[0, 0])
 
 
 def _bag(action, thing):

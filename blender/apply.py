@@ -9,6 +9,7 @@ from .actions import Curves, Posed, assign, provenance, write_bone
 from .bodies import MADE, Rig, store_roles
 from .link import Trouble
 from .motions import arrays, targets
+from .slices import Slice, at_a_stretch
 
 _SHORT = 0.02  # metres, the least length of a bone
 
@@ -84,7 +85,7 @@ class Put:
 
 
 def put(rig, roles, made, names, how, scene, facts):
-    """A result as an action of a rig, which plays it from then on.
+    """A result as an action of a rig, which plays it from then on; in slices.
 
     ``names`` are the bones that the result's joints are. ``facts`` are the version and the library, for the action.
     """
@@ -105,20 +106,28 @@ def put(rig, roles, made, names, how, scene, facts):
     assign(rig.thing, action)
     turned, heads = targets(rig, names, translation, rotations)
     if controls.driven(rig):
-        controls.write(rig, roles, curves, scene, frames, turned, heads, how.span)
+        yield from controls.write(rig, curves, scene, frames, turned, heads, how.span)
     else:
-        write_plain(rig, curves, frames, turned, heads, how.span)
+        yield from write_plain(rig, curves, frames, turned, heads, how.span)
+    scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     provenance(action, made, how.start, made["motion"]["fps"], *facts)
     return action
 
 
-def show(rig, names, translation, rotations, scene):
-    """Pose a rig as a single frame says, without keys."""
-    turned, heads = targets(rig, names, translation, rotations)
-    if controls.driven(rig):
-        controls.show(rig, Posed(rig.thing), scene, turned, heads)
-    else:
-        write_plain(rig, Posed(rig.thing), np.zeros(1), turned, heads, None)
+class Shower:
+    """Poses a rig frame by frame as it is told, without keys."""
+
+    def __init__(self, rig, scene):
+        self._rig = rig
+        self._controls = controls.Live(rig, scene) if controls.driven(rig) else None
+
+    def show(self, names, translation, rotations):
+        """Pose it as a single frame says; ``names`` are the bones that the joints are."""
+        turned, heads = targets(self._rig, names, translation, rotations)
+        if self._controls is not None:
+            self._controls.show(turned, heads)
+        else:
+            at_a_stretch(write_plain(self._rig, Posed(self._rig), np.zeros(1), turned, heads, None))
 
 
 def rest(thing):
@@ -136,7 +145,8 @@ def rest(thing):
 
 
 def write_plain(rig, curves, frames, turned, heads, span):
-    """Key every bone of a rig that is posed bone by bone."""
+    """Key every bone of a rig that is posed bone by bone; in slices."""
+    slice_ = Slice()
     for joint, name in enumerate(rig.bones):
         parent = rig.parents[joint]
         if parent < 0:
@@ -146,6 +156,8 @@ def write_plain(rig, curves, frames, turned, heads, span):
         moving = axes.multiply(axes.inverse(turned[:, parent]), turned[:, joint])
         basis = axes.multiply(np.broadcast_to(axes.inverse(still), moving.shape), moving)
         write_bone(curves, rig.thing, name, frames, basis, None, span)
+        if slice_.over():
+            yield
 
 
 def _write_root(rig, curves, frames, turned, heads, span):

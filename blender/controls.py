@@ -12,9 +12,10 @@ import bpy
 import numpy as np
 
 from . import axes
-from .actions import write_bone
+from .actions import Posed, write_bone
 from .bodies import is_rigify
-from .motions import poses
+from .motions import evaluated, watched
+from .slices import Slice, at_a_stretch
 
 _PASSES = 5
 _ANGLE, _PLACE = np.radians(0.05), 2e-4  # radians and shares of the rig's size that are near enough
@@ -45,33 +46,56 @@ def driven(rig):
     return any(_goes_by(rig, name) != name or _ik(rig, name) for name in rig.bones)
 
 
-def write(rig, roles, curves, scene, frames, turned, heads, span=None):
-    """Key the controls of a rig so that its bones are where a motion puts them, as near as the rig lets them."""
+def write(rig, curves, scene, frames, turned, heads, span=None):
+    """Key the controls of a rig so that its bones are where a motion puts them, as near as it lets them; in slices."""
     if is_rigify(rig.thing) and scene.kinetograph.on_fk:
         _switch_to_fk(rig, curves, frames, span)
-    table, poles = _controls(rig, curves, frames, span)
-    goals = _matrices(turned, heads)
-    solver = _Solver(rig, table, poles, goals)
+    solver, slice_ = _Solver(rig, *_controls(rig, curves, frames, span)), Slice()
+    solver.aim(_matrices(turned, heads))
     before = np.inf
     for _ in range(_PASSES):
-        solver.write(curves, frames, span)
-        missing = solver.look(scene, frames)
+        yield from solver.write(curves, frames, span, slice_)
+        missing = solver.learn((yield from watched(rig.thing, solver.names, frames, slice_)))
         if solver.near or missing > 0.99 * before:
             break
         before = missing
     tweaks = _tweaks(rig) if is_rigify(rig.thing) else []
     if tweaks and not solver.near:
         solver.tweak(tweaks)
-        solver.write(curves, frames, span)
+        yield from solver.write(curves, frames, span, slice_)
 
 
-def show(rig, curves, scene, turned, heads):
-    """Pose the controls of a rig for a single frame, without looking at what the rig does with them."""
-    frames = np.zeros(1)
-    if is_rigify(rig.thing) and scene.kinetograph.on_fk:
-        _switch_to_fk(rig, curves, frames, None)
-    table, poles = _controls(rig, curves, frames, None)
-    _Solver(rig, table, poles, _matrices(turned, heads)).write(curves, frames, None)
+class Live:
+    """Poses the controls of a rig for one frame after another, by what the rig did with them at the one before."""
+
+    def __init__(self, rig, scene):
+        self._rig, self._posed = rig, Posed(rig)
+        frames = np.zeros(1)
+        if is_rigify(rig.thing) and scene.kinetograph.on_fk:
+            _switch_to_fk(rig, self._posed, frames, None)
+        table, poles = _controls(rig, self._posed, frames, None)
+        self._solver = _Solver(rig, table + (_tweaks(rig) if is_rigify(rig.thing) else []), poles)
+        self._passes = _PASSES - 1  # the first time, nothing is known of the rig
+
+    def show(self, turned, heads):
+        """Pose it."""
+        goals = _matrices(turned, heads)
+        for _ in range(self._passes):
+            self._solver.aim(goals)
+            self._write()
+            self._solver.learn(self._seen())
+        if self._passes == 0:
+            self._solver.learn(self._seen())
+        self._passes = 0
+        self._solver.aim(goals)
+        self._write()
+
+    def _write(self):
+        at_a_stretch(self._solver.write(self._posed, np.zeros(1), None, Slice()))
+
+    def _seen(self):
+        posed = evaluated(self._rig.thing).pose.bones
+        return np.array([[np.array(posed[name].matrix) for name in self._solver.names]])
 
 
 def _controls(rig, curves, frames, span):
@@ -87,27 +111,37 @@ def _controls(rig, curves, frames, span):
 class _Solver:
     """Keys of controls, made better by what the rig does with them. Matrices are (F, 4, 4), in the armature's space."""
 
-    def __init__(self, rig, table, poles, goals):
+    def __init__(self, rig, table, poles):
         self.rig, self.table, self.poles = rig, table, poles
-        self.goal = {name: goals[:, joint] for joint, name in enumerate(rig.bones)}
-        bones = rig.thing.data.bones
+        self.names = list(dict.fromkeys([*rig.bones, *(control.bone for control in [*table, *poles])]))
         self.known = set(rig.bones) | {control.bone for control in table}
-        self.rest = {name: np.array(bones[name].matrix_local) for name in self._all()}
-        self.posed = {name: np.broadcast_to(self.rest[name], (len(goals), 4, 4)) for name in self._all()}
-        self.basis = {c.bone: np.broadcast_to(np.eye(4), (len(goals), 4, 4)) for c in [*table, *poles]}
-        for control in table:
+        bones = rig.thing.data.bones
+        self.rest = {name: np.array(bones[name].matrix_local) for name in self.names}
+        self.posed = {name: self.rest[name][None] for name in self.names}
+        self.basis = {each.bone: np.eye(4)[None] for each in [*table, *poles]}
+        self.shift = {"torso": np.zeros((1, 3))}
+        self.goal, self.near = {}, False
+        heads = np.array([self.rest[name][:3, 3] for name in rig.bones])
+        self._size = np.ptp(heads, axis=0).max()
+
+    def aim(self, goals):
+        """Know where joints are to be, (F, J, 4, 4)."""
+        self.goal |= {name: goals[:, joint] for joint, name in enumerate(self.rig.bones)}
+        for control in self.table:
             to = np.linalg.inv(self.rest[control.joint]) @ self.rest[control.bone]
             self.goal[control.bone] = self.goal[control.joint] @ to
-        self.near = False
+            if control.bone in self.shift:
+                moved = self.goal[control.bone].copy()
+                moved[:, :3, 3] += (moved[:, :3, :3] @ self.shift[control.bone][..., None])[..., 0]
+                self.goal[control.bone] = moved
 
-    def _all(self):
-        return [*self.rig.bones, *(control.bone for control in [*self.table, *self.poles])]
-
-    def write(self, curves, frames, span):
-        """Work out the controls' bases, and key them."""
+    def write(self, curves, frames, span, slice_):
+        """Work out the controls' bases, and key them; in slices."""
         for control in self.table:
             space = self._space(control.bone)
             self._key(control.bone, space, self.goal[control.bone], control.what, curves, frames, span)
+            if slice_.over():
+                yield
         for pole in self.poles:
             goal = np.broadcast_to(np.eye(4), (len(frames), 4, 4)).copy()
             goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole)
@@ -133,13 +167,11 @@ class _Solver:
         )[:, 0]
         write_bone(curves, self.rig.thing, name, frames, q, places, span)
 
-    def look(self, scene, frames):
-        """Let Blender evaluate the rig; how far, all together, joints are from where they are to be."""
-        names = list(self.posed)
-        seen = poses(self.rig.thing, names, scene, frames)
-        self.posed = {name: seen[:, i] for i, name in enumerate(names)}
+    def learn(self, seen):
+        """Take in what the rig does, (F, N, 4, 4) of `names`; how far, all together, joints are from their places."""
+        self.posed = {name: seen[:, i] for i, name in enumerate(self.names)}
         for control in self.table:
-            if control.bone == "torso":
+            if control.bone in self.shift:
                 self._shift(control)
         planes = [_amiss(self.posed, self.goal, pole.limb) for pole in self.poles]
         for pole, plane in zip(self.poles, planes, strict=True):
@@ -148,26 +180,26 @@ class _Solver:
         joints = [control.joint for control in self.table if control.joint not in bent]
         off = [apart(self.posed[joint], self.goal[joint]) for joint in joints]
         self.near = all(self._is_near(joint) for joint in joints) and all(abs(p).max() < _ANGLE for p in planes)
-        missing = sum(float(turn.mean() + place.mean() / self._size()) for turn, place in off)
+        missing = sum(float(turn.mean() + place.mean() / self._size) for turn, place in off)
         return missing + sum(float(abs(plane).mean()) for plane in planes)
 
     def _stands(self, pole):
         """At which frames a pole is where it was put; what a knee misses at others is not its plane's fault."""
         apart = np.linalg.norm(self.posed[pole.bone][:, :3, 3] - self.goal[pole.bone][:, :3, 3], axis=1)
-        return apart < 0.01 * self._size()
+        return apart < 0.01 * self._size
 
     def _shift(self, control):
         """Move a control by what its joint is missing, since others between them move that as well."""
         moved = self.goal[control.bone].copy()
-        moved[:, :3, 3] += self.goal[control.joint][:, :3, 3] - self.posed[control.joint][:, :3, 3]
+        missing = self.goal[control.joint][:, :3, 3] - self.posed[control.joint][:, :3, 3]
+        moved[:, :3, 3] += missing
+        own = np.linalg.inv(_pure(moved[:, :3, :3])) @ missing[..., None]
+        self.shift[control.bone] = self.shift[control.bone] + own[..., 0]
         self.goal[control.bone] = moved
 
     def _is_near(self, name):
         turn, place = apart(self.posed[name], self.goal[name])
-        return turn.max() < _ANGLE and place.max() < _PLACE * self._size()
-
-    def _size(self):
-        return np.ptp(np.array([self.rest[name][:3, 3] for name in self.rig.bones]), axis=0).max()
+        return turn.max() < _ANGLE and place.max() < _PLACE * self._size
 
     def tweak(self, controls):
         """Let controls that are next to their joints take what is still missing."""
@@ -216,10 +248,10 @@ def _pole_places(goal, rest, pole):
 
 
 def _amiss(posed, goal, limb):
-    """By how much a knee is beside where it is to be, (F,) radians about the line from hip to ankle."""
+    """By how much a knee is off its place, (F,) radians about the line from hip to ankle."""
     a, b, c = (goal[name][:, :3, 3] for name in limb)
     wanted, found = _outward(a, b, c), _outward(*(posed[name][:, :3, 3] for name in limb))
-    about = (_unit(c - a) * np.cross(found, wanted)).sum(-1)
+    about = (_unit(c - a) * axes.cross(found, wanted)).sum(-1)
     angle = np.arctan2(about, (found * wanted).sum(-1))
     return angle * np.clip(np.linalg.norm(wanted, axis=1) / (0.01 * np.linalg.norm(b - a, axis=1)), 0.0, 1.0)
 

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from . import axes, tasks
 from .actions import assign
-from .apply import Put, new_armature, put, rest, show
+from .apply import Put, Shower, new_armature, put, rest
 from .curves import rate
 from .link import Trouble
 from .operators import Asking, Target, facts, recordings, shown
@@ -53,7 +53,7 @@ class Shown:
 
     def __init__(self, context, target, body):
         self._target, self.body, self._pose = target, body, None
-        self.second = None
+        self.second = self._shower = None
         if target.thing is None:
             self.rig = new_armature(context, body, "Live", target.unit)
         else:
@@ -67,7 +67,8 @@ class Shown:
         own = worn is not None or self._target.thing is None
         names = list(self.rig.bones) if own else self.body["names"]
         worn = worn or pose
-        show(self.rig, names, np.array([worn["root"]]), np.array([worn["rotations"]]), scene)
+        self._shower = self._shower or Shower(self.rig, scene)
+        self._shower.show(names, np.array([worn["root"]]), np.array([worn["rotations"]]))
         self.second = pose["second"]
 
     def found(self):
@@ -92,11 +93,11 @@ class Shown:
             bpy.data.armatures.remove(data)
 
     def keep(self, context, made, how, origin):
-        """A motion on it, as an action."""
+        """A motion on it, as an action; in slices."""
         if self._target.thing is None:
-            return put(self.rig, None, made, list(self.rig.bones), how, context.scene, origin)
+            return (yield from put(self.rig, None, made, list(self.rig.bones), how, context.scene, origin))
         self._pose.put_back(self.rig.thing)
-        return self._target.put(context, made, how, origin)[1]
+        return (yield from self._target.put(context, made, how, origin))[1]
 
 
 class Listening:
@@ -115,6 +116,11 @@ class Listening:
     def kept(self):
         """Whether what was received has become an action."""
         return self._keeping and self.message == self._runner.message
+
+    @property
+    def writing(self):
+        """Whether keys are being written, in slices."""
+        return self.message is None and self._runner.writing
 
     @property
     def state(self):
@@ -214,7 +220,7 @@ class Listening:
         origin = facts(self._asked["recordings"])
         self.shown.found()
         with tasks.at_once():
-            action = self.shown.keep(context, made, how, origin)
+            action = yield from self.shown.keep(context, made, how, origin)
             action["kinetograph_sources"] = [f"0.000-{self.poses[-1][0]:.3f} s: live from {sources}"]
             shown(scene, self._start, frames)
         return f"{self._failure}{self.shown.name} moves as was received, {frames} frames"
@@ -319,7 +325,7 @@ class KINETOGRAPH_OT_live(Asking, bpy.types.Operator):
     def modal(self, context, event):
         """Show what has come; the panel's Stop ends it."""
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            return {"RUNNING_MODAL"} if self._session.writing else {"PASS_THROUGH"}
         try:
             over = self._session.pump(context)
         except Trouble as error:

@@ -28,6 +28,27 @@ def poses(thing, bones, scene, frames):
     return np.array(at_frames(scene, frames, look)).reshape(-1, len(bones), 4, 4)
 
 
+def watched(thing, bones, frames, slice_):
+    """As `poses`, in slices, and in a scene of its own: that of the interface stays at its frame.
+
+    What is evaluated there is the armature and what it depends on, without meshes that hang on it.
+    """
+    import bpy
+
+    scene, seen = bpy.data.scenes.new("kinetograph"), []
+    try:
+        scene.collection.objects.link(thing)
+        for frame in frames:
+            scene.frame_set(int(np.floor(frame)), subframe=float(frame - np.floor(frame)))
+            posed = thing.evaluated_get(scene.view_layers[0].depsgraph).pose.bones
+            seen.append([np.array(posed[name].matrix) for name in bones])
+            if slice_.over():
+                yield
+    finally:
+        bpy.data.scenes.remove(scene)
+    return np.array(seen).reshape(-1, len(bones), 4, 4)
+
+
 def read(rig, scene, frames):
     """What an armature does at some frames: the root's place, (F, 3), and rotations, (F, J, 4), Y up."""
     matrices = poses(rig.thing, rig.bones, scene, frames)

@@ -51,7 +51,7 @@ class Asking:
             self._runner.cancel()
             return self._over(context, {"CANCELLED"})
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            return {"RUNNING_MODAL"} if self._runner.writing else {"PASS_THROUGH"}
         try:
             done = self._runner.step()
         except Trouble as error:
@@ -60,8 +60,8 @@ class Asking:
         if done:
             self.report({"INFO"}, self._runner.message)
             return self._over(context, {"FINISHED"})
-        share = round(100 * self._runner.progress)
-        context.workspace.status_text_set(f"Kinetograph: {self.bl_label}, {share} % (Esc to cancel)")
+        share = "keys" if self._runner.writing else f"{round(100 * self._runner.progress)} %"
+        context.workspace.status_text_set(f"Kinetograph: {self.bl_label}, {share} (Esc to cancel)")
         return {"RUNNING_MODAL"}
 
     def filled_in(self, context):
@@ -123,7 +123,7 @@ class Target:
         return {"body": {**self.rig.body(self.roles), "skin": self.rig.skin(self.roles, tasks.folder())}}
 
     def put(self, context, made, how, facts):
-        """The result on it, in one change of the scene."""
+        """The result on it, in slices of one change of the scene."""
         rig, roles = self.rig, self.roles
         body = made["motion"]["body"]
         if rig is None:
@@ -133,7 +133,7 @@ class Target:
             names = body["names"]
             if not stored_roles(self.thing):
                 store_roles(self.thing, roles)
-        return rig, put(rig, roles, made, names, how, context.scene, facts)
+        return rig, (yield from put(rig, roles, made, names, how, context.scene, facts))
 
 
 def shown(scene, start, frames):
@@ -178,7 +178,7 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
         made = yield "walk", {**params, "folder": tasks.folder(), **target.asked()}
         with tasks.at_once():
             how = Put(f"Walk along {thing.name}"[:60], scene.frame_start)
-            rig, _ = target.put(context, made, how, facts(asked))
+            rig, _ = yield from target.put(context, made, how, facts(asked))
             shown(scene, scene.frame_start, made["frames"])
         return _said(f"{rig.thing.name} walks along {thing.name}", made)
 
@@ -214,7 +214,7 @@ class KINETOGRAPH_OT_retarget(Asking, bpy.types.Operator):
         scale = {"scale": 1.0} if self.keep_place else {}
         made = yield "retarget", {"motion": motion, **target.asked(), **scale, "folder": tasks.folder()}
         with tasks.at_once():
-            target.put(
+            yield from target.put(
                 context, made, Put(f"{source.name} on {target.thing.name}"[:60], frames[0]), facts({"library": ""})
             )
             shown(scene, frames[0], len(frames))
@@ -282,10 +282,13 @@ class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):
                 made = []
                 for number, each in enumerate(found["made"], start=1):
                     how = Put(f"{thing.name} in between {number}"[:60], first, keep_pose=True)
-                    made.append(target.put(context, each, how, facts(asked))[1])
+                    rig_and_action = yield from target.put(context, each, how, facts(asked))
+                    made.append(rig_and_action[1])
                 in_tracks(thing, action, made, first)
             else:
-                target.put(context, found["made"][0], Put(action.name, first, action, (first, last)), facts(asked))
+                yield from target.put(
+                    context, found["made"][0], Put(action.name, first, action, (first, last)), facts(asked)
+                )
         return _said(f"{thing.name}: frames {first} to {last} are filled in", found["made"][0])
 
     def _held(self, action, first, fps):
@@ -362,7 +365,9 @@ class KINETOGRAPH_OT_follow(Asking, bpy.types.Operator):
         params = {"recordings": asked, "leader": motion, "target": self.track, "fps": rate(scene)}
         made = yield "follow", {**params, **target.asked(), "folder": tasks.folder()}
         with tasks.at_once():
-            follower, _ = target.put(context, made, Put(f"Follows {leader.name}"[:60], frames[0]), facts(asked))
+            follower, _ = yield from target.put(
+                context, made, Put(f"Follows {leader.name}"[:60], frames[0]), facts(asked)
+            )
             shown(scene, frames[0], made["frames"])
         return _said(f"{follower.thing.name} follows {leader.name}", made)
 
@@ -394,7 +399,7 @@ class KINETOGRAPH_OT_sense(Asking, bpy.types.Operator):
         made = yield "sense", {**params, **target.asked(), "folder": tasks.folder()}
         with tasks.at_once():
             how = Put(os.path.basename(path)[:60], scene.frame_start)
-            rig, _ = target.put(context, made, how, facts(asked))
+            rig, _ = yield from target.put(context, made, how, facts(asked))
             shown(scene, scene.frame_start, made["frames"])
         return _said(f"{rig.thing.name} moves as the readings say", made)
 

@@ -134,7 +134,7 @@ class KINETOGRAPH_OT_drop(Asking, bpy.types.Operator):
         params = {"library": asked["library"], "take": self.take, "track": self.track or None, "fps": rate(scene)}
         made = yield "drop", {**params, **part, **target.asked(), "folder": tasks.folder()}
         with tasks.at_once():
-            rig, _ = target.put(context, made, Put(self.take[:60], scene.frame_current), facts(asked))
+            rig, _ = yield from target.put(context, made, Put(self.take[:60], scene.frame_current), facts(asked))
             shown(scene, scene.frame_current, made["frames"])
         return f"{rig.thing.name} moves as in {self.take}"
 

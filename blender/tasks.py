@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that asks kinetograph: generators that yield ``(method, params)`` and are sent the answer.
+"""Work that asks kinetograph: generators that yield ``(method, params)`` and are sent the answer, or None: go on later.
 
 A task is driven by a timer of the interface (`Runner.step`) or by a loop that waits (`wait_for`). It changes nothing
 in the scene before its last answer, and then all at once (`at_once`).
@@ -76,6 +76,7 @@ class Runner:
         self._ticket = None
         self.notes = []
         self.message = None
+        self.writing = False
         self._go_on(None)
 
     @property
@@ -101,9 +102,11 @@ class Runner:
         return events
 
     def step(self):
-        """Hand on answers that have arrived; whether the task is done. Raises Trouble."""
+        """Hand on answers that have arrived, or do a slice of work; whether the task is done. Raises Trouble."""
         self._link.pump()
-        while not self.done and self._ticket.done:
+        if self.writing:
+            self._go_on(None)
+        while not self.done and not self.writing and self._ticket.done:
             if self._ticket.error is not None:
                 self._stop()
                 raise Trouble(self._ticket.error)
@@ -114,6 +117,7 @@ class Runner:
         """Give it up."""
         if self._ticket is not None:
             self._link.cancel(self._ticket)
+        self.writing = False
         self._stop()
 
     def _stop(self):
@@ -121,18 +125,21 @@ class Runner:
 
     def _go_on(self, answer):
         try:
-            method, params = self._task.send(answer)
+            asked = self._task.send(answer)
         except StopIteration as end:
-            self.message = end.value or "done"
+            self.message, self.writing = end.value or "done", False
             return
         except Trouble:
             raise
         except Exception as error:
             traceback.print_exc()
             raise Trouble(f"an error in the extension: {type(error).__name__}: {error}") from None
+        self.writing = asked is None
+        if self.writing:
+            return
         if self._ticket is not None:
             self.notes += self._ticket.notes
-        self._ticket = self._link.ask(method, params)
+        self._ticket = self._link.ask(*asked)
 
 
 def wait_for(task):
@@ -140,7 +147,8 @@ def wait_for(task):
     runner = Runner(task)
     try:
         while not runner.step():
-            time.sleep(0.005)
+            if not runner.writing:
+                time.sleep(0.002)
     except KeyboardInterrupt:
         runner.cancel()
         raise

@@ -29,6 +29,7 @@ NOT_AFTER_THE_DEMO = {
     "studio": SERVER,
     "serve --stdio": "answers a program on its output; tested in tests/cli/test_serve.py",
     "studio out/walks.library out/clips.library --project out/studio/project.json": SERVER,
+    "studio --request out/request.json": SERVER,
     "perform leader.bvh -l dances --target follower -o follower.bvh": DANCES,
     "evaluate performance -l dances --target follower": DANCES,
     "evaluate performance -l big --only 02/02_01 --no-baselines": CORPUS,

@@ -12,8 +12,11 @@ from command_line import answer, invoke, run
 from PIL import Image
 
 from kinetograph.errors import FormatError, RequestError
+from kinetograph.formats import read_request
+from kinetograph.formats.request_json import MoveRow
 from kinetograph.studio.exporting import Wanted, export
-from kinetograph.studio.project import KeyRow, Keys, Project, write_project
+from kinetograph.studio.project import KeyRow, Keys, Project, Walk, write_project
+from kinetograph.studio.requests import request_of
 from made_walks import PATH, quiet, stood, walked
 
 
@@ -110,3 +113,24 @@ def test_a_section_that_cannot_be_made_does_not_stop_the_others(tmp_path: Path) 
     assert result.exit_code == 1
     assert "keys: " in result.stderr
     assert [path.name for path in (tmp_path / "exports").iterdir()] == ["walk.bvh"]
+
+
+def test_the_command_writes_a_section_as_a_request(tmp_path: Path) -> None:
+    folder = tmp_path / "project"
+    walked(folder)
+    project = Project(libraries={"walks": "walks"}, walk=Walk(path=PATH, moves=(MoveRow(1.0, 2.0, "right"),)))
+    write_project(project, folder / "project.json")
+    answer("render", folder / "project.json", "--request", folder / "walk.json", "--force")
+    assert read_request(folder / "walk.json") == request_of(project)
+    answer("render", folder / "walk.json", "-o", tmp_path / "asked.bvh")
+    answer("render", folder / "project.json", "-o", tmp_path / "out")
+    assert (tmp_path / "asked.bvh").read_bytes() == (tmp_path / "out" / "walk.bvh").read_bytes()
+    for more, says in (
+        (("--request", tmp_path / "walk.json"), "a request names files from its folder"),
+        (("--request", folder / "walk.json"), "exists"),
+        (("--request", folder / "new.json", "--section", "duet"), "the section duet cannot be written"),
+    ):
+        assert says in str(invoke("render", folder / "project.json", *more).exception)
+    write_project(msgspec.structs.replace(project, walk=Walk(path=PATH)), tmp_path / "mine.json")
+    result = invoke("studio", "--project", tmp_path / "mine.json", "--request", folder / "walk.json", "--no-browser")
+    assert "the project has walk already; name a new project with --project" in str(result.exception)

@@ -163,7 +163,7 @@ def test_why_of_a_request_knows_its_keys_moves_and_layers(folder: Path, tmp_path
         "keys": [{"pose": "take:left@2.2", "time": 1.5, "weight": 50, "name": "lean"}],
         "moves": [{"start": 2.5, "stop": 3.5, "name": "right", "weight": 10}],
         "layers": [
-            {"parts": ["left arm"], "keys": [{"pose": "take:left@1"}, {"pose": "take:left@2", "time": 1}], "start": 0.5}
+            {"parts": ["left arm"], "keys": [{"pose": "take:left@1"}, {"pose": "take:left@3", "time": 2}], "start": 0.5}
         ],
     }
     request = asked(folder, tmp_path, **document)
@@ -181,7 +181,7 @@ def test_why_of_a_request_knows_its_keys_moves_and_layers(folder: Path, tmp_path
     assert [layer["joints"] for layer in at_key["layers"]] == [["left_shoulder", "left_elbow", "left_hand"]]
     assert in_move["layers"] == []
     said = answer("render", request, "-o", tmp_path / "said.bvh", "--why", 1.2).stdout
-    assert "layer keys drives left_shoulder, left_elbow, left_hand, 0.53 to 1.47 s, from left at 1.70 s" in said
+    assert "layer keys drives left_shoulder, left_elbow, left_hand, 0.53 to 2.47 s, from left at 1.70 s" in said
 
 
 def test_why_between_keys_names_what_plays_there(folder: Path, tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     "render, picture": ("render request.json -o new.bvh --picture OUT", "out.png"),
     "render, report": ("render request.json -o new.bvh --report OUT", "out.json"),
     "render": ("render project.json -o exports", "exports/walk.bvh"),
+    "render, as a request": ("render project.json --request OUT", "out.json"),
     "live sense": ("live sense -l lib --from replay:r.csv@9 --to OUT", "out.bvh"),
     "live perform": ("live perform -l lib --from replay:walk.bvh@9 --to OUT", "out.bvh"),
     "record": ("record --from replay:r.csv@9 -o OUT", "out.csv"),

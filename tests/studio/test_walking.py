@@ -17,6 +17,7 @@ import pytest
 import kinetograph as kg
 from kinetograph import rotations as rot
 from kinetograph.errors import KinetographError, RequestError
+from kinetograph.formats import KeySources
 from kinetograph.formats.csv import path_of
 from kinetograph.formats.csv import read as read_csv
 from kinetograph.methods.performance import (
@@ -31,6 +32,7 @@ from kinetograph.methods.performance import (
 )
 from kinetograph.motion import Motion
 from kinetograph.pipeline import Smoothing, open_library, perform
+from kinetograph.pipeline.requesting import asked_of
 from kinetograph.studio.messages import (
     AskPace,
     AskWhy,
@@ -46,6 +48,7 @@ from kinetograph.studio.messages import (
     Why,
 )
 from kinetograph.studio.project import LayerRow, Project, RuleRow, Walk
+from kinetograph.studio.requests import walk_request
 from kinetograph.studio.room import FILES, Room
 from kinetograph.studio.walk.live import AT_ONCE, Follower, ready
 from kinetograph.studio.walk.making import ANSWERS, HEARD, RUNS, make
@@ -502,7 +505,7 @@ def test_a_walk_begins_facing_as_it_is_asked(tmp_path: Path, project: Project, f
 
 
 def test_a_rule_is_that_of_the_search(tmp_path: Path, project: Project) -> None:
-    from kinetograph.studio.walk.model import rules_of
-
     rows = (RuleRow(1.0, 2.0, "left", 3.0), RuleRow(2.0, 3.0, "right", forbid=True))
-    assert rules_of(rows) == (Rule(1.0, 2.0, "left", source=3.0), Rule(2.0, 3.0, "right", forbid=True))
+    asking = msgspec.structs.replace(project, walk=msgspec.structs.replace(project.walk, rules=rows))
+    asked = asked_of(walk_request(asking), KeySources())
+    assert asked.rules == (Rule(1.0, 2.0, "left", source=3.0), Rule(2.0, 3.0, "right", forbid=True))

@@ -321,6 +321,38 @@ def test_a_take_drives_the_arms_of_a_walk(walking: Walking) -> None:
     assert walking.project.walk.layers == ()
 
 
+def test_a_walk_meets_a_pose_and_a_move(walking: Walking) -> None:
+    walking.draw(eight(8.0, size=1.4))
+    page = walking.page
+    walking.stop_at(2.0)
+    page.get_by_label("Pose of").select_option("turn_left1")
+    page.get_by_label("at its second").fill("0.5")
+    with walking.made():
+        page.get_by_role("button", name="Add pose").click()
+    (key,) = walking.project.walk.keys
+    assert (key.pose, key.time) == ("take:turn_left1@0.5", pytest.approx(2.0, abs=0.04))
+    made = walking.server.desk.room.latest["walk"].synthesis
+    assert made.met == (pytest.approx(key.time, abs=0.02),)
+    page.locator(".lane", has_text="keys").locator(".span").wait_for()
+    page.get_by_label("Move", exact=True).fill("turn_left1")
+    page.get_by_label("Begins at, s").fill("4")
+    page.get_by_label("Ends at, s").fill("5")
+    with walking.made():
+        page.get_by_role("button", name="Rule it out").click()
+    (move,) = walking.project.walk.moves
+    assert (move.name, move.start, move.stop, move.forbid) == ("turn_left1", 4.0, 5.0, True)
+    made = walking.server.desk.room.latest["walk"].synthesis
+    assert not any(p.take == "turn_left1" and p.start < 5 and p.stop > 4 and not p.mirrored for p in made.pieces)
+    with walking.made():
+        page.get_by_label("Play the recordings of poses").check()
+    assert walking.project.walk.fill
+    with walking.made():
+        page.get_by_role("button", name="Remove: turn_left1@0.5").click()
+    with walking.made():
+        page.get_by_role("button", name="Remove: no turn_left1, 4 to 5 s").click()
+    assert (walking.project.walk.keys, walking.project.walk.moves) == ((), ())
+
+
 def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> None:
     walking.draw(eight(8.0, size=1.4))
     page, before = walking.page, np.array(walking.project.walk.path)

@@ -83,6 +83,10 @@ class OfProject:
         ".bvh"
     )
     section: Annotated[list[str] | None, typer.Option(help="Make only walk, keys, duet or sensors. Repeatable.")] = None
+    request: Annotated[
+        Path | None,
+        typer.Option(help="Write the section, walk or keys, as a request to this .json; nothing else is made."),
+    ] = None
     together: Annotated[
         bool, typer.Option("--together", help="Write the leader, or the recording, into the same file.")
     ] = False
@@ -171,6 +175,9 @@ def _render_project(wishes: Wishes, of_project: OfProject) -> None:
     from kinetograph.studio.project import read_project
     from kinetograph.studio.room import Room
 
+    if of_project.request:
+        _write_request(wishes, of_project, of_project.request)
+        return
     if wishes.picture or wishes.report or wishes.why:
         raise RequestError("--picture, --report and --why are for requests; a project's go by kind, --to .png,.json")
     folder = _folder(wishes)
@@ -189,6 +196,26 @@ def _render_project(wishes: Wishes, of_project: OfProject) -> None:
     _show(made, paths, wishes)
     if failed:
         raise typer.Exit(1)
+
+
+def _write_request(wishes: Wishes, of_project: OfProject, path: Path) -> None:
+    """A section of a project as a request, which names its files from where it is."""
+    import msgspec
+
+    from kinetograph.formats import write_request
+    from kinetograph.studio import request_of
+    from kinetograph.studio.project import read_project
+    from kinetograph.studio.rendering import relocated
+
+    if path.parent.resolve() != wishes.project.parent.resolve():
+        raise RequestError(f"a request names files from its folder: write it to {wishes.project.parent}")
+    project = relocated(read_project(wishes.project), wishes.library or ())
+    sections = _sections(of_project.section) if of_project.section else (project.mode,)
+    if len(sections) != 1:
+        raise RequestError(f"a request is of one section, found {', '.join(sections)}")
+    refuse_existing([path], wishes.force)
+    write_request(request_of(msgspec.structs.replace(project, mode=sections[0])), path, force=wishes.force)
+    result({"wrote": [str(path)]}, wishes.as_json)
 
 
 def _folder(wishes: Wishes) -> Path:

@@ -35,6 +35,9 @@ def studio(
     project: Annotated[
         Path, typer.Option(help="The project, .json: opened where it exists, begun where it does not.")
     ] = PROJECT,
+    request: Annotated[
+        Path | None, typer.Option(help="A request, .json, that becomes the project's walk or keys.")
+    ] = None,
     port: Annotated[int, typer.Option(help="Port to serve the page on; 0 for any that is free.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
 ) -> None:
@@ -45,8 +48,11 @@ def studio(
     Example: kinetograph studio
 
     Example: kinetograph studio out/walks.library out/clips.library --project out/studio/project.json
+
+    Example: kinetograph studio --request out/request.json
     """
     opened = _opened(project, libraries or [])
+    opened = opened if request is None else _taking(opened, request, libraries or [], project.parent)
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(_serve(project, opened, port, browser))
 
@@ -63,6 +69,23 @@ def _opened(path: Path, libraries: list[Path]) -> Project:
     path.parent.mkdir(parents=True, exist_ok=True)
     project = read_project(path) if path.exists() else Project()
     return with_libraries(project, {folder.resolve().stem: folder for folder in libraries}, path.parent)
+
+
+def _taking(project: Project, path: Path, libraries: list[Path], base: Path) -> Project:
+    """A project with a request in it, made of the first library that is named, or else of its own."""
+    import msgspec
+
+    from kinetograph.formats import read_request
+    from kinetograph.studio import Taken, with_request
+
+    asked = read_request(path)
+    if libraries:
+        asked = msgspec.structs.replace(asked, library=str(libraries[0].resolve()))
+    made = with_request(project, Taken(asked, path.parent, base))
+    before = getattr(project, made.mode)
+    if before not in (type(before)(), getattr(made, made.mode)):
+        raise RequestError(f"the project has {made.mode} already; name a new project with --project")
+    return made
 
 
 async def _serve(path: Path, project: Project, port: int, browser: bool) -> None:

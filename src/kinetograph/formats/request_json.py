@@ -15,13 +15,15 @@
 - ``pieces``: ``{"start": 1, "stop": 3, "take": "15_03"}``, pinned, or with ``forbid`` ruled out;
 - ``contacts``: ``{"part": "left_foot", "start": 2, "stop": 3}``, a foot or toe that stays where it is;
 - ``layers``: parts of the body that something else drives: ``{"parts": ["arms"], "motion": "wave.bvh", "start": 2.5}``;
-  in place of ``motion`` a file of ``readings``, with the ``layout`` of the sensors, or ``keys`` that are gone between;
-  ``library`` where poses come from another one; ``ease``, ``hold``, see `kinetograph.post.Layer`;
+  in place of the file ``take:NAME``, a take of the library; in place of ``motion`` a file of ``readings``, with the
+  ``layout`` of the sensors, or ``keys`` that are gone between; ``library`` where takes and poses come from another one;
+  ``second`` and ``seconds``, the part that is used; ``ease``, ``hold``, see `kinetograph.post.Layer`;
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
 - ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``, ``onto_path``: as the options
   of ``perform``;
 - ``fill``: around keys that no segment is like, recordings are played that have them: where keys ask for places, and
   the path waits meanwhile; with true also for those that ask for times, away from the path; with false for none;
+- ``between``: of keys alone, ``moves``, ``without``, ``filler`` and ``force``, as the options of ``inbetween``;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
 
 Files are looked for in the folder of the request.
@@ -133,7 +135,7 @@ class LayerRow(_Part, frozen=True):
     parts : tuple of str
         See `kinetograph.post.Layer`.
     motion : str
-        A motion file.
+        A motion file, or ``"take:NAME"``.
     readings : str
         A file of readings.
     layout : str
@@ -141,9 +143,13 @@ class LayerRow(_Part, frozen=True):
     keys : tuple of KeyRow
         Poses that are gone between, from the layer's start on.
     library : str or tuple of str
-        Folders of the library that readings and keys take poses from; the request's unless given.
+        Folders of the library that takes, and poses for readings and keys, are in; the request's unless given.
     start : float
         Seconds of the control.
+    second : float
+        Second of the motion, the readings or the keys that it begins with.
+    seconds : float, optional
+        How long it is; to the end unless given.
     ease : float
         Seconds over which it comes and goes.
     hold : bool
@@ -157,8 +163,29 @@ class LayerRow(_Part, frozen=True):
     keys: tuple[KeyRow, ...] = ()
     library: str | tuple[str, ...] = ()
     start: float = 0.0
+    second: float = 0.0
+    seconds: float | None = None
     ease: float = 0.3
     hold: bool = False
+
+
+class BetweenRow(_Part, frozen=True):
+    """How keys without a control are gone between.
+
+    Parameters
+    ----------
+    moves, without : tuple of str
+        Go by way of these; use nothing that is called so.
+    filler : bool
+        Let any recording fill in.
+    force : bool
+        Make what is worse than recordings are all the same.
+    """
+
+    moves: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    filler: bool = False
+    force: bool = False
 
 
 class SearchRow(_Part, frozen=True):
@@ -202,6 +229,8 @@ class Request(_Part, frozen=True):
     search : SearchRow
     fill : bool, optional
         Whether spans around keys that no segment is like are filled by the timed search: those of places unless given.
+    between : BetweenRow
+        How keys alone are gone between.
     """
 
     version: Literal[1] = 1
@@ -223,6 +252,7 @@ class Request(_Part, frozen=True):
     onto_path: float | None = None
     search: SearchRow = SearchRow()
     fill: bool | None = None
+    between: BetweenRow = BetweenRow()
 
 
 def read_request(path: str | Path) -> Request:

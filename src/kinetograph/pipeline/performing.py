@@ -112,14 +112,33 @@ def fit_performance(
     RequestError
         As `PerformanceControl.fit`.
     """
-    left_out = tuple(exclude)
-    later = {name: getattr(PerformanceControl(), name) for name in ("beam", "fine_rate", "keep_time", "first_facing")}
-    plain = replace(method, post=PostSettings(), **later)
+    left_out, plain = tuple(exclude), fit_settings(method)
 
     def make() -> PerformanceModel:
         return _with_properties(plain.fit(library, exclude=left_out, track=track))
 
-    model = kept(library, "performance", (plain, left_out, track), make, note=note)
+    return with_method(kept(library, "performance", (plain, left_out, track), make, note=note), method)
+
+
+def fit_settings(method: PerformanceControl) -> PerformanceControl:
+    """The configuration that is fitted for another one: what is done with the fitted segments is as by default.
+
+    Parameters
+    ----------
+    method : PerformanceControl
+    """
+    later = {name: getattr(PerformanceControl(), name) for name in ("beam", "fine_rate", "keep_time", "first_facing")}
+    return replace(method, post=PostSettings(), **later)
+
+
+def with_method(model: PerformanceModel, method: PerformanceControl) -> PerformanceModel:
+    """A fitted model with another configuration of which `fit_settings` are the same.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    method : PerformanceControl
+    """
     return replace(model, fitted=with_settings(model.fitted, method))
 
 

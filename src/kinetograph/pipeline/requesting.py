@@ -9,36 +9,32 @@ from dataclasses import dataclass, field, replace
 import msgspec
 
 from kinetograph.errors import RequestError
-from kinetograph.formats import KeySources, read
+from kinetograph.formats import KeySources
 from kinetograph.formats.csv import path_of
 from kinetograph.formats.keys_json import key_of_row
-from kinetograph.formats.readings import read_layout
 from kinetograph.formats.request_json import ContactRow, LayerRow, MoveRow, OnPathRow, Request
 from kinetograph.library import Library
-from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
+from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel, TimedSearch
 from kinetograph.methods.performance import (
     FIRST_FACING,
     PerformanceControl,
     PerformanceModel,
     Rule,
     begin_facing,
-    only_track,
     partner_control,
     read_control,
     smooth_path,
 )
-from kinetograph.methods.sensor import SensorControl
 from kinetograph.methods.together import Asked, AskedKey, Keyframes, Span, performed
 from kinetograph.motion import Motion
 from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
-from kinetograph.pipeline.layering import layered, recordings_of, sense_layer
-from kinetograph.pipeline.libraries import has_partners, open_library
+from kinetograph.pipeline.layer_rows import layer_of, motion_or_path
+from kinetograph.pipeline.layering import layered, recordings_of
+from kinetograph.pipeline.libraries import has_partners
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
-from kinetograph.pipeline.sensing import read_rows
 from kinetograph.post import Layer, OntoPath
 from kinetograph.progress import Progress
-from kinetograph.sensing import kinds_of
 from kinetograph.signal import Signal
 from kinetograph.synthesis import Synthesis
 from kinetograph.take import Annotation
@@ -78,10 +74,13 @@ class Fitting:
         Called as `fit_performance`.
     keyframe : callable
         Called as `fit_keyframe`.
+    layer : callable
+        Called as `layer_of`.
     """
 
     performance: Callable[..., PerformanceModel] = fit_performance
     keyframe: Callable[..., KeyframeModel] = fit_keyframe
+    layer: Callable[[LayerRow, Library, KeySources], Layer] = layer_of
 
 
 FITTING = Fitting()
@@ -176,7 +175,7 @@ def render_request(
     FormatError
         For a file that cannot be read.
     """
-    layers = [layer_of(row, library, sources) for row in request.layers]
+    layers = [fitting.layer(row, library, sources) for row in request.layers]
     made = _without_layers(request, library, sources, progress, fitting)
     if not layers:
         return made
@@ -217,23 +216,13 @@ def control_of(request: Request, sources: KeySources) -> Signal | Motion:
         raise RequestError("a request has a path or a partner, found both; leave one out")
     given = request.path if request.partner is None else request.partner
     assert given is not None
-    control = _of_file(given, sources) if isinstance(given, str) else path_of(given, "the path")
+    control = motion_or_path(given, sources) if isinstance(given, str) else path_of(given, "the path")
     if not isinstance(control, Signal):
         if request.facing is not None:
             raise RequestError("facing is for a drawn path; a motion faces by itself")
         return control
     path = smooth_path(control, request.smooth_time, request.smooth_space)
     return path if request.facing is None else begin_facing(path, math.radians(request.facing))
-
-
-def _of_file(name: str, sources: KeySources) -> Signal | Motion:
-    if name in sources.motions:
-        return sources.motions[name]
-    loaded = read(sources.folder / name, sources.options)
-    for line in loaded.notes if sources.note else ():
-        assert sources.note is not None
-        sources.note(f"{name}: {line}")
-    return only_track(loaded.take)
 
 
 def method_of(request: Request, partners: bool) -> PerformanceControl:
@@ -258,6 +247,19 @@ def method_of(request: Request, partners: bool) -> PerformanceControl:
         keep_time=request.keep_time,
         first_facing=0.0 if request.facing is None else FIRST_FACING,
     )
+
+
+def between_method(request: Request) -> KeyframeControl:
+    """The configuration by which a request's keys are gone between: that of ``inbetween``.
+
+    Parameters
+    ----------
+    request : Request
+    """
+    row = request.between
+    search = TimedSearch(moves=row.moves, without=row.without, force_timing=row.force)
+    search = replace(search, begin_unasked=0.0, unasked=0.0) if row.filler else search
+    return KeyframeControl(solver=search, mirror=request.mirror)
 
 
 def asked_of(request: Request, sources: KeySources) -> Asked:
@@ -312,59 +314,6 @@ def rules_of(row: MoveRow) -> tuple[Rule, ...]:
     return (Rule(row.start, row.stop, called=row.name, forbid=row.forbid, weight=row.weight),)
 
 
-def layer_of(row: LayerRow, library: Library, sources: KeySources) -> Layer:
-    """The layer of a row.
-
-    Parameters
-    ----------
-    row : LayerRow
-    library : Library
-        Where readings and keys take poses from, unless the row has another.
-    sources : KeySources
-        Where files are, and how they are read.
-
-    Raises
-    ------
-    RequestError
-        Unless it has a motion, readings or keys, one of them; for parts that do not exist, and as each of them does.
-    FormatError
-        For a file that cannot be read.
-    """
-    given = [name for name in ("motion", "readings", "keys") if getattr(row, name)]
-    parts = " and ".join(row.parts)
-    if len(given) != 1:
-        found = ", ".join(given) or "none"
-        raise RequestError(f"the layer of {parts}: expected a motion, readings or keys, one of them, found {found}")
-    folders = (row.library,) if isinstance(row.library, str) else row.library
-    own = open_library([sources.folder / each for each in folders]) if folders else library
-    made = {"motion": _motion_layer, "readings": _readings_layer, "keys": _keys_layer}[given[0]](row, own, sources)
-    return replace(made, start=row.start, ease=row.ease, hold=row.hold)
-
-
-def _motion_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
-    motion = _of_file(row.motion, sources)
-    if isinstance(motion, Signal):
-        raise RequestError(f"the layer of {' and '.join(row.parts)}: expected a motion, found a path in {row.motion}")
-    return Layer(motion, row.parts, name=row.motion)
-
-
-def _readings_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
-    readings, said = read_rows(sources.folder / row.readings)
-    for line in said if sources.note else ():
-        assert sources.note is not None
-        sources.note(f"{row.readings}: {line}")
-    beside = sources.folder / row.layout
-    method = SensorControl(layout=read_layout(str(beside) if beside.exists() else row.layout), kinds=kinds_of(readings))
-    return replace(sense_layer(readings, row.parts, library, method, note=sources.note), name=row.readings)
-
-
-def _keys_layer(row: LayerRow, library: Library, sources: KeySources) -> Layer:
-    own = replace(sources, library=library)
-    keys = tuple(key_of_row(each, each.name or f"key {number}", own) for number, each in enumerate(row.keys, 1))
-    (made,) = inbetween_with(fit_keyframe(KeyframeControl(), library, note=sources.note), keys)
-    return Layer(made.motion, row.parts, name="keys", pieces=made.pieces)
-
-
 def _contact(row: ContactRow) -> Annotation:
     if not 0 <= row.start < row.stop:
         raise RequestError(f"a contact runs from a start to a later stop, found {row.start:g} and {row.stop:g}")
@@ -382,7 +331,7 @@ def _keys_only(request: Request, library: Library, sources: KeySources, fitting:
     if not request.keys:
         raise RequestError("the request asks for nothing: give it a path, a partner or keys")
     keys = tuple(key_of_row(row, row.name or f"key {number}", sources) for number, row in enumerate(request.keys, 1))
-    method = KeyframeControl(mirror=request.mirror)
+    method = between_method(request)
     model = fitting.keyframe(method, library, track=request.target or None, note=sources.note)
     (made,) = inbetween_with(model, keys)
     return Rendered(made, None, model)

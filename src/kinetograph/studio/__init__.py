@@ -13,12 +13,15 @@ _ROOMS = {
     "Desk": "desk.desk",
     "Project": "project",
     "Sensors": "project",
+    "Taken": "requests",
     "StudioSink": "serving.live_sink",
     "begin": "desk.beginning",
     "player_page": "sharing",
     "read_project": "project",
     "serve_studio": "serving.server",
+    "request_of": "requests",
     "with_libraries": "desk.beginning",
+    "with_request": "requests",
     "write_project": "project",
 }
 
@@ -27,11 +30,14 @@ __all__ = [
     "Project",
     "Sensors",
     "StudioSink",
+    "Taken",
     "begin",
     "player_page",
     "read_project",
+    "request_of",
     "serve_studio",
     "with_libraries",
+    "with_request",
     "write_project",
 ]
 
@@ -50,6 +56,7 @@ if TYPE_CHECKING:
     from kinetograph.studio.desk.beginning import begin, with_libraries
     from kinetograph.studio.desk.desk import Desk
     from kinetograph.studio.project import Project, Sensors, read_project, write_project
+    from kinetograph.studio.requests import Taken, request_of, with_request
     from kinetograph.studio.serving.live_sink import StudioSink
     from kinetograph.studio.serving.server import serve_studio
     from kinetograph.studio.sharing import player_page

@@ -11,6 +11,7 @@ from typing import Literal
 import msgspec
 
 from kinetograph.formats.atomic import atomic_path
+from kinetograph.formats.request_json import ContactRow, MoveRow, OnPathRow
 from kinetograph.formats.texts import read_json
 
 VERSION: Literal[1] = 1
@@ -87,6 +88,14 @@ class Walk(_Part, frozen=True):
         What is pinned and forbidden, in seconds of the path.
     layers : tuple of LayerRow
         Parts of the body that something else drives; later ones are on top.
+    keys : tuple of OnPathRow
+        Poses to pass through on the path; as those of a request, with files of the project.
+    moves : tuple of MoveRow
+        Moves that are asked for, or ruled out, in spans of the path.
+    contacts : tuple of ContactRow
+        Feet that stay where they are for a span.
+    fill : bool
+        Whether spans around keys that no segment is like are filled by recordings that have them.
     """
 
     library: str = ""
@@ -98,6 +107,10 @@ class Walk(_Part, frozen=True):
     facing: float | None = None
     rules: tuple[RuleRow, ...] = ()
     layers: tuple[LayerRow, ...] = ()
+    keys: tuple[OnPathRow, ...] = ()
+    moves: tuple[MoveRow, ...] = ()
+    contacts: tuple[ContactRow, ...] = ()
+    fill: bool = False
 
 
 class PartRow(_Part, frozen=True):

@@ -1,20 +1,24 @@
-"""What a section searched for by the segmental search: its model, its control and its rules, for questions about it."""
+"""What a section searched for: its model, its control and what is asked along it, for questions about it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from kinetograph.errors import RequestError
 from kinetograph.studio.duet.making import MadeDuet
+from kinetograph.studio.fitting import sources_of
 from kinetograph.studio.made import Made
 from kinetograph.studio.project import Project, RuleRow
+from kinetograph.studio.requests import walk_request
 from kinetograph.studio.room import Room
-from kinetograph.studio.walk.model import control_of, model_of, rules_of
+from kinetograph.studio.walk.model import control_of, model_of
 
 if TYPE_CHECKING:
     from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.methods.together import Asked
     from kinetograph.motion import Motion
+    from kinetograph.pipeline import Rendered
     from kinetograph.signal import Signal
     from kinetograph.synthesis import Piece, Synthesis
 
@@ -27,14 +31,15 @@ class Searched:
     ----------
     model : PerformanceModel
     control : Signal or Motion
-    rules : tuple of RuleRow
+    asked : Asked
+        Along the control.
     made : Made, optional
         What was made last.
     """
 
     model: PerformanceModel
     control: Signal | Motion
-    rules: tuple[RuleRow, ...]
+    asked: Asked
     made: Made | None
 
     @property
@@ -43,6 +48,13 @@ class Searched:
         if self.made is None:
             raise RequestError("there is no walk yet; draw a path first")
         return self.made.synthesis
+
+    @property
+    def rendered(self) -> Rendered:
+        """What was made last, with what it was made of. Raises RequestError where there is nothing yet."""
+        from kinetograph.pipeline import Rendered
+
+        return Rendered(self.synthesis, self.control, self.model, self.asked)
 
     def piece_at(self, second: float) -> Piece:
         """The piece at a time of what is shown. Raises RequestError for a time outside it."""
@@ -53,9 +65,11 @@ class Searched:
 
     def under(self, rules: tuple[RuleRow, ...]) -> Synthesis:
         """What is made under more rules, as ``kinetograph perform`` makes it."""
-        from kinetograph.pipeline import perform_with
+        from kinetograph.methods.performance import Rule
+        from kinetograph.pipeline import perform_asked
 
-        return perform_with(self.model, self.control, rules=rules_of((*self.rules, *rules)))
+        more = tuple(Rule(r.start, r.stop, take=r.take, source=r.source, forbid=r.forbid) for r in rules)
+        return perform_asked(self.model, self.control, replace(self.asked, rules=(*self.asked.rules, *more)))
 
 
 def searched(project: Project, room: Room) -> Searched:
@@ -75,11 +89,16 @@ def searched(project: Project, room: Room) -> Searched:
     RequestError
         Where it has nothing to search for yet.
     """
+    from kinetograph.methods.together import Asked
+    from kinetograph.pipeline.requesting import asked_of
+
     if project.mode == "duet":
         made = room.latest.get("duet")
         if not isinstance(made, MadeDuet) or made.model is None or made.dance is None:
             raise RequestError("there is no follower yet; choose a leader first")
-        return Searched(made.model, made.dance.leader.motion, made.dance.duet.rules, made)
+        return Searched(made.model, made.dance.leader.motion, Asked(rules=made.dance.rules), made)
     if len(project.walk.path) < 2:
         raise RequestError("there is no walk yet; draw a path first")
-    return Searched(model_of(project, room), control_of(project.walk), project.walk.rules, room.latest.get("walk"))
+    library = room.library(project.libraries, project.walk.library)
+    asked = asked_of(walk_request(project), sources_of(room, library))
+    return Searched(model_of(project, room), control_of(project, room), asked, room.latest.get("walk"))

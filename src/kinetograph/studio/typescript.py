@@ -9,6 +9,7 @@ from typing import Any, get_args
 import msgspec
 from msgspec import inspect
 
+from kinetograph.formats.keys_json import PartRow
 from kinetograph.studio import messages, project
 
 DECLARATIONS = Path(__file__).parent / "client" / "messages.d.ts"
@@ -31,7 +32,7 @@ def declarations() -> str:
     -------
     str
     """
-    kinds = [*_structs(project), *_structs(messages)]
+    kinds = [*_of_requests(), *_structs(project), *_structs(messages)]
     said = [kind.__name__ for kind in kinds if issubclass(kind, messages.Message) and kind is not messages.Message]
     union = "\n  | ".join(said)
     parts = [
@@ -55,13 +56,27 @@ def _structs(module: Any) -> list[type[msgspec.Struct]]:
     ]
 
 
+def _of_requests() -> list[type[msgspec.Struct]]:
+    """The rows of requests that a project has."""
+    return [PartRow, *(each for each in vars(project).values() if isinstance(each, type) and _requested(each))]
+
+
+def _requested(kind: type) -> bool:
+    return issubclass(kind, msgspec.Struct) and kind.__module__.startswith("kinetograph.formats")
+
+
+def _named(kind: type) -> str:
+    """The name of a class on the page: rows of requests are told apart from the studio's own."""
+    return f"Request{kind.__name__}" if _requested(kind) else kind.__name__
+
+
 def _interface(kind: type[msgspec.Struct]) -> str:
     info = inspect.type_info(kind)
     assert isinstance(info, inspect.StructType)
     lines = [f"  {info.tag_field}: {_literal(info.tag)};"] if info.tag_field else []
     lines += [f"  {field.encode_name}{'' if field.required else '?'}: {_type(field.type)};" for field in info.fields]
     summary = (kind.__doc__ or "").strip().splitlines()[0]
-    return "\n".join([f"/** {summary} */", f"export interface {kind.__name__} {{", *lines, "}"])
+    return "\n".join([f"/** {summary} */", f"export interface {_named(kind)} {{", *lines, "}"])
 
 
 def _type(kind: inspect.Type) -> str:
@@ -80,7 +95,7 @@ def _type(kind: inspect.Type) -> str:
         case inspect.DictType():
             return f"Record<{_type(kind.key_type)}, {_type(kind.value_type)}>"
         case inspect.StructType():
-            return kind.cls.__name__
+            return _named(kind.cls)
     raise TypeError(f"no type of the page for {kind}")
 
 

@@ -3,6 +3,9 @@
 The hips are compared, frame by frame, with the place along the curve as Blender itself draws it.
 """
 
+import importlib
+import time
+
 import bpy
 import numpy as np
 from common import FOLDER, WALKS, along, bezier, emptied, finish, heads, installed, role, row, seen
@@ -188,6 +191,30 @@ def on_it(fps):
         row(what, apart.max() < 0.01, said(apart))
 
 
+def again():
+    """The second call on a library: how long it takes, and how much of that kinetograph takes to answer."""
+    link = importlib.import_module("bl_ext.user_default.kinetograph.link")
+    emptied(24)
+    thing, waited, ask, take = bezier("path", S), [], link.Link.ask, link.Link._take
+
+    def asked(self, *given):
+        waited.append(-time.perf_counter())
+        return ask(self, *given)
+
+    def taken(self, line):
+        if b'"result"' in (line if isinstance(line, bytes) else line.encode())[:40]:
+            waited.append(time.perf_counter())
+        return take(self, line)
+
+    link.Link.ask, link.Link._take = asked, taken
+    began = time.perf_counter()
+    bpy.ops.kinetograph.walk(curve=thing.name, library=WALKS, speed=1.1)
+    seconds = time.perf_counter() - began
+    link.Link.ask, link.Link._take = ask, take
+    rest = seconds - sum(waited)
+    row("the second call", rest < 0.5, f"{seconds:.2f} s, of which {sum(waited):.2f} s until kinetograph answers")
+
+
 installed()
 constant("straight, 24 fps", [(0, 0), (0, 3), (0, 6)], False, 24)
 constant("an S, 25 fps", S, False, 25)
@@ -203,6 +230,7 @@ radii()
 nurbs()
 empty()
 scaled()
+again()
 for each in (24, 25, 30, 60):
     on_it(each)
 finish()

@@ -12,6 +12,9 @@ MODULE = "bl_ext.user_default.kinetograph"
 installed()
 live = __import__(f"{MODULE}.live", fromlist=["live"])
 tasks = __import__(f"{MODULE}.tasks", fromlist=["tasks"])
+apply = __import__(f"{MODULE}.apply", fromlist=["apply"])
+motions = __import__(f"{MODULE}.motions", fromlist=["motions"])
+UNUSED = ("breast", "pelvis", "heel", "ear", "eye")
 FILE = f"replay:{readings()}"
 
 
@@ -60,7 +63,7 @@ def new_armature():
     seen, keyed = [], []
 
     def look():
-        if session.poses:
+        if session.poses and not session._keeping:
             thing = bpy.context.object
             seen.append((session.shown.second - session.poses[0][0], placed(thing, role(thing, "hips"))))
             keyed.append(bool(thing.animation_data and thing.animation_data.action))
@@ -110,7 +113,9 @@ def by_the_timer():
         went_on |= window.modal(context, timer)
         time.sleep(0.01)
     bpy.ops.kinetograph.live_stop()
-    last = window.modal(context, timer)
+    last = {"PASS_THROUGH"}
+    while last == {"PASS_THROUGH"}:  # what was received becomes keys in slices
+        last = window.modal(context, timer)
     action = bpy.context.object.animation_data.action
     good = other == went_on == {"PASS_THROUGH"} and last == {"FINISHED"} and action is not None
     row("events pass through until Stop", good, window.said[-1])
@@ -164,16 +169,31 @@ def rigify():
     bpy.ops.pose.rigify_generate()
     thing = next(each for each in bpy.data.objects if each.type == "ARMATURE" and each != meta)
     session = Asked(armature=thing.name, keep=False).session(bpy.context)
-    apart = []
+    apart, off, wanted = [], [], {}
+
+    def remember(rig, *given):
+        wanted["turned"], wanted["heads"] = targets(rig, *given)
+        return wanted["turned"], wanted["heads"]
+
+    targets, apply.targets = apply.targets, remember
 
     def look():
-        if session.poses:
+        if session.poses and wanted:
+            bpy.context.view_layer.update()
+            bones = motions.evaluated(thing).pose.bones
+            heads = np.array([bones[name].head[:] for name in session.shown.rig.bones])
+            used = [i for i, name in enumerate(session.shown.rig.bones) if not any(w in name for w in UNUSED)]
+            off.append(np.linalg.norm(heads - wanted["heads"][0], axis=1)[used].max())
             feet = [placed(thing, session.target.roles[name]) for name in ("left_foot", "right_foot")]
             apart.append(float(np.linalg.norm(feet[0][:2] - feet[1][:2])))
 
-    took = driven(session, 1.5, look)
-    said = f"feet up to {max(apart):.2f} m apart; a look takes {1000 * np.median(took):.0f} ms"
-    row("live on Rigify's controls", SAMPLE or max(apart) > 0.4, said)
+    took = driven(session, 3.5, look)
+    apply.targets = targets
+    looks = f"{len(took)} looks took {1000 * np.median(took):.0f} ms, the longest {1000 * took.max():.0f}"
+    said = f"feet up to {max(apart):.2f} m apart; {looks}"
+    row("live on Rigify's controls", (SAMPLE or max(apart) > 0.4) and np.median(took) < 0.06, said)
+    said = f"joints {100 * np.median(off):.1f} cm off what was received, at most {100 * max(off):.1f}"
+    row("and where they should be", max(off) < 0.05, said)
 
 
 def faults():

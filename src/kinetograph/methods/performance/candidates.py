@@ -14,7 +14,7 @@ from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted, fitted_for, preference_costs
 from kinetograph.methods.performance.interpretation import Interpreting
 from kinetograph.methods.performance.pieces import pieces_of
-from kinetograph.methods.performance.rules import Rule
+from kinetograph.methods.performance.rules import Demand, Rule
 from kinetograph.methods.performance.scoring import at_rate
 from kinetograph.progress import Progress
 from kinetograph.synthesis import Piece
@@ -30,8 +30,8 @@ class Candidate:
         At the search's rate.
     cost, interpretation, continuity, reuse : float
         What the whole sequence costs, and the terms that this is the sum of.
-    rules : tuple of Rule
-        Under which its sequence is the best: those that were given, and those against the pieces that are better.
+    rules : tuple of Rule or Moment
+        Under which its sequence is the best: what was given, and rules against the pieces that are better.
     preference : float
         What changes of person or style, and unusual motion, cost: the last term.
     """
@@ -41,7 +41,7 @@ class Candidate:
     interpretation: float
     continuity: float
     reuse: float
-    rules: tuple[Rule, ...]
+    rules: tuple[Demand, ...]
     preference: float = 0.0
 
 
@@ -50,7 +50,7 @@ def next_best(
     control: Control,
     second: float,
     count: int,
-    rules: Sequence[Rule] = (),
+    rules: Sequence[Demand] = (),
     progress: Progress | None = None,
 ) -> tuple[Candidate, ...]:
     """The piece at a time of a control, and up to ``count`` others that would take its place, the best first.
@@ -64,8 +64,8 @@ def next_best(
     second : float
         Within the control.
     count : int
-    rules : sequence of Rule
-        What is pinned or forbidden anyway.
+    rules : sequence of Rule or Moment
+        What is pinned, forbidden or to be shown anyway.
     progress : Progress, optional
         Called with the sequences found and their number.
 
@@ -83,7 +83,7 @@ def next_best(
     fitted = fitted_for(fitted, control)
     search = Interpreting(fitted, at_rate(control.points, control.fps, fitted.settings.rate))
     found: list[Candidate] = []
-    under = tuple(rules)
+    under: tuple[Demand, ...] = tuple(rules)
     while len(found) <= count:
         try:
             path = search.best(under)
@@ -100,7 +100,9 @@ def next_best(
     return tuple(found)
 
 
-def _candidate(fitted: Fitted, x: FloatArray, path: SegmentalPath, second: float, rules: tuple[Rule, ...]) -> Candidate:
+def _candidate(
+    fitted: Fitted, x: FloatArray, path: SegmentalPath, second: float, rules: tuple[Demand, ...]
+) -> Candidate:
     rate = fitted.settings.rate
     borders = np.concatenate([path.starts[:1], path.stops]).astype(np.float64)
     pieces = pieces_of(fitted, x, rate, [fitted.segment_of(state) for state in path.states], borders)

@@ -107,13 +107,33 @@ def explained(
     RequestError
         As `performed`, and for a moment outside the control.
     """
+    bent, demands = settled_demands(model, control, asked)
+    return explain(model.fitted, bent, second, demands, count)
+
+
+def settled_demands(
+    model: PerformanceModel, control: Take | Signal | Motion, asked: Asked
+) -> tuple[Control, tuple[Demand, ...]]:
+    """The control as it is performed, and what the search is asked for, every moment at its best time.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+
+    Raises
+    ------
+    RequestError
+        As `performed`.
+    """
     read = _read(model, control, asked)
-    if not (asked.keys or asked.feet):
-        return explain(model.fitted, read, second, asked.rules, count)
+    if not (asked.keys or asked.feet or asked.contacts):
+        return read, asked.rules
     _, bent, demands = _demanded(model, read, asked)
     fitted = fitted_for(model.fitted, bent)
     x = at_rate(bent.points, bent.fps, fitted.settings.rate)
-    return explain(model.fitted, bent, second, settle(fitted, x, None, demands)[1], count)
+    return bent, settle(fitted, x, None, demands)[1]
 
 
 def _read(model: PerformanceModel, control: Take | Signal | Motion, asked: Asked) -> Control:

@@ -5,6 +5,50 @@
 /** The sections of a project. */
 export type Mode = "walk" | "keys" | "duet" | "sensors";
 
+/** A part of a key that is to be elsewhere than in the pose; see this module for the fields. */
+export interface RequestPartRow {
+  role: string;
+  in: "root" | "world";
+  position?: [number, number, number] | null;
+  orientation?: [number, number, number, number] | null;
+}
+
+/** A foot that stays where it is for a span. */
+export interface RequestContactRow {
+  part: "left_foot" | "left_toe" | "right_foot" | "right_toe";
+  start: number;
+  stop: number;
+}
+
+/** A move that is asked for, or ruled out, in a span. */
+export interface RequestMoveRow {
+  start: number;
+  stop: number;
+  name?: string;
+  forbid?: boolean;
+  weight?: number | null;
+  first?: "" | "left" | "right";
+  last?: "" | "left" | "right";
+}
+
+/** A key of a request. */
+export interface RequestOnPathRow {
+  pose: string;
+  time?: number | [number, number] | null;
+  position?: [number, number] | null;
+  heading?: number | null;
+  roles?: string[] | null;
+  parts?: RequestPartRow[];
+  track?: string | null;
+  units?: string | null;
+  up?: string | null;
+  fps?: number | null;
+  name?: string | null;
+  along?: number | null;
+  near?: [number, number] | null;
+  weight?: number;
+}
+
 /** What is pinned or forbidden in a span of a control; see `kinetograph.methods.performance.Rule`. */
 export interface RuleRow {
   start: number;
@@ -37,6 +81,10 @@ export interface Walk {
   facing?: number | null;
   rules?: RuleRow[];
   layers?: LayerRow[];
+  keys?: RequestOnPathRow[];
+  moves?: RequestMoveRow[];
+  contacts?: RequestContactRow[];
+  fill?: boolean;
 }
 
 /** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
@@ -784,6 +832,9 @@ export interface Why {
   time: number;
   rows: WhyRow[];
   without: WithoutRow[];
+  span?: [number, number] | null;
+  played?: PieceRow[];
+  layers?: string[];
 }
 
 /** A piece that could be at a time of the walk, with what the best walk with it is charged for. */

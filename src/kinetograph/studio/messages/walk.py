@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from kinetograph.studio.messages.frames import Message
+from kinetograph.studio.messages.made import PieceRow
 from kinetograph.studio.project import RuleRow
 
 
@@ -185,9 +186,20 @@ class WithoutRow(msgspec.Struct, frozen=True):
 
 
 class Why(Message, frozen=True, tag="why"):
-    """Why a piece is there: those with the least margins, and what would have to go for another to be there."""
+    """Why a piece is there: those with the least margins, and what would have to go for another to be there.
+
+    Parameters
+    ----------
+    span : (float, float), optional
+        Where a span is filled around keys: its seconds, and in ``played`` the recordings there; there are no rows then.
+    layers : tuple of str
+        What drives parts of the body.
+    """
 
     id: int
     time: float
     rows: tuple[WhyRow, ...]
     without: tuple[WithoutRow, ...]
+    span: tuple[float, float] | None = None
+    played: tuple[PieceRow, ...] = ()
+    layers: tuple[str, ...] = ()

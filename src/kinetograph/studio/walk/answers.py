@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetograph.errors import RequestError
-from kinetograph.studio.made import bodies, clip
+from kinetograph.studio.made import bodies, clip, piece_row
 from kinetograph.studio.messages import (
     AskPace,
     AskWhy,
@@ -32,7 +32,7 @@ from kinetograph.studio.project import Project, RuleRow
 from kinetograph.studio.room import Room
 from kinetograph.studio.searched import searched
 from kinetograph.studio.sections import Answer
-from kinetograph.studio.walk.model import direction, model_of, rules_of
+from kinetograph.studio.walk.model import direction, model_of
 
 if TYPE_CHECKING:
     from kinetograph.motion import Motion
@@ -55,12 +55,14 @@ def _mean_speed(motion: Motion) -> float:
 
 
 def _next_best(room: Room, project: Project, message: NextBest) -> Message:
-    from kinetograph.methods.performance import next_best
+    from kinetograph.methods.performance import Rule, next_best
+    from kinetograph.methods.together import settled_demands
 
     search = searched(project, room)
-    piece, model, own = search.piece_at(message.time), search.model, rules_of(search.rules)
+    piece, model = search.piece_at(message.time), search.model
+    control, own = settled_demands(model, search.control, search.asked)
     second = 0.5 * (max(piece.start, 0.0) + min(piece.stop, search.synthesis.motion.duration))
-    found = next_best(model.fitted, model.read(search.control), second, min(max(message.count, 1), 8), own)
+    found = next_best(model.fitted, control, second, min(max(message.count, 1), 8), own)
     rows = tuple(
         CandidateRow(
             take=each.piece.take,
@@ -74,7 +76,11 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
             continuity=each.continuity,
             reuse=each.reuse,
             more=each.cost - found[0].cost,
-            rules=tuple(RuleRow(r.start, r.stop, r.take, r.source, r.forbid) for r in each.rules[len(own) :]),
+            rules=tuple(
+                RuleRow(rule.start, rule.stop, rule.take, rule.source, rule.forbid)
+                for rule in each.rules[len(own) :]
+                if isinstance(rule, Rule)
+            ),
         )
         for each in (found[0], *sorted(found[1:], key=lambda each: each.cost))
     )
@@ -83,8 +89,14 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
 
 def _why(room: Room, project: Project, message: AskWhy) -> Message:
     """What else could be at a time, as ``kinetograph perform --why`` has it."""
-    search = searched(project, room)
-    reasons = search.model.why(search.control, message.time, rules_of(search.rules))
+    from kinetograph.pipeline import why_at
+
+    answer = why_at(searched(project, room).rendered, message.time)
+    drive = tuple(f"{each.name} drives {', '.join(each.joints)}" for each in answer.layers)
+    reasons = answer.reasons
+    if reasons is None:
+        played = tuple(piece_row(piece) for piece in answer.pieces)
+        return Why(message.id, message.time, (), (), answer.span, played, drive)
     rows = tuple(
         WhyRow(
             take=each.piece.take,
@@ -105,7 +117,7 @@ def _why(room: Room, project: Project, message: AskWhy) -> Message:
         WithoutRow(other.constraint, p.take, p.mirrored, p.source_start, p.source_stop, other.saved)
         for other, p in pieces
     )
-    return Why(message.id, message.time, rows, without)
+    return Why(message.id, message.time, rows, without, layers=drive)
 
 
 def _candidate_clip(room: Room, project: Project, message: CandidateClip) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import msgspec
 import numpy as np
 
 from kinetograph.arrays import FloatArray
@@ -15,9 +16,8 @@ from kinetograph.studio.project import Project, Walk
 from kinetograph.studio.room import Room
 from kinetograph.studio.sections import Run
 from kinetograph.studio.walk.answers import ANSWERS
-from kinetograph.studio.walk.layers import layers_of
 from kinetograph.studio.walk.live import ready, run
-from kinetograph.studio.walk.model import model_of, perform, performed
+from kinetograph.studio.walk.model import model_of, performed, rendered
 
 if TYPE_CHECKING:
     from kinetograph.synthesis import Synthesis
@@ -52,18 +52,19 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
     if len(project.walk.path) < 2:
         return None
     from kinetograph.evaluation import control_distances
-    from kinetograph.pipeline import layered, recordings_of
+    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.signal import Signal
 
-    model, layers = model_of(project, room), layers_of(project, room)
-    synthesis = perform(model, project.walk, project.walk.rules, progress)
-    if layers:
-        synthesis = layered(synthesis, layers, recordings_of(model, synthesis))
-    middles, fps = performed(model, project.walk)
+    result = rendered(project, room, progress)
+    synthesis, model, path = result.synthesis, result.model, result.control
+    assert isinstance(model, PerformanceModel)
+    assert isinstance(path, Signal)
+    middles, fps = performed(model, path)
     errors = control_distances(synthesis.motion, middles[:, None], fps)
     error = Lane("path error", "error", values=_rounded(100 * errors), unit="cm")
     return Made(
         (synthesis,),
-        lanes=(*_moves(synthesis), *_layers(synthesis), error),
+        lanes=(*_moves(synthesis), *_keys(synthesis, project.walk), *_layers(synthesis), error),
         figures=_figures(synthesis, errors),
         path=_shown(middles, fps),
     )
@@ -83,7 +84,8 @@ def prepare(project: Project, room: Room) -> None:
     usual = float(np.median(recorded_speeds(model.fitted)))
     straight = tuple((t, 0.0, usual * t) for t in np.arange(0.0, PREPARED + 0.05, 0.1).tolist())
     ready(project, room)
-    perform(model, Walk(path=straight), ())
+    walk = Walk(library=project.walk.library, path=straight, mirror=project.walk.mirror)
+    rendered(msgspec.structs.replace(project, walk=walk), room)
 
 
 def _shown(middles: FloatArray, fps: float) -> tuple[tuple[float, float, float], ...]:
@@ -102,6 +104,16 @@ def _moves(synthesis: Synthesis) -> tuple[Lane, ...]:
     """A lane of the moves that the recordings name, if they do."""
     spans = tuple(Span(n.start, n.stop, n.label) for n in synthesis.annotations if n.kind == "move")
     return (Lane("moves", "moves", spans),) if spans else ()
+
+
+def _keys(synthesis: Synthesis, walk: Walk) -> tuple[Lane, ...]:
+    """A lane of the keys at the times at which they are met, and of the spans that are filled around them."""
+    if not synthesis.met:
+        return ()
+    named = zip(walk.keys, synthesis.met, strict=True)
+    spans = [Span(time, time, row.name or row.pose, f"{row.pose}, met at {time:.2f} s") for row, time in named]
+    filled = [Span(start, stop, "filled") for start, stop in synthesis.filled]
+    return (Lane("keys", "keys", tuple(spans)), *((Lane("filled", "moves", tuple(filled)),) if filled else ()))
 
 
 def _layers(synthesis: Synthesis) -> tuple[Lane, ...]:

@@ -2,71 +2,68 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
 from kinetograph.progress import Progress
-from kinetograph.studio.project import Project, RuleRow, Walk
+from kinetograph.studio.fitting import fitting_of, require_files, sources_of
+from kinetograph.studio.project import Project
+from kinetograph.studio.requests import walk_request
 from kinetograph.studio.room import Room
 
 if TYPE_CHECKING:
-    from kinetograph.methods.performance import PerformanceModel, Rule
+    from kinetograph.methods.performance import PerformanceModel
+    from kinetograph.pipeline import Rendered
     from kinetograph.signal import Signal
-    from kinetograph.synthesis import Synthesis
 
 
 def model_of(project: Project, room: Room) -> PerformanceModel:
     """The fitted model of a project's walk."""
-    from kinetograph.methods.performance import FIRST_FACING, PerformanceControl, PerformanceModel
+    from kinetograph.pipeline.requesting import method_of
 
-    library, walk = room.library(project.libraries, project.walk.library), project.walk
-    key = "walk", walk.mirror
-    model = room.fitted(library, key, lambda: PerformanceControl(mirror=walk.mirror).fit(library))
-    first = 0.0 if walk.facing is None else FIRST_FACING
-    if not walk.keep_time and not first:
-        return model
-    settings = replace(model.method, keep_time=walk.keep_time, first_facing=first)
-    asked = *key, walk.keep_time, first
-    return room.fitted(library, asked, lambda: PerformanceModel(replace(model.fitted, settings=settings)))
+    library = room.library(project.libraries, project.walk.library)
+    model: PerformanceModel = fitting_of(room).performance(method_of(walk_request(project), partners=False), library)
+    return model
 
 
-def drawn(walk: Walk) -> Signal:
-    """The path of a walk as ``perform`` would read it from a file, before it is smoothed."""
-    from kinetograph.formats.csv import path_of
+def rendered(project: Project, room: Room, progress: Progress | None = None) -> Rendered:
+    """The walk of a project, as ``kinetograph render`` makes it of its request.
 
-    return path_of(walk.path, "the path")
+    Parameters
+    ----------
+    project : Project
+    room : Room
+    progress : Progress, optional
+        Called with the steps done and their number.
+
+    Raises
+    ------
+    RequestError
+        For a walk that cannot be made.
+    """
+    from kinetograph.pipeline import render_request
+
+    request, library = walk_request(project), room.library(project.libraries, project.walk.library)
+    require_files(request, room)
+    return render_request(request, library, sources_of(room, library), progress, fitting_of(room))
 
 
-def rules_of(rows: tuple[RuleRow, ...]) -> tuple[Rule, ...]:
-    """Rows of a project as rules."""
-    from kinetograph.methods.performance import Rule
-
-    return tuple(Rule(r.start, r.stop, take=r.take, source=r.source, forbid=r.forbid) for r in rows)
-
-
-def perform(
-    model: PerformanceModel, walk: Walk, rules: tuple[RuleRow, ...], progress: Progress | None = None
-) -> Synthesis:
-    """The walk under rules, as ``kinetograph perform`` makes it."""
-    from kinetograph.pipeline import perform_with
-
-    return perform_with(model, control_of(walk), rules=rules_of(rules), progress=progress)
-
-
-def control_of(walk: Walk) -> Signal:
+def control_of(project: Project, room: Room) -> Signal:
     """The path that is performed, before it is slowed."""
-    from kinetograph.methods.performance import begin_facing, smooth_path
+    from kinetograph.pipeline import control_of
+    from kinetograph.signal import Signal
 
-    path = smooth_path(drawn(walk), walk.smooth_time, walk.smooth_space)
-    return path if walk.facing is None else begin_facing(path, float(np.radians(walk.facing)))
+    library = room.library(project.libraries, project.walk.library)
+    control = control_of(walk_request(project), sources_of(room, library))
+    assert isinstance(control, Signal)
+    return control
 
 
-def performed(model: PerformanceModel, walk: Walk) -> tuple[FloatArray, float]:
+def performed(model: PerformanceModel, path: Signal) -> tuple[FloatArray, float]:
     """The path that is performed, slowed where it must be, ``(N, 3)``, and its rate."""
-    control = model.read(control_of(walk))
+    control = model.read(path)
     return control.points.mean(axis=1), control.fps
 
 

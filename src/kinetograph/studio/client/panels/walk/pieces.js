@@ -12,7 +12,7 @@ import { button, element, iconButton } from "../../dom.js";
 
 const TERMS = /** @type {const} */ (["interpretation", "continuity", "reuse"]);
 const GHOST = 0.45;
-const NAMES = /** @type {Record<string, string>} */ ({ before: "seam before", after: "seam after", change: "change of person" });
+const NAMES = /** @type {Record<string, string>} */ ({ before: "seam before", after: "seam after", change: "change of person", keys: "unlike keys", rules: "moves not asked for" });
 const TINY = 1e-7; // what costs no more costs nothing
 
 /** What a person sees of pieces and does to them. */
@@ -146,7 +146,12 @@ export class Pieces {
    * @param {import("../../messages.js").Why} why
    * @returns {HTMLElement[]}
    */
-  #reasons({ rows, without, time }) {
+  #reasons({ rows, without, time, span, played = [], layers = [] }) {
+    const drive = layers.length ? [element("ul", { class: "list", "aria-label": "Layers here" }, layers.map((line) => element("li", {}, line)))] : [];
+    if (span) {
+      const said = `From ${span[0].toFixed(2)} to ${span[1].toFixed(2)} s the walk leaves the path to meet a pose. There play:`;
+      return [element("p", { class: "note" }, said), element("ul", { class: "list", "aria-label": "Recordings of the span" }, played.map((each) => element("li", {}, source(each)))), ...drive];
+    }
     const terms = Object.keys(rows[0]?.terms ?? {}).filter((term) => rows.some((row) => Math.abs(row.terms[term]) > TINY));
     const heads = ["rank", "from", "margin", ...terms.map((term) => NAMES[term] ?? term), "choose"].map((name) => element("th", { scope: "col" }, name));
     const body = rows.map((row, i) => this.#reason(row, i, terms, time));
@@ -154,7 +159,7 @@ export class Pieces {
     const table = element("table", { class: "candidate-table" }, caption, element("thead", {}, element("tr", {}, heads)), element("tbody", {}, body));
     const lines = without.map((row) => element("li", {}, `Without ${row.constraint}: ${source(row)}; the whole would cost ${figure(row.saved)} less.`));
     const none = element("p", { class: "note" }, "No single constraint or cost, taken away, would put another piece here.");
-    return [table, lines.length ? element("ul", { class: "list", "aria-label": "What would have to go" }, lines) : none];
+    return [table, lines.length ? element("ul", { class: "list", "aria-label": "What would have to go" }, lines) : none, ...drive];
   }
 
   /**

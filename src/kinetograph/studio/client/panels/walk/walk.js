@@ -1,6 +1,7 @@
 // The panel of a walk: a path is drawn, smoothed, dragged, timed again; a character walks it.
 import { MOUSE, TOUCH } from "three";
 import { button, element, field, press, slider } from "../../dom.js";
+import { Along } from "./along.js";
 import { Follower } from "./follower.js";
 import { Layers } from "./layers.js";
 import { listenOnGround } from "../../stage/ground_pointer.js";
@@ -21,6 +22,7 @@ import { Playback } from "./playback.js";
 
 const GRIP = 12; // pixels from the path within which it is gripped
 const SMOOTH = { smooth_time: 0.2, smooth_space: 0.15 }; // of the first path: hands tremble
+const UNASKED = { rules: [], keys: [], moves: [], contacts: [] }; // what is at seconds of another path
 const CLICK = 4; // pixels that a pointer may move in a click
 const HINTS = {
   draw: "Drag on the ground to draw a path at the pace of the walk. Hold still to wait. Esc ends it.",
@@ -57,14 +59,16 @@ class WalkPanel {
     this.speeds = new SpeedBar();
     this.follower = new Follower(app);
     this.pieces = new Pieces(app, (change, label) => this.#edit(change, label));
+    this.along = new Along(app, (change, label) => this.#edit(change, label));
     this.layers = new Layers(app, (change, label, merge) => this.#edit(change, label, merge));
     this.playback = new Playback(app, this.view);
     this.hint = element("p", { class: "hint", role: "status", hidden: true });
     app.stage.parent.append(this.hint);
-    this.element = element("div", { class: "walk" }, this.#pathSection(), this.#shapeSection(), this.#changeSection(), this.layers.element, this.playback.element, this.pieces.element);
+    this.element = element("div", { class: "walk" }, this.#pathSection(), this.#shapeSection(), this.#changeSection(), this.along.element, this.layers.element, this.playback.element, this.pieces.element);
     app.store.on("project", () => this.#entered && this.#showProject());
     app.store.on("welcome", () => {
       if (!this.#entered) return;
+      this.along.show();
       this.layers.show();
       void this.#askPace();
     });
@@ -122,7 +126,7 @@ class WalkPanel {
 
   #pathSection() {
     this.timingButton = button("Time it again", () => this.#use(this.#tool === "timing" ? null : "timing"), { pressed: false, title: "Go along the path again, at another pace" });
-    this.clearButton = button("Clear", () => this.#edit({ path: [], rules: [] }, "clear the path"), { title: "Take the path away" });
+    this.clearButton = button("Clear", () => this.#edit({ path: [], ...UNASKED }, "clear the path"), { title: "Take the path away" });
     return element("section", { "aria-label": "Path" }, element("h2", {}, "Path"), element("div", { class: "buttons" }, this.timingButton, this.clearButton), this.speeds.element);
   }
 
@@ -190,6 +194,7 @@ class WalkPanel {
     this.view.showFacing(facing);
     this.speeds.show(path, this.#pace);
     this.pieces.show();
+    this.along.show();
     this.layers.show();
     this.app.showLanes();
     if (`${walk.library ?? ""}${walk.mirror ?? true}` !== this.#paceOf) void this.#askPace();
@@ -299,12 +304,12 @@ class WalkPanel {
       return this.#showProject();
     }
     const first = this.path.length ? {} : SMOOTH;
-    this.#edit({ ...first, path: rows, rules: [] }, "draw a path");
+    this.#edit({ ...first, path: rows, ...UNASKED }, "draw a path");
   }
 
   /** @param {Row[]} rows */
   #finishTiming(rows) {
-    this.#edit({ path: rows, rules: [] }, "draw the timing");
+    this.#edit({ path: rows, ...UNASKED }, "draw the timing");
   }
 
   /**
@@ -413,8 +418,9 @@ class WalkPanel {
   #wait(seconds) {
     if (this.path.length < 2 || !(seconds > 0)) return;
     const time = this.#drawnTime(this.app.transport.time);
-    const rules = (this.walk.rules ?? []).map((rule) => (rule.start > time ? { ...rule, start: rule.start + seconds, stop: rule.stop + seconds } : rule));
-    this.#edit({ path: waiting(this.path, time, seconds), rules }, "wait");
+    const [rules, moves, contacts] = [this.walk.rules, this.walk.moves, this.walk.contacts].map((rows) => later(rows ?? [], time, seconds));
+    const keys = (this.walk.keys ?? []).map((row) => (typeof row.time === "number" && row.time > time ? { ...row, time: row.time + seconds } : row));
+    this.#edit({ path: waiting(this.path, time, seconds), rules, moves, contacts, keys }, "wait");
   }
 
   /**
@@ -449,8 +455,21 @@ class WalkPanel {
   #setPace(from, to, speed) {
     if (this.path.length < 2 || !(from < to) || !(speed > 0)) return this.app.say("a pace is a speed from a second to a later one", "error");
     const last = this.path[this.path.length - 1][0];
-    this.#edit({ path: paced(this.path, Math.max(from, 0), Math.min(to, last), speed), rules: [] }, "set the pace");
+    this.#edit({ path: paced(this.path, Math.max(from, 0), Math.min(to, last), speed), ...UNASKED }, "set the pace");
   }
+}
+
+/**
+ * Spans, those after a time later by some seconds.
+ *
+ * @template {{start: number, stop: number}} T
+ * @param {T[]} rows
+ * @param {number} time
+ * @param {number} seconds
+ * @returns {any[]}
+ */
+function later(rows, time, seconds) {
+  return rows.map((row) => (row.start > time ? { ...row, start: row.start + seconds, stop: row.stop + seconds } : row));
 }
 
 /**
