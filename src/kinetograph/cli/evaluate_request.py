@@ -95,6 +95,7 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "keys missed by at most, mm": max(row["miss_mm"] for row in made),
         "off the path at most, times that without keys": max(row["off"] / row["off_plain"] for row in made),
         "acceleration at most, of the recordings' 99.9th percentile": max(row["acceleration"] for row in made),
+        "likewise, or of the recordings that play": max(row["beyond"] for row in made),
         "filled, s in all": sum(row["filled"] for row in made),
         "keys, and of them in filled spans": ", ".join(str(sum(row[k] for row in made)) for k in ("keys", "played")),
         "of it, s that paths waited": sum(row["waited"] for row in made),

@@ -253,8 +253,7 @@ def perform(
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
-        keyframes = filler(model, library, track=inputs.target, note=note)
-        made = _synthesised(model, performed, answers, asked, keyframes)
+        made = _synthesised(model, performed, answers, asked, filler(model, library, track=inputs.target, note=note))
     made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = answers_at(Rendered(made[0], performed, model, asked), answers.why or ())

@@ -16,6 +16,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.metrics import accelerations, control_distances
+from kinetograph.evaluation.played import Played
 from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
@@ -106,6 +107,8 @@ class PathRequestRow:
         How many keys, and how many of them in spans that were filled.
     filled : float
         Seconds of these spans.
+    beyond : float
+        As ``acceleration``, but where the recording that plays has more itself, as a multiple of that.
     waited : float
         Seconds that the path waited meanwhile.
     """
@@ -126,6 +129,7 @@ class PathRequestRow:
     played: int = 0
     filled: float = 0.0
     waited: float = 0.0
+    beyond: float = np.nan
 
     @property
     def good(self) -> bool:
@@ -309,9 +313,13 @@ def evaluate_requests(
     if keyframes is not None:
         fitted = keyframes()
         keyframes = lambda: fitted  # noqa: E731
+    examples = () if keyframes is None else keyframes().examples
+    played = Played([*examples, *model.fitted.sources])
     usual, rows = usual_of(model.fitted.sources), list[PathRequestRow]()
     for number, request in enumerate(requests, start=1):
-        rows.append(_row(model, request, usual, (keyframes, fill)))
+        row, made = _row(model, request, usual, (keyframes, fill))
+        beyond = np.nan if made is None else float(np.quantile(played.accelerations(made, usual.acceleration), RARE))
+        rows.append(replace(row, beyond=beyond))
         if progress:
             progress(number, len(requests))
     return rows
@@ -319,7 +327,7 @@ def evaluate_requests(
 
 def _row(
     model: PerformanceModel, request: PathRequest, usual: Usual, filling: tuple[Keyframes | None, bool | None]
-) -> PathRequestRow:
+) -> tuple[PathRequestRow, Synthesis | None]:
     kinds = ", ".join(moment.kind for moment in request.moments)
     row = PathRequestRow(request.name, kinds, request.path.duration)
     plain = model.synthesize(request.path)
@@ -327,7 +335,7 @@ def _row(
     try:
         made = performed(model, request.path, Asked(request.keys, fill=filling[1]), keyframes=filling[0])
     except KinetographError as error:
-        return replace(row, refused=str(error))
+        return replace(row, refused=str(error)), None
     spent = time.process_time() - began
     control = model.read(request.path)
     off, off_plain = (
@@ -340,12 +348,13 @@ def _row(
         for each in (made, plain)
     )
     missed = 1000 * max(pose_errors(model, made, request.keys))
-    return replace(
+    row = replace(
         row, miss_mm=missed, off=off, off_plain=off_plain, acceleration=pace, acceleration_plain=pace_plain,
         skate=skate, skate_plain=skate_plain, processor=spent,
         keys=len(made.met), played=sum(start < second < stop for second in made.met for start, stop in made.filled),
         filled=made.statistics.get("filled_seconds", 0.0), waited=made.statistics.get("waited_seconds", 0.0),
     )  # fmt: skip
+    return row, made
 
 
 def _away(made: Synthesis, met: Sequence[float]) -> BoolArray:

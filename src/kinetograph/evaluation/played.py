@@ -53,7 +53,7 @@ class Played:
         for frame in range(len(found)):
             piece, second = made.piece_at(frame + 1), (frame + 1) / fps
             found[frame] /= max(usual, self._at(piece.take, float(piece.source_time(np.array([second]))[0])))
-        return found
+        return np.asarray(found)
 
     def _at(self, take: str, second: float) -> float:
         motion = self._motions.get(take)
