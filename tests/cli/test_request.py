@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -205,3 +207,63 @@ def test_a_moment_outside_a_request_is_refused_before_the_work(folder: Path, tmp
         result = invoke("render", asked(folder, tmp_path, **document), "-o", tmp_path / "out.bvh", "--why", 7)
         assert says in str(result.exception)
         assert not (tmp_path / "out.bvh").exists()
+
+
+def test_a_move_by_an_example_asks_for_what_is_like_it(folder: Path, tmp_path: Path) -> None:
+    """The takes differ in their bends only: what is like a left bend is the left bend, or the right one's mirror."""
+    path = [[t, 0, t] for t, _, _ in PATH]
+    for example in ("take:left@1-3", "pose.bvh@1-3"):
+        for mirror, forbid in ((False, False), (True, False), (False, True)):
+            move = {"start": 1, "stop": 3, "like": example, "within": 0.02, "forbid": forbid}
+            request = asked(folder, tmp_path, path=path, moves=[move], mirror=mirror)
+            report = tmp_path / "report.json"
+            answer("render", request, "-o", tmp_path / "asked.bvh", "--report", report, "--force")
+            pieces = json.loads(report.read_text())["pieces"]
+            inside = {(p["take"], p["mirrored"]) for p in pieces if p["start"] < 3 - 1e-6 and p["stop"] > 1 + 1e-6}
+            wanted = {("left", False), ("right", True)}
+            assert inside
+            assert not inside & wanted if forbid else inside <= wanted
+
+
+@pytest.mark.parametrize(
+    ("move", "says"),
+    [
+        ({"like": "take:left@1-3", "name": "left"}, "a move has a name or an example"),
+        ({"name": "left", "within": 0.2}, "within is of a move with an example"),
+        ({"like": "take:left@1"}, "an example is FILE@2-4 or take:NAME@2-4"),
+        ({"like": "take:left@5-9"}, "expected a part of the 6.00 s of 'left'"),
+        ({"like": "take:left@1-3", "within": 0}, "within more than 0 m of it, found 0"),
+        ({"like": "other.bvh@1-3"}, "other.bvh"),
+    ],
+)
+def test_examples_that_are_none_are_refused(folder: Path, tmp_path: Path, move: dict[str, object], says: str) -> None:
+    request = asked(folder, tmp_path, path="path.csv", moves=[{"start": 1, "stop": 2, **move}])
+    result = invoke("render", request, "-o", tmp_path / "out.bvh")
+    assert isinstance(result.exception, KinetographError)
+    assert says in str(result.exception)
+    assert "\n" not in str(result.exception)
+
+
+def test_where_nothing_is_like_an_example_the_nearest_is_named(folder: Path, tmp_path: Path) -> None:
+    left = kg.load(folder / "pose.bvh").motion()
+    rotations = left.rotations.copy()
+    rotations[:, left.skeleton.index("left_shoulder")] = rot.about("z", 2.0)
+    kg.save(replace(left, rotations=rotations), folder / "raised.bvh")
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "out.bvh")
+    result = invoke("perform", *files, "--move", f"1-2=like:{folder}/raised.bvh@1-2; within=0.1")
+    found = re.search(
+        r"nothing in the library is within 0\.10 m of .*raised\.bvh@1-2; the nearest is (\w+) from .* s, ([\d.]+) m: "
+        r"ask for what is within ([\d.]+) m",
+        str(result.exception),
+    )
+    assert found is not None
+    assert float(found[2]) > 0.1
+    answer("perform", *files, "--move", f"1-2=like:{folder}/raised.bvh@1-2; within={float(found[3]) + 0.05:.2f}")
+
+
+def test_an_example_of_the_command_line_is_that_of_the_document(folder: Path, tmp_path: Path) -> None:
+    move = {"start": 1, "stop": 3, "like": "take:left@1-3", "within": 0.05, "weight": 0.5, "first": "left"}
+    made = rendered(asked(folder, tmp_path, path="path.csv", moves=[move]), tmp_path)
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "short.bvh")
+    answer("perform", *files, "--move", "1-3=like:take:left@1-3/left:0.5; within=0.05")
+    assert made == (tmp_path / "short.bvh").read_bytes()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -153,7 +154,8 @@ class Along:
         list[str] | None,
         typer.Option(
             help="Only this from second to second: 4-7=run, a name of a take, a tag or a label; !run: none of it; "
-            "run:0.5: at a cost a second; run/left or run/left/right: which foot first and last. Repeatable."
+            "run:0.5: at a cost a second; run/left or run/left/right: which foot first and last; "
+            "like:take:NAME@2-3.5 or like:FILE@2-3.5: what is like an example. Repeatable."
         ),
     ] = None
 
@@ -166,7 +168,7 @@ class Along:
         ),
     ] = None
 
-    def asked(self, sources: KeySources, rules: Sequence[Rule]) -> Asked:
+    def asked(self, sources: KeySources, rules: Sequence[Rule], mirror: bool) -> Asked:
         """The same for the methods, with rules for pieces."""
         from kinetograph.formats.keys_json import row_from_text
         from kinetograph.formats.request_json import OnPathRow
@@ -177,7 +179,7 @@ class Along:
         rows = [row_from_text(text, f"--key {number}", OnPathRow) for number, text in enumerate(self.key or (), 1)]
         return Asked(
             tuple(asked_key(row, f"--key {number}", sources) for number, row in enumerate(rows, 1)),
-            (*rules, *(rule for row in moves for rule in rules_of(row))),
+            (*rules, *(rule for row in moves for rule in rules_of(row, sources, mirror=mirror))),
             tuple(Span(row.start, row.stop, row.first, row.last) for row in moves if row.first or row.last),
             fill=self.fill,
         )
@@ -223,6 +225,9 @@ def perform(
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/posed.bvh
     --key "take:humanoid3d_walk@0.3; time=4"
 
+    Example: kinetograph perform out/path.csv -l out/walks.library -o out/like.bvh
+    --move 2-4=like:take:humanoid3d_walk@0.2-1
+
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/near.bvh --onto-path 0.15
 
     Example: kinetograph perform out/path.csv -l out/walks.library -o out/why.bvh --why 3.2
@@ -240,7 +245,8 @@ def perform(
     layers.refuse()
     wanted = only_track(read_file(inputs.control, reading))
     library = open_library(inputs.library, inputs.selection)
-    asked = along.asked(KeySources(library, reading.read_options, inputs.target, note=note), search.rules)
+    sources = KeySources(library, reading.read_options, inputs.target, note=note)
+    asked = along.asked(sources, search.rules, inputs.mirror)
     method = following.placed(_configuration(wanted, library, inputs, following, search), finish)
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
@@ -248,8 +254,7 @@ def perform(
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed, asked)
-        _written(made, "", wanted, inputs, answers)
-        _show(made, summary, answers)
+        _end(made, summary, (wanted, inputs, answers))
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
@@ -258,7 +263,19 @@ def perform(
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = answers_at(Rendered(made[0], performed, model, asked), answers.why or ())
     summary = _figures(made[0], model, performed, asked, search.gap)
-    _written(made, moves, wanted, inputs, answers, reasons)
+    _end(made, summary, (wanted, inputs, answers), moves, reasons)
+
+
+def _end(
+    made: Sequence[Synthesis],
+    summary: dict[str, Any],
+    given: tuple[Signal | Motion, Inputs, Answers],
+    moves: str = "",
+    reasons: Sequence[Answer] = (),
+) -> None:
+    """Write what was made, and show what a person wants to know of it."""
+    control, inputs, answers = given
+    _written(made, moves, control, inputs, answers, reasons)
     _show(made, summary, answers, reasons)
 
 
@@ -435,6 +452,9 @@ def move(text: str) -> MoveRow:
     >>> row = move("4-7=run/left:0.5")
     >>> row.start, row.stop, row.name, row.weight, row.first
     (4.0, 7.0, 'run', 0.5, 'left')
+    >>> row = move("4-7=!like:take:wave@2-3.5; within=0.3")
+    >>> row.like, row.within, row.forbid
+    ('take:wave@2-3.5', 0.3, True)
     """
     import msgspec
 
@@ -442,17 +462,28 @@ def move(text: str) -> MoveRow:
 
     span, separator, asked = text.partition("=")
     start, _, stop = span.partition("-")
-    asked, weighted, weight = asked.partition(":")
-    name, *feet = asked.split("/")
-    values: dict[str, object] = {"name": name.removeprefix("!"), "forbid": name.startswith("!")}
+    found = _MOVE.fullmatch(asked.strip())
     try:
-        values |= {"start": float(start), "stop": float(stop)} | ({"weight": float(weight)} if weighted else {})
-        values |= dict(zip(("first", "last"), feet, strict=False))
-        if not separator or len(feet) > 2:
+        if found is None or not separator:
             raise ValueError
+        given = {name: value for name, value in found.groupdict("").items() if value}
+        values: dict[str, object] = {"start": float(start), "stop": float(stop), "forbid": "forbid" in given}
+        values |= {name: given[name].strip() for name in ("name", "like") if name in given}
+        values |= {name: float(given[name]) for name in ("weight", "within") if name in given}
+        values |= dict(zip(("first", "last"), given.get("feet", "").split("/")[1:], strict=False))
         return msgspec.convert(values, MoveRow)
     except (ValueError, msgspec.ValidationError):
         raise RequestError(
-            f"a move is start-stop=name in seconds, as in 4-7=run, 4-7=!run, 4-7=run:0.5 or 4-7=walk/left; "
-            f"found {text!r}"
+            "a move is start-stop=name in seconds, as in 4-7=run, 4-7=!run, 4-7=run:0.5 or 4-7=walk/left, or like an "
+            f"example, as in 4-7=like:take:wave@2-3.5 or 4-7=like:wave.bvh@2-3.5; within=0.3; found {text!r}"
         ) from None
+
+
+_MOVE = re.compile(
+    r"(?P<forbid>!)?"
+    r"(?:like:(?P<like>.+@[\d.]+-[\d.]+)|(?P<name>[^/:]*))"
+    r"(?P<feet>(?:/\w+){0,2})"
+    r"(?::(?P<weight>[^;]+))?"
+    r"(?:;\s*within=(?P<within>.+))?"
+)
+"""What a move's text has after its span."""

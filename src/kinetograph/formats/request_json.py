@@ -9,7 +9,9 @@
   (a second or ``[earliest, latest]``), or a place along the path: ``along``, metres, or ``near``, ``[x, z]``; its own
   ``position`` and ``heading`` are off the path, without them they are those of the path; ``weight`` is what it costs to
   show a recording that differs from it;
-- ``moves``: ``{"start": 4, "stop": 7, "name": "run"}``, a name of a take, a tag or a label; ``forbid`` rules it out;
+- ``moves``: ``{"start": 4, "stop": 7, "name": "run"}``, a name of a take, a tag or a label; or, in place of ``name``,
+  ``like``, an example of the motion, ``"take:NAME@2-3.5"`` or ``"FILE@2-3.5"``, and ``within``, metres from it;
+  ``forbid`` rules it out;
   with ``weight`` another move costs so much a second; ``first`` and ``last`` are the feet, ``left`` or ``right``, that
   are set down first and last in the span;
 - ``pieces``: ``{"start": 1, "stop": 3, "take": "15_03"}``, pinned, or with ``forbid`` ruled out;
@@ -74,6 +76,10 @@ class MoveRow(_Part, frozen=True):
         Seconds of the control.
     name : str
         Of a take, a tag or a label, or words or a pattern of one; several with commas between.
+    like : str
+        An example of it in place of a name: ``"take:NAME@2-3.5"`` or ``"FILE@2-3.5"``, in seconds.
+    within : float, optional
+        Metres from the example; half the median distance of the library's windows unless given.
     forbid : bool
         Rule it out.
     weight : float, optional
@@ -89,6 +95,8 @@ class MoveRow(_Part, frozen=True):
     weight: float | None = None
     first: Literal["", "left", "right"] = ""
     last: Literal["", "left", "right"] = ""
+    like: str = ""
+    within: float | None = None
 
 
 class PieceRow(_Part, frozen=True):

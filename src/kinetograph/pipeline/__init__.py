@@ -44,6 +44,7 @@ _ROOMS = {
     "differing_skeletons": "libraries",
     "disagreements": "ingesting",
     "example_in": "finding",
+    "excerpts_like": "likeness",
     "filler": "requesting",
     "find_alike": "finding",
     "find_copies": "copies",
@@ -125,6 +126,7 @@ __all__ = [
     "differing_skeletons",
     "disagreements",
     "example_in",
+    "excerpts_like",
     "filler",
     "find_alike",
     "find_copies",
@@ -209,6 +211,7 @@ if TYPE_CHECKING:
         read_take,
         read_takes,
     )
+    from kinetograph.pipeline.likeness import excerpts_like
     from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,

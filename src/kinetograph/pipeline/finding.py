@@ -246,10 +246,7 @@ def find_alike(
     RequestError
         For an example whose skeleton has hardly any roles.
     """
-    roles = tuple(role for role in BODY if role in example.skeleton.roles)
-    if len(roles) < _FEWEST:
-        raise RequestError(f"motions are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
-    query = _features(example, roles)[: int(LONGEST * RATE) + 1]
+    roles, query = _query(example)
     found = []
     for group in index.groups:
         squares = _squares(group, query, roles)
@@ -260,6 +257,44 @@ def find_alike(
     leg = leg_length(example.skeleton)
     nearest = sorted(found, key=lambda one: one[1])[:count]
     return [_described(one, len(query), leg) for one in nearest]
+
+
+def distances_from(index: ExampleIndex, example: Motion) -> Iterator[tuple[Group, FloatArray, int]]:
+    """How far every window of an index is from an example, as `find_alike` measures it.
+
+    Parameters
+    ----------
+    index : ExampleIndex
+    example : Motion
+        Its first ``LONGEST`` seconds are compared.
+
+    Yields
+    ------
+    group : Group
+    distances : ndarray, shape (N,)
+        Of the window that begins at each row of the group, metres; infinite where it would reach beyond its motion.
+    width : int
+        Rows of a window.
+
+    Raises
+    ------
+    RequestError
+        For an example whose skeleton has hardly any roles.
+    """
+    roles, query = _query(example)
+    leg = leg_length(example.skeleton)
+    for group in index.groups:
+        squares = _squares(group, query, roles)
+        if squares is not None:
+            yield group, leg * np.sqrt(squares), len(query)
+
+
+def _query(example: Motion) -> tuple[tuple[str, ...], SingleArray]:
+    """The roles of an example, and its features."""
+    roles = tuple(role for role in BODY if role in example.skeleton.roles)
+    if len(roles) < _FEWEST:
+        raise RequestError(f"motions are compared by roles; this skeleton has {', '.join(roles) or 'none'}: name more")
+    return roles, _features(example, roles)[: int(LONGEST * RATE) + 1]
 
 
 def _squares(group: Group, query: SingleArray, roles: tuple[str, ...]) -> FloatArray | None:

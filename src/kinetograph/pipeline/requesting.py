@@ -31,6 +31,7 @@ from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
 from kinetograph.pipeline.layer_rows import layer_of, motion_or_path
 from kinetograph.pipeline.layering import layered, recordings_of
 from kinetograph.pipeline.libraries import has_partners
+from kinetograph.pipeline.likeness import excerpts_like
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
 from kinetograph.post import Layer, OntoPath
@@ -279,7 +280,7 @@ def asked_of(request: Request, sources: KeySources) -> Asked:
     pins = tuple(Rule(p.start, p.stop, take=p.take, source=p.source, forbid=p.forbid) for p in request.pieces)
     return Asked(
         tuple(asked_key(row, f"key {number}", sources) for number, row in enumerate(request.keys, start=1)),
-        (*pins, *(rule for row in request.moves for rule in rules_of(row))),
+        (*pins, *(rule for row in request.moves for rule in rules_of(row, sources, mirror=request.mirror))),
         tuple(Span(row.start, row.stop, row.first, row.last) for row in request.moves if row.first or row.last),
         tuple(_contact(row) for row in request.contacts),
         fill=request.fill,
@@ -299,19 +300,44 @@ def asked_key(row: OnPathRow, label: str, sources: KeySources) -> AskedKey:
     return AskedKey(key_of_row(row, row.name or label, sources), row.along, row.near, row.weight)
 
 
-def rules_of(row: MoveRow) -> tuple[Rule, ...]:
+def rules_of(row: MoveRow, sources: KeySources, *, mirror: bool = False) -> tuple[Rule, ...]:
     """What a row asks of the moves in its span, besides its feet.
+
+    Parameters
+    ----------
+    row : MoveRow
+    sources : KeySources
+        The library in which windows are like an example, and where its file is.
+    mirror : bool
+        Whether mirrored recordings are used.
 
     Raises
     ------
     RequestError
-        For a row that asks for nothing.
+        For a row that asks for nothing, or for a name and an example; and where nothing is like an example.
     """
+    if row.name and row.like:
+        raise RequestError(f"a move has a name or an example, found {row.name!r} and {row.like!r}; ask twice for both")
+    if row.within is not None and not row.like:
+        raise RequestError(f"within is of a move with an example; the one from {row.start:g} s has none")
+    if row.like:
+        return (_rule_like(row, sources, mirror),)
     if not row.name:
         if not (row.first or row.last):
             raise RequestError(f"a move has a name, or a first or last foot; the one from {row.start:g} s has none")
         return ()
     return (Rule(row.start, row.stop, called=row.name, forbid=row.forbid, weight=row.weight),)
+
+
+def _rule_like(row: MoveRow, sources: KeySources, mirror: bool) -> Rule:
+    """The rule of a row that has an example."""
+    library = sources.library
+    if not isinstance(library, Library):
+        raise RequestError(f"like {row.like}: what is like an example is found in a library, and none was given")
+    rule = Rule(row.start, row.stop, forbid=row.forbid, weight=row.weight, like=row.like)
+    text = row.like if row.like.startswith("take:") else str(sources.folder / row.like)
+    found = excerpts_like(text, library, row.within, mirrored=mirror, options=sources.options)
+    return replace(rule, excerpts=found)
 
 
 def _contact(row: ContactRow) -> Annotation:

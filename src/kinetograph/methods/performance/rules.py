@@ -16,8 +16,28 @@ from kinetograph.errors import RequestError
 from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.moments import Moment, States
-from kinetograph.methods.performance.moves import called
+from kinetograph.methods.performance.moves import LEAST, called
 from kinetograph.methods.performance.segments import Source
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """Some seconds of a recording.
+
+    Parameters
+    ----------
+    take, track : str
+    start, stop : float
+        Seconds of the take.
+    mirrored : bool
+        Whether the recording's mirror image is meant.
+    """
+
+    take: str
+    track: str
+    start: float
+    stop: float
+    mirrored: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,6 +60,10 @@ class Rule:
         Name of a take, a tag, a move or a style, words of one, or a pattern.
     weight : float, optional
         What a second costs in which the rule is broken, m^2 s; without it, it must not be broken.
+    like : str
+        What messages call the excerpts.
+    excerpts : tuple of Excerpt, optional
+        Recordings of which a piece shows some for half of its duration or more.
 
     Raises
     ------
@@ -55,6 +79,8 @@ class Rule:
     forbid: bool = False
     called: str | None = None
     weight: float | None = None
+    like: str = ""
+    excerpts: tuple[Excerpt, ...] | None = None
 
     def __post_init__(self) -> None:
         if not self.start < self.stop:
@@ -70,6 +96,7 @@ class Rule:
                 (f"move {self.move!r}", self.move),
                 (f"called {self.called!r}", self.called),
                 (f"second {self.source} of it", self.source),
+                (f"pieces like {self.like}", self.excerpts),
             )
             if given is not None
         )
@@ -95,9 +122,38 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
     chosen = np.array(matches)
     if rule.called is not None:
         chosen &= called(fitted, rule.called)
+    if rule.excerpts is not None:
+        chosen &= shown(fitted, rule.excerpts)
     if not chosen.any():
         raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
     return np.asarray(chosen[fitted.instances.states[:, 0]])
+
+
+def shown(fitted: Fitted, excerpts: Iterable[Excerpt]) -> BoolArray:
+    """The segments ``(N,)`` of which excerpts that do not overlap fill half or more.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    excerpts : iterable of Excerpt
+    """
+    spans: dict[tuple[str, str, bool], list[tuple[float, float]]] = {}
+    for each in excerpts:
+        spans.setdefault((each.take, each.track, each.mirrored), []).append((each.start, each.stop))
+    of_sources = [_every_cycle(s, spans.get((s.take, s.track, s.mirrored), ())) for s in fitted.sources]
+    chosen = []
+    for segment in fitted.instances.segments:
+        starts, stops = of_sources[segment.source].T
+        shared = np.minimum(stops, segment.stop) - np.maximum(starts, segment.start)
+        chosen.append(np.maximum(shared, 0.0).sum() >= max(LEAST * segment.duration, 1e-9))
+    return np.array(chosen, dtype=np.bool_)
+
+
+def _every_cycle(source: Source, spans: Sequence[tuple[float, float]]) -> FloatArray:
+    """Spans ``(N, 2)`` of a recording, of one that loops in each of its cycles."""
+    once = np.array(spans, dtype=np.float64).reshape(-1, 2)
+    cycles = int(np.ceil(source.motion.duration / source.period)) if source.period else 1
+    return np.asarray((once + source.period * np.arange(cycles)[:, None, None]).reshape(-1, 2))
 
 
 Demand = Rule | Moment

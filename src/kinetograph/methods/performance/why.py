@@ -323,7 +323,8 @@ def _named(rule: Demand) -> str:
         return f"the demand for {rule.label}"
     if rule.forbid:
         return f"the rule that forbids {rule}"
-    return f"the rule that {'pins' if rule.called is None and rule.weight is None else 'asks for'} {rule}"
+    named = rule.called is not None or rule.excerpts is not None or rule.weight is not None
+    return f"the rule that {'asks for' if named else 'pins'} {rule}"
 
 
 def _without_change(question: _Question) -> SegmentalPath:

@@ -29,6 +29,8 @@ export interface RequestMoveRow {
   weight?: number | null;
   first?: "" | "left" | "right";
   last?: "" | "left" | "right";
+  like?: string;
+  within?: number | null;
 }
 
 /** A key of a request. */
