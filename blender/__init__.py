@@ -4,9 +4,9 @@
 import bpy
 from bpy.props import CollectionProperty, IntProperty, PointerProperty, StringProperty
 
-from . import live, operators, panels, preferences, recordings, settings, tasks
+from . import along, live, operators, panels, preferences, recordings, settings, tasks
 
-_ROOMS = (settings, preferences, operators, live, panels, recordings)
+_ROOMS = (settings, preferences, operators, live, panels, along, recordings)
 _CLASSES = tuple(each for room in _ROOMS for each in room.CLASSES)
 
 

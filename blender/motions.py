@@ -111,3 +111,15 @@ def targets(rig, names, translation, rotations):
     turned = axes.multiply(world, np.broadcast_to(rig.frames, world.shape))
     turned = axes.multiply(np.broadcast_to(axes.inverse(rig.turn), turned.shape), turned)
     return axes.unrolled(turned), rig.to_armature(heads)
+
+
+def played(thing):
+    """The frames of the action that an armature plays. Raises Trouble."""
+    data = thing.animation_data
+    action = data.action if data is not None else None
+    strips = [strip for track in data.nla_tracks for strip in track.strips] if data is not None else []
+    if action is None and not strips:
+        raise Trouble(f"{thing.name} has no action")
+    first = min([s.frame_start for s in strips] + ([action.frame_range[0]] if action else []))
+    last = max([s.frame_end for s in strips] + ([action.frame_range[1]] if action else []))
+    return list(range(round(first), round(last) + 1))

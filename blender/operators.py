@@ -7,13 +7,13 @@ import re
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from . import tasks
-from .actions import Curves
+from . import along, tasks
+from .actions import Curves, mark
 from .apply import Put, in_tracks, new_armature, put
 from .bodies import find_rig, require_armature, require_writable, store_roles, stored_roles
 from .curves import path_of, rate, unit
 from .link import Trouble
-from .motions import described
+from .motions import described, played
 from .settings import HIPS, SWAYS
 
 _MOST_KEYS = 60
@@ -157,12 +157,15 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
     hips: EnumProperty(name="Hips", items=HIPS, default="NEAR", description="How near the hips are to the curve")
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
+    along: BoolProperty(
+        name="Keys, Moves, Layers", description="Pass through the scene's keys, with its moves and layers"
+    )
 
     def filled_in(self, context):
         super().filled_in(context)
         settings = context.scene.kinetograph
         self.speed, self.mirror, self.by_radius = settings.speed, settings.mirror, settings.by_radius
-        self.keep_time, self.hips = settings.keep_time, settings.hips
+        self.keep_time, self.hips, self.along = settings.keep_time, settings.hips, along.asks(context.scene)
         if not self.curve and settings.curve is not None:
             self.curve = settings.curve.name
 
@@ -173,14 +176,23 @@ class KINETOGRAPH_OT_walk(Asking, bpy.types.Operator):
         asked = recordings(self.library, scene, self.mirror)
         path = path_of(thing, scene, self.speed, self.by_radius)
         yield from target.prepared()
-        params = {"recordings": asked, "path": path, "keep_time": self.keep_time, "fps": rate(scene)}
-        params["onto_path"] = SWAYS[self.hips]
-        made = yield "walk", {**params, "folder": tasks.folder(), **target.asked()}
+        made = yield from self._made(scene, asked, path, target)
         with tasks.at_once():
             how = Put(f"Walk along {thing.name}"[:60], scene.frame_start)
-            rig, _ = yield from target.put(context, made, how, facts(asked))
+            rig, action = yield from target.put(context, made, how, facts(asked))
+            met = [scene.frame_start + second * rate(scene) for second in made.get("met", [])]
+            mark(action, met, [f"key {number}" for number in range(1, len(met) + 1)])
             shown(scene, scene.frame_start, made["frames"])
         return _said(f"{rig.thing.name} walks along {thing.name}", made)
+
+    def _made(self, scene, asked, path, target):
+        """A task that asks for the walk, and for what is asked for along it."""
+        settings = {"keep_time": self.keep_time, "onto_path": SWAYS[self.hips]}
+        params = {"recordings": asked, "fps": rate(scene), "folder": tasks.folder(), **target.asked()}
+        if not self.along:
+            return (yield "walk", {**params, "path": path, **settings})
+        request, motions = yield from along.document(scene, path, settings)
+        return (yield "render", {**params, "request": request, "motions": motions})
 
 
 def _said(text, made):
@@ -219,18 +231,6 @@ class KINETOGRAPH_OT_retarget(Asking, bpy.types.Operator):
             )
             shown(scene, frames[0], len(frames))
         return f"{target.thing.name} moves as {source.name}"
-
-
-def played(thing):
-    """The frames of the action that an armature plays. Raises Trouble."""
-    data = thing.animation_data
-    action = data.action if data is not None else None
-    strips = [strip for track in data.nla_tracks for strip in track.strips] if data is not None else []
-    if action is None and not strips:
-        raise Trouble(f"{thing.name} has no action")
-    first = min([s.frame_start for s in strips] + ([action.frame_range[0]] if action else []))
-    last = max([s.frame_end for s in strips] + ([action.frame_range[1]] if action else []))
-    return list(range(round(first), round(last) + 1))
 
 
 class KINETOGRAPH_OT_inbetween(Asking, bpy.types.Operator):

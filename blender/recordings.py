@@ -9,8 +9,8 @@ from .apply import Put
 from .bodies import ROLES, find_rig, store_roles, stored_roles
 from .curves import rate, unit
 from .link import Trouble
-from .motions import described
-from .operators import Asking, Target, facts, played, recordings, shown
+from .motions import described, played
+from .operators import Asking, Target, facts, recordings, shown
 
 
 class KINETOGRAPH_PG_take(bpy.types.PropertyGroup):

@@ -2,7 +2,17 @@
 """What the panel shows and a file keeps."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from .along import ROWS, KINETOGRAPH_PG_key, KINETOGRAPH_PG_layer, KINETOGRAPH_PG_move
 
 HIPS = (
     ("FREE", "As Recorded", "Steps are those of the recordings, and the hips are some centimetres off the curve"),
@@ -33,6 +43,16 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     by_radius: BoolProperty(name="Speed by Radius", description="The radius of the curve's points multiplies the speed")
     keep_time: BoolProperty(name="Keep Times", default=True, description="Even where it is faster than the recordings")
     hips: EnumProperty(name="Hips", items=HIPS, default="NEAR", description="How near the hips are to the curve")
+    keys: CollectionProperty(type=KINETOGRAPH_PG_key)
+    moves: CollectionProperty(type=KINETOGRAPH_PG_move)
+    layers: CollectionProperty(type=KINETOGRAPH_PG_layer)
+    key_index: IntProperty()
+    move_index: IntProperty()
+    layer_index: IntProperty()
+    fill: BoolProperty(
+        name="Play Recordings of Keys",
+        description="Where no step is like a key, its recording is played, away from the curve for a while",
+    )
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
     on_fk: BoolProperty(
         name="Rigify on FK",
@@ -58,4 +78,4 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     words: StringProperty(name="Search", description="Words of a take's name, its tags or its labels")
 
 
-CLASSES = (KINETOGRAPH_PG_settings,)
+CLASSES = (*ROWS, KINETOGRAPH_PG_settings)

@@ -292,7 +292,6 @@ def test_alternatives_of_a_request_all_meet_its_keys(folder: Path, tmp_path: Pat
     answer("inbetween", *files)
     wrote = sorted(path.name for path in tmp_path.glob("d*.bvh"))
     assert [Path(path).name.replace("c", "d") for path in summary["wrote"]] == wrote
-    assert len(wrote) > 1
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

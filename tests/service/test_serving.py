@@ -400,9 +400,9 @@ def test_a_document_is_rendered_as_its_file_is(library: Path, tmp_path: Path) ->
     assert [(each["name"], each["joints"][0]) for each in made["result"]["layers"]] == [("wave", "left_shoulder")]
 
 
-@pytest.mark.parametrize("scale", [1.0, 1.4])
+@pytest.mark.parametrize(("scale", "named"), [(1.0, True), (1.4, True), (1.0, False)])
 def test_poses_of_an_armature_are_met_on_its_own_body_along_its_own_path(
-    library: Path, tmp_path: Path, scale: float
+    library: Path, tmp_path: Path, scale: float, named: bool
 ) -> None:
     """Lengths are those of the client's world: the key is 1.5 m along its path, and beside it."""
     body = stick_figure(scale)
@@ -414,8 +414,8 @@ def test_poses_of_an_armature_are_met_on_its_own_body_along_its_own_path(
         tmp_path,
         {"path": path(), "keys": keys},
         motions=[msgspec.to_builtins(moving)],
-        body=msgspec.to_builtins(moving.body),
         fps=24.0,
+        **({"body": msgspec.to_builtins(moving.body)} if named else {}),
     )
     motion, frame = motion_in(made), round(made["result"]["met"][0] * 24.0)
     root = motion.translation[frame, [0, 2]]

@@ -100,7 +100,7 @@ def perform_asked(
     control: Signal | Motion,
     asked: Asked,
     progress: Progress | None = None,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
 ) -> Synthesis:
     """Perform a control through keys and by moves with a fitted model, whose notes are among the warnings.
 
@@ -112,15 +112,15 @@ def perform_asked(
         Nothing gives what `perform_with` does.
     progress : Progress, optional
         Called with the steps done and their number.
-    fill : callable, optional
-        Spans around keys that no segment is like are filled; see `filler`.
+    keyframes : callable, optional
+        For spans around keys that no segment is like; see `filler`.
 
     Raises
     ------
     RequestError
         See `kinetograph.methods.together.performed`.
     """
-    return noted(performed(model, control, asked, progress, fill), model.notes, model.fitted.left_out)
+    return noted(performed(model, control, asked, progress, keyframes), model.notes, model.fitted.left_out)
 
 
 def perform_several(
@@ -128,7 +128,7 @@ def perform_several(
     control: Signal | Motion,
     asked: Asked,
     several: Several,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
 ) -> tuple[Synthesis, ...]:
     """The best motion of `perform_asked`, and others that meet the same keys.
 
@@ -138,7 +138,7 @@ def perform_several(
     control : Signal or Motion
     asked : Asked
     several : Several
-    fill : callable, optional
+    keyframes : callable, optional
         See `perform_asked`.
 
     Raises
@@ -146,7 +146,7 @@ def perform_several(
     RequestError
         See `kinetograph.methods.together.performed`.
     """
-    found = performed_several(model, control, asked, several, fill)
+    found = performed_several(model, control, asked, several, keyframes)
     return tuple(noted(each, model.notes, model.fitted.left_out) for each in found)
 
 
@@ -278,11 +278,11 @@ def _on_control(
     asked = asked_of(request, sources)
     read_control(method, control)  # what cannot be performed is refused before the library is read
     model = fitting.performance(method, library, track=track, note=sources.note)
-    fill = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe) if request.fill else None
+    keyframes = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe)
     if several.count == 1:
-        found: tuple[Synthesis, ...] = (perform_asked(model, control, asked, progress, fill),)
+        found: tuple[Synthesis, ...] = (perform_asked(model, control, asked, progress, keyframes),)
     else:
-        found = perform_several(model, control, asked, several, fill)
+        found = perform_several(model, control, asked, several, keyframes)
     return tuple(Rendered(each, control, model, asked) for each in found)
 
 
@@ -372,6 +372,7 @@ def asked_of(request: Request, sources: KeySources) -> Asked:
         (*pins, *(rule for row in request.moves for rule in rules_of(row, sources, mirror=request.mirror))),
         tuple(Span(row.start, row.stop, row.first, row.last) for row in request.moves if row.first or row.last),
         tuple(_contact(row) for row in request.contacts),
+        fill=request.fill,
     )
 
 

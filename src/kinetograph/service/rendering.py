@@ -55,10 +55,11 @@ def render(asked: Render, job: Job) -> Made:
     own = _own_skeleton(asked, library)
     body = own_body(asked.body, own)
     request = _resized(asked, 1.0 / ratio_of(body, own))
-    sources = KeySources(library, folder=Path(asked.files), note=job.note, motions=_worn_by(own, theirs, request))
+    poses = _worn_by(own, theirs, request)
+    sources = KeySources(library, folder=Path(asked.files), note=job.note, motions=poses)
     made = render_request(request, library, sources, job.progress, _fitting(job))
     motion = worn(_at_rate(made, asked.fps), body, None, made.synthesis.annotations)
-    return made_of(made.synthesis, motion if body is None else _exact(made, motion, asked, theirs), asked)
+    return made_of(made.synthesis, _exact(made, motion, asked, poses if body is None else theirs), asked)
 
 
 def _own_skeleton(asked: Render, library: Library) -> Skeleton:
@@ -128,7 +129,7 @@ def _at_rate(made: Rendered, fps: float | None) -> Motion:
 
 
 def _exact(made: Rendered, motion: Motion, asked: Render, theirs: Mapping[str, Motion]) -> Motion:
-    """A motion that meets the client's own poses on its own body, by edits that fade away from them."""
+    """A motion that meets the client's own poses on its body and at its frames, by edits that fade away from them."""
     sources = KeySources(motions=theirs)
     keys = [
         replace(key_of_row(row, row.name or f"key {number}", sources), time=(second, second))
