@@ -169,6 +169,8 @@ class Synthesis:
         are those of the rest.
     filled : tuple of (float, float), optional
         Seconds from and to which a performance is left around keys, and the timed search goes instead.
+    clock : ndarray, shape (F,), optional
+        Seconds of the control that frames are at; empty where these are their own, as where no control waits.
     """
 
     motion: Motion
@@ -184,6 +186,7 @@ class Synthesis:
     left_out: Mapping[str, Sequence[str]] = field(default_factory=dict)
     layers: tuple[DrivenPart, ...] = ()
     filled: tuple[tuple[float, float], ...] = ()
+    clock: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def _repr_html_(self) -> str:
         return notebook_html(self)
@@ -202,6 +205,16 @@ class Synthesis:
         """
         time = frame / self.motion.fps
         return self.pieces[max(bisect_right(self.pieces, time + 1e-9, key=lambda piece: piece.start) - 1, 0)]
+
+    def clock_at(self, frame: int) -> float:
+        """The second of the control that a frame is at.
+
+        Parameters
+        ----------
+        frame : int
+            Frame of the result.
+        """
+        return float(self.clock[frame]) if len(self.clock) else frame / self.motion.fps
 
     def layer_at(self, joint: str, frame: int) -> DrivenPart | None:
         """The layer that a joint's rotation comes from in a frame; None where it comes from the pieces.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,13 @@ from kinetograph import rotations as rot
 from kinetograph.errors import RequestError
 from kinetograph.evaluation import evaluate_moves, evaluate_requests, path_requests
 from kinetograph.evaluation.along_paths import KINDS, at_pace, hips_path, moments_in
+from kinetograph.evaluation.metrics import accelerations
+from kinetograph.evaluation.played import Played
 from kinetograph.library import Facts, describe_takes
 from kinetograph.methods.performance import PerformanceControl
 from kinetograph.motion import Motion
 from kinetograph.skeleton import Landmark
+from kinetograph.synthesis import Piece, Synthesis
 from kinetograph.take import Annotation, Take
 from walkers import walk
 
@@ -92,3 +96,33 @@ def test_a_span_is_made_of_the_move_at_its_pace(libraries: tuple[kg.Library, kg.
 def test_walks_that_are_too_short_are_refused(libraries: tuple[kg.Library, kg.Library]) -> None:
     with pytest.raises(RequestError, match="no take of the library of walks lasts 12 s"):
         path_requests(libraries[0], libraries[0], 1, np.random.default_rng(0))
+
+
+def test_keys_at_places_are_where_the_path_is_at_their_times(libraries: tuple[kg.Library, kg.Library]) -> None:
+    timed, placed = (path_requests(*libraries, 3, np.random.default_rng(7), placed=placed) for placed in (False, True))
+    for by_time, by_place in zip(timed, placed, strict=True):
+        assert by_time.moments == by_place.moments
+        points = by_time.path.values[:, 0]
+        for one, other in zip(by_time.keys, by_place.keys, strict=True):
+            assert one.key.time is not None
+            assert other.key.time is None
+            stop = round(one.key.time[0] * by_time.path.fps)
+            length = np.linalg.norm(np.diff(points[: stop + 1], axis=0), axis=1).sum()
+            assert other.along == pytest.approx(length, abs=0.02)
+
+
+def test_what_recordings_do_themselves_does_not_count() -> None:
+    calm = walk(4.0)
+    jerk = calm.translation.copy()
+    jerk[60, 1] += 0.1
+    wild = replace(calm, translation=jerk)
+    piece = Piece("wild", "motion", 0.0, 4.0, 0.0, 4.0)
+    made = Synthesis(wild, (piece,), 0.0)
+    usual = float(accelerations(calm).max())
+    sources = [SimpleNamespace(take=name, mirrored=False, motion=m) for name, m in (("calm", calm), ("wild", wild))]
+    assert Played(sources).accelerations(made, usual).max() == pytest.approx(1.0)  # type: ignore[arg-type]
+    # another take that plays there is calm, and a recording counts only near the frame that plays
+    for take, start in (("calm", 0.0), ("wild", 1.0)):
+        other = replace(made, pieces=(replace(piece, take=take, source_start=start, source_stop=start + 4.0),))
+        expected = accelerations(wild).max() / usual
+        assert Played(sources).accelerations(other, usual).max() == pytest.approx(expected)  # type: ignore[arg-type]

@@ -26,7 +26,12 @@ class Asked(Chosen):
         str | None, typer.Option(help="Ask instead for this move in the middle third of every path, without keys.")
     ] = None
     mirror: Mirror = False
-    fill: Annotated[bool, typer.Option("--fill", help="Fill spans around keys that no segment is like.")] = False
+    places: Annotated[
+        bool, typer.Option("--places", help="Ask for keys at places of the paths, which wait, in place of times.")
+    ] = False
+    fill: Annotated[
+        bool, typer.Option("--fill", help="Fill spans around keys at times too that no segment is like.")
+    ] = False
 
 
 @options("Output")
@@ -61,9 +66,10 @@ def request(asked: Asked, report: Report) -> None:
     with compilation_announced(), progress_bar("asking") as progress:
         model = fit_performance(PerformanceControl(mirror=asked.mirror), library, note=note)
         rng = np.random.default_rng(asked.seed)
-        made = path_requests(library, walks, asked.requests, rng)
+        made = path_requests(library, walks, asked.requests, rng, placed=asked.places)
+        keyframes = filler(model, library, note=note) if asked.fill or asked.places else None
         each = (
-            evaluate_requests(model, made, progress, filler(model, library, note=note) if asked.fill else None)
+            evaluate_requests(model, made, progress, keyframes, asked.fill or None)
             if asked.move is None
             else evaluate_moves(model, [one.path for one in made], asked.move, progress)
         )
@@ -89,7 +95,10 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "keys missed by at most, mm": max(row["miss_mm"] for row in made),
         "off the path at most, times that without keys": max(row["off"] / row["off_plain"] for row in made),
         "acceleration at most, of the recordings' 99.9th percentile": max(row["acceleration"] for row in made),
+        "likewise, or of the recordings that play": max(row["beyond"] for row in made),
         "filled, s in all": sum(row["filled"] for row in made),
+        "keys, and of them in filled spans": ", ".join(str(sum(row[k] for row in made)) for k in ("keys", "played")),
+        "of it, s that paths waited": sum(row["waited"] for row in made),
         "skate at most, likewise": max(row["skate"] for row in made),
         "processor, median s": float(np.median([row["processor"] for row in made])),
     }

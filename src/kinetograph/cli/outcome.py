@@ -49,7 +49,7 @@ def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, contro
     first: dict[str, Any] = {}
     if isinstance(model.method.control_points, GroundPath):
         read = model.read(control)
-        errors = control_distances(synthesis.motion, read.points, read.fps)
+        errors = control_distances(synthesis.motion, read.points, read.fps, synthesis.clock)
         first = {"hips_off_mean": float(errors.mean()), "hips_off_most": float(errors.max())}
     planted = contacts_of(synthesis.annotations)
     if planted:
@@ -61,7 +61,7 @@ def outcome(synthesis: Synthesis, model: PerformanceModel | ShardedModel, contro
             {"name": layer.name, "start": layer.start, "stop": layer.stop, "joints": list(layer.joints)}
             for layer in synthesis.layers
         ]
-    for name in ("filled_spans", "filled_seconds"):
+    for name in ("filled_spans", "filled_seconds", "waited_seconds"):
         if name in synthesis.statistics:
             summary[name] = synthesis.statistics[name]
     if "untouched" in synthesis.statistics:

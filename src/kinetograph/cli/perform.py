@@ -160,11 +160,13 @@ class Along:
     ] = None
 
     fill: Annotated[
-        bool,
+        bool | None,
         typer.Option(
-            "--fill", help="Play the recordings that have a key's pose around it, where no segment does; off the path."
+            "--fill/--no-fill",
+            help="Play the recordings that have a key's pose around it, where no segment does. Without either: around "
+            "keys at a place (along, near), where the path waits.",
         ),
-    ] = False
+    ] = None
 
     def asked(self, sources: KeySources, rules: Sequence[Rule], mirror: bool) -> Asked:
         """The same for the methods, with rules for pieces."""
@@ -179,13 +181,8 @@ class Along:
             tuple(asked_key(row, f"--key {number}", sources) for number, row in enumerate(rows, 1)),
             (*rules, *(rule for row in moves for rule in rules_of(row, sources, mirror=mirror))),
             tuple(Span(row.start, row.stop, row.first, row.last) for row in moves if row.first or row.last),
+            fill=self.fill,
         )
-
-    def filler(self, model: PerformanceModel, library: Library, track: str | None) -> Keyframes | None:
-        """What fills spans around keys, where that is asked for."""
-        from kinetograph.pipeline import filler
-
-        return filler(model, library, track=track, note=note) if self.fill else None
 
 
 @options("Search")
@@ -242,7 +239,7 @@ def perform(
     from kinetograph.formats import KeySources
     from kinetograph.library import Shards
     from kinetograph.methods.performance import only_track, read_control
-    from kinetograph.pipeline import Rendered, fit_performance, open_library
+    from kinetograph.pipeline import Rendered, filler, fit_performance, open_library
 
     answers.refuse()
     layers.refuse()
@@ -261,7 +258,7 @@ def perform(
         return
     with compilation_announced():
         model = fit_performance(method, library, track=inputs.target, note=note)
-        made = _synthesised(model, performed, answers, asked, along.filler(model, library, inputs.target))
+        made = _synthesised(model, performed, answers, asked, filler(model, library, track=inputs.target, note=note))
     made = wearing(made, read_layers(layers, library, reading), model)
     moves = transcribed(model, performed, asked.rules) if answers.transcript else ""
     reasons = answers_at(Rendered(made[0], performed, model, asked), answers.why or ())
@@ -360,20 +357,18 @@ def _synthesised(
     control: Signal | Motion,
     answers: Answers,
     asked: Asked,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
 ) -> tuple[Synthesis, ...]:
     from kinetograph.methods.performance import require_moves
-    from kinetograph.pipeline import perform_alternatives, perform_asked
+    from kinetograph.methods.together import Several
+    from kinetograph.pipeline import perform_asked, perform_several
 
     if answers.transcript:
         require_moves(model.fitted)
-    if answers.alternatives > 1 and (asked.keys or asked.feet):
-        raise RequestError("--alternatives are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
-        count, alike = answers.alternatives, answers.alike
-        return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)
+        return perform_several(model, control, asked, Several(answers.alternatives, answers.alike), keyframes)
     with progress_bar("searching") as progress:
-        return (perform_asked(model, control, asked, progress, fill),)
+        return (perform_asked(model, control, asked, progress, keyframes),)
 
 
 def _show(made: Sequence[Synthesis], summary: dict[str, Any], answers: Answers, reasons: Sequence[Answer] = ()) -> None:

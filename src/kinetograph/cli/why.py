@@ -29,7 +29,7 @@ def require_within(seconds: Sequence[float], control: Signal | Motion) -> None:
 
 
 def answers_at(made: Rendered, seconds: Sequence[float]) -> list[Answer]:
-    """What is at some moments, seconds of the control, and why."""
+    """What is at some moments, seconds of the result, and why."""
     from kinetograph.pipeline import why_at
 
     return [why_at(made, second) for second in seconds]

@@ -16,6 +16,7 @@ import numpy as np
 from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import KinetographError, RequestError
 from kinetograph.evaluation.metrics import accelerations, control_distances
+from kinetograph.evaluation.played import Played
 from kinetograph.keys import key_at
 from kinetograph.kinematics import role_positions
 from kinetograph.library import Library
@@ -102,8 +103,14 @@ class PathRequestRow:
         The 99.9th percentile of the speed of planted feet over half a second, likewise.
     processor : float
         Seconds of processor time that the request took once the library was fitted.
+    keys, played : int
+        How many keys, and how many of them in spans that were filled.
     filled : float
-        Seconds of the spans that were filled around keys.
+        Seconds of these spans.
+    beyond : float
+        As ``acceleration``, but where the recording that plays has more itself, as a multiple of that.
+    waited : float
+        Seconds that the path waited meanwhile.
     """
 
     name: str
@@ -118,7 +125,11 @@ class PathRequestRow:
     skate: float = np.nan
     skate_plain: float = np.nan
     processor: float = np.nan
+    keys: int = 0
+    played: int = 0
     filled: float = 0.0
+    waited: float = 0.0
+    beyond: float = np.nan
 
     @property
     def good(self) -> bool:
@@ -166,7 +177,9 @@ def _shown(motion: Motion) -> Iterator[tuple[str, float]]:
             yield "turn", float(np.argmax(turned)) / motion.fps + 0.5
 
 
-def path_requests(library: Library, walks: Library, count: int, rng: np.random.Generator) -> list[PathRequest]:
+def path_requests(
+    library: Library, walks: Library, count: int, rng: np.random.Generator, *, placed: bool = False
+) -> list[PathRequest]:
     """Random requests: stretches of walks, with keys of the library.
 
     Parameters
@@ -177,6 +190,8 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
         Whose hips are the paths.
     count : int
     rng : numpy.random.Generator
+    placed : bool
+        Keys ask for the places where the path is then, and not for times.
 
     Raises
     ------
@@ -202,7 +217,9 @@ def path_requests(library: Library, walks: Library, count: int, rng: np.random.G
         if times is None:
             continue
         keys = tuple(_key(library, moment, at, i) for i, (moment, at) in enumerate(zip(picked, times, strict=True), 1))
-        made.append(PathRequest(hips_path(motion, start, length), picked, keys, f"{name}@{start:.1f}"))
+        path = hips_path(motion, start, length)
+        keys = tuple(_by_place(key, path) for key in keys) if placed else keys
+        made.append(PathRequest(path, picked, keys, f"{name}@{start:.1f}"))
     return made
 
 
@@ -226,6 +243,15 @@ def _key(library: Library, moment: Shown, second: float, number: int) -> AskedKe
     clip = library.take(moment.take).motion()
     label = f"key {number} ({moment.kind}, {moment.take})"
     return AskedKey(key_at(clip, moment.second, time=(second, second), label=label))
+
+
+def _by_place(asked: AskedKey, path: Signal) -> AskedKey:
+    """A key at the place where a path is at its time."""
+    assert asked.key.time is not None
+    ground = path.values[:, 0, [0, 2]]
+    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ground, axis=0), axis=1))])
+    metres = float(np.interp(asked.key.time[0] * path.fps, np.arange(len(gone)), gone))
+    return AskedKey(replace(asked.key, time=None), along=round(metres, 3), weight=asked.weight)
 
 
 def hips_path(motion: Motion, start: float, length: float) -> Signal:
@@ -268,7 +294,8 @@ def evaluate_requests(
     model: PerformanceModel,
     requests: Sequence[PathRequest],
     progress: Progress | None = None,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
+    fill: bool | None = None,
 ) -> list[PathRequestRow]:
     """What becomes of requests.
 
@@ -278,34 +305,42 @@ def evaluate_requests(
     requests : sequence of PathRequest
     progress : Progress, optional
         Called with the requests done and their number.
-    fill : callable, optional
+    keyframes : callable, optional
         See `kinetograph.methods.together.performed`; it is called once before the first request.
+    fill : bool, optional
+        See `kinetograph.methods.together.Asked`.
     """
-    if fill is not None:
-        keyframes = fill()
-        fill = lambda: keyframes  # noqa: E731
+    if keyframes is not None:
+        fitted = keyframes()
+        keyframes = lambda: fitted  # noqa: E731
+    examples = () if keyframes is None else keyframes().examples
+    played = Played([*examples, *model.fitted.sources])
     usual, rows = usual_of(model.fitted.sources), list[PathRequestRow]()
     for number, request in enumerate(requests, start=1):
-        rows.append(_row(model, request, usual, fill))
+        row, made = _row(model, request, usual, (keyframes, fill))
+        beyond = np.nan if made is None else float(np.quantile(played.accelerations(made, usual.acceleration), RARE))
+        rows.append(replace(row, beyond=beyond))
         if progress:
             progress(number, len(requests))
     return rows
 
 
-def _row(model: PerformanceModel, request: PathRequest, usual: Usual, fill: Keyframes | None) -> PathRequestRow:
+def _row(
+    model: PerformanceModel, request: PathRequest, usual: Usual, filling: tuple[Keyframes | None, bool | None]
+) -> tuple[PathRequestRow, Synthesis | None]:
     kinds = ", ".join(moment.kind for moment in request.moments)
     row = PathRequestRow(request.name, kinds, request.path.duration)
     plain = model.synthesize(request.path)
     began = time.process_time()
     try:
-        made = performed(model, request.path, Asked(request.keys), fill=fill)
+        made = performed(model, request.path, Asked(request.keys, fill=filling[1]), keyframes=filling[0])
     except KinetographError as error:
-        return replace(row, refused=str(error))
+        return replace(row, refused=str(error)), None
     spent = time.process_time() - began
     control = model.read(request.path)
-    away = _away(made, made.met)
     off, off_plain = (
-        float(control_distances(each.motion, control.points, control.fps)[away].mean()) for each in (made, plain)
+        float(control_distances(each.motion, control.points, control.fps, each.clock)[_away(each, met)].mean())
+        for each, met in ((made, made.met), (plain, _clock_of(made, made.met)))
     )
     pace, pace_plain, skate, skate_plain = (
         figure(each) / limit
@@ -313,17 +348,24 @@ def _row(model: PerformanceModel, request: PathRequest, usual: Usual, fill: Keyf
         for each in (made, plain)
     )
     missed = 1000 * max(pose_errors(model, made, request.keys))
-    return replace(
+    row = replace(
         row, miss_mm=missed, off=off, off_plain=off_plain, acceleration=pace, acceleration_plain=pace_plain,
         skate=skate, skate_plain=skate_plain, processor=spent,
-        filled=made.statistics.get("filled_seconds", 0.0),
+        keys=len(made.met), played=sum(start < second < stop for second in made.met for start, stop in made.filled),
+        filled=made.statistics.get("filled_seconds", 0.0), waited=made.statistics.get("waited_seconds", 0.0),
     )  # fmt: skip
+    return row, made
 
 
 def _away(made: Synthesis, met: Sequence[float]) -> BoolArray:
     """The frames that are further from every key than `NEAR`."""
     times = np.arange(len(made.motion)) / made.motion.fps
     return np.asarray(np.all([np.abs(times - second) > NEAR for second in met], axis=0))
+
+
+def _clock_of(made: Synthesis, seconds: Sequence[float]) -> list[float]:
+    """The seconds of the control that those of a result are."""
+    return [made.clock_at(round(second * made.motion.fps)) for second in seconds]
 
 
 def _acceleration(made: Synthesis) -> float:

@@ -41,7 +41,7 @@ def joint_error(result: Motion, truth: Motion) -> float:
     return float(np.linalg.norm(difference, axis=-1).mean())
 
 
-def control_distances(result: Motion, control: FloatArray, fps: float) -> FloatArray:
+def control_distances(result: Motion, control: FloatArray, fps: float, clock: FloatArray | None = None) -> FloatArray:
     """Ground distance between the midpoint of the hips and that of control points, at every frame.
 
     Parameters
@@ -51,6 +51,9 @@ def control_distances(result: Motion, control: FloatArray, fps: float) -> FloatA
         Control points, metres.
     fps : float
         Rate of the control points, Hz.
+    clock : ndarray, shape (F,), optional
+        Seconds of the control that frames are at, see `kinetograph.synthesis.Synthesis`; their own where it is empty
+        or left out.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def control_distances(result: Motion, control: FloatArray, fps: float) -> FloatA
     """
     hips = role_positions(result, ("left_hip", "right_hip")).mean(axis=1)
     wanted = control.mean(axis=1)
-    at = np.arange(len(hips)) / result.fps * fps
+    at = (np.arange(len(hips)) / result.fps if clock is None or not len(clock) else clock) * fps
     x, z = (np.interp(at, np.arange(len(wanted)), wanted[:, i]) for i in (0, 2))
     return np.asarray(np.hypot(hips[:, 0] - x, hips[:, 2] - z))
 

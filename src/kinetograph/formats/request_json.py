@@ -23,7 +23,8 @@
 - ``library``: its folder, or several; the command's own goes first. ``target``: the track that is made;
 - ``mirror``, ``standing``, ``keep_time``, ``smooth_time``, ``smooth_space``, ``facing``, ``onto_path``: as the options
   of ``perform``;
-- ``fill``: spans around keys that no segment is like are filled by recordings that have them, away from the path;
+- ``fill``: around keys that no segment is like, recordings are played that have them: where keys ask for places, and
+  the path waits meanwhile; with true also for those that ask for times, away from the path; with false for none;
 - ``between``: of keys alone, ``moves``, ``without``, ``filler`` and ``force``, as the options of ``inbetween``;
 - ``search``: ``continuity``, ``stretch``, ``rate``, ``span``, ``reuse``, ``change``, ``unusual``, ``beam``, likewise.
 
@@ -234,8 +235,8 @@ class Request(_Part, frozen=True):
     mirror, standing, keep_time, smooth_time, smooth_space, facing, onto_path
         How the control is followed.
     search : SearchRow
-    fill : bool
-        Whether spans around keys that no segment is like are filled by the timed search.
+    fill : bool, optional
+        Whether spans around keys that no segment is like are filled by the timed search: those of places unless given.
     between : BetweenRow
         How keys alone are gone between.
     """
@@ -258,7 +259,7 @@ class Request(_Part, frozen=True):
     facing: float | None = None
     onto_path: float | None = None
     search: SearchRow = SearchRow()
-    fill: bool = False
+    fill: bool | None = None
     between: BetweenRow = BetweenRow()
 
 

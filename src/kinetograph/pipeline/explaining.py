@@ -50,7 +50,7 @@ def why_at(made: Rendered, second: float, count: int = 10) -> Answer:
     ----------
     made : Rendered
     second : float
-        Of the control, or of the result where keys alone were gone between.
+        Of the result.
     count : int
         How many pieces are compared.
 
@@ -73,7 +73,8 @@ def why_at(made: Rendered, second: float, count: int = 10) -> Answer:
     if span is None:
         assert isinstance(made.model, PerformanceModel)
         assert made.control is not None
-        reasons = explained(made.model, made.control, made.asked, second, count)
+        at = synthesis.clock_at(frame) if len(synthesis.clock) else second
+        reasons = explained(made.model, made.control, made.asked, at, count)
         return Answer(second, reasons, layers=layers, edited=edited)
     keys = tuple(time for time in synthesis.met if span[0] - 1e-6 <= time <= span[1] + 1e-6)
     return Answer(second, None, span, _played(synthesis, span), keys, layers, edited)

@@ -94,8 +94,9 @@ class Walk(_Part, frozen=True):
         Moves that are asked for, or ruled out, in spans of the path.
     contacts : tuple of ContactRow
         Feet that stay where they are for a span.
-    fill : bool
-        Whether spans around keys that no segment is like are filled by recordings that have them.
+    fill : bool, optional
+        Whether spans around keys that no segment is like are filled by recordings that have them: those of keys at
+        places unless given.
     """
 
     library: str = ""
@@ -110,7 +111,7 @@ class Walk(_Part, frozen=True):
     keys: tuple[OnPathRow, ...] = ()
     moves: tuple[MoveRow, ...] = ()
     contacts: tuple[ContactRow, ...] = ()
-    fill: bool = False
+    fill: bool | None = None
 
 
 class PartRow(_Part, frozen=True):

@@ -17,7 +17,7 @@ from kinetograph.kinematics import joint_positions
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
 from kinetograph.methods.performance import PerformanceControl, PerformanceModel
 from kinetograph.methods.together import Asked, AskedKey, performed, pose_errors
-from kinetograph.motion import Motion
+from kinetograph.motion import Motion, sample
 from kinetograph.pipeline import Rendered, why_at
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -71,10 +71,10 @@ def raised(time: float, height: float = 2.5) -> AskedKey:
 
 
 def test_the_take_that_has_the_pose_plays(model: PerformanceModel, keyframes: KeyframeModel) -> None:
-    asked = Asked((raised(5.1),))
+    asked = Asked((raised(5.1),), fill=True)
     bare, made = (
         performed(model, straight(10.0), asked),
-        performed(model, straight(10.0), asked, fill=lambda: keyframes),
+        performed(model, straight(10.0), asked, keyframes=lambda: keyframes),
     )
     assert bare.piece_at(153).take != "wave"
     assert made.piece_at(153).take == "wave"
@@ -96,10 +96,10 @@ def test_the_take_that_has_the_pose_plays(model: PerformanceModel, keyframes: Ke
 
 
 def test_a_filled_span_is_joined_without_a_jump(model: PerformanceModel, keyframes: KeyframeModel) -> None:
-    asked = Asked((raised(5.1),))
+    asked = Asked((raised(5.1),), fill=True)
     bare, made = (
         performed(model, straight(10.0), asked),
-        performed(model, straight(10.0), asked, fill=lambda: keyframes),
+        performed(model, straight(10.0), asked, keyframes=lambda: keyframes),
     )
     for before, after in itertools.pairwise(made.pieces):
         assert before.stop == pytest.approx(after.start)
@@ -118,7 +118,7 @@ def test_a_pose_that_no_recording_has_is_met_by_editing(model: PerformanceModel,
     rotations[:, joint] = rot.multiply(rot.about("z", np.full(len(pose), -2.5)), rotations[:, joint])
     key = key_at(replace(pose, rotations=rotations), 4.1, time=(5.0, 5.0), label="both arms")
     bare = performed(model, straight(10.0), Asked((AskedKey(key),)))
-    made = performed(model, straight(10.0), Asked((AskedKey(key),)), fill=lambda: keyframes)
+    made = performed(model, straight(10.0), Asked((AskedKey(key),), fill=True), keyframes=lambda: keyframes)
     np.testing.assert_array_equal(made.motion.rotations, bare.motion.rotations)
     assert any(text.startswith("both arms: no recording") for text in made.warnings)
     assert made.statistics["filled_spans"] == 0
@@ -129,13 +129,13 @@ def test_nothing_is_fitted_for_a_key_that_is_near(model: PerformanceModel) -> No
         raise AssertionError("fitted without need")
 
     key = key_at(walk(8.0), 4.0, time=(4.0, 4.0), label="step")
-    made = performed(model, straight(8.0), Asked((AskedKey(key),)), fill=never)
+    made = performed(model, straight(8.0), Asked((AskedKey(key),), fill=True), keyframes=never)
     assert "filled_spans" not in made.statistics
 
 
 def test_keys_that_are_near_to_one_another_share_a_span(model: PerformanceModel, keyframes: KeyframeModel) -> None:
-    asked = Asked((raised(5.1), AskedKey(key_at(walk(8.0), 5.1, time=(6.1, 6.1), label="step"))))
-    made = performed(model, straight(11.0), asked, fill=lambda: keyframes)
+    asked = Asked((raised(5.1), AskedKey(key_at(walk(8.0), 5.1, time=(6.1, 6.1), label="step"))), fill=True)
+    made = performed(model, straight(11.0), asked, keyframes=lambda: keyframes)
     assert made.statistics["filled_spans"] == 1
     assert made.piece_at(153).take == "wave"
     assert max(pose_errors(model, made, asked.keys)) < 1e-3
@@ -159,8 +159,8 @@ def test_a_request_says_whether_spans_are_filled(library: kg.Library, tmp_path: 
 
 
 def test_why_names_the_recordings_of_a_filled_span(model: PerformanceModel, keyframes: KeyframeModel) -> None:
-    asked = Asked((raised(5.1),))
-    made = performed(model, straight(10.0), asked, fill=lambda: keyframes)
+    asked = Asked((raised(5.1),), fill=True)
+    made = performed(model, straight(10.0), asked, keyframes=lambda: keyframes)
     rendered = Rendered(made, straight(10.0), model, asked)
     ((start, stop),) = made.filled
     there = why_at(rendered, 5.1)
@@ -173,3 +173,78 @@ def test_why_names_the_recordings_of_a_filled_span(model: PerformanceModel, keyf
     assert before.span is None
     assert before.reasons is not None
     assert before.reasons.chosen.piece.take != "wave"
+
+
+def halted(motion: Motion, second: float, seconds: float) -> Motion:
+    """A walk that slows down, stands for a while, and goes on."""
+    length = motion.duration + seconds
+    times = np.arange(round(length * motion.fps) + 1) / motion.fps
+    pace = 1.0 - np.clip(np.minimum((times - second) / 0.4, (second + 0.4 + seconds - times) / 0.4), 0.0, 1.0)
+    gone = np.concatenate([[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1])) / motion.fps])
+    return sample(motion, np.minimum(gone, motion.duration), motion.fps)
+
+
+@pytest.fixture(scope="module")
+def waving(
+    tmp_path_factory: pytest.TempPathFactory, library: kg.Library
+) -> tuple[PerformanceModel, KeyframeModel, Motion]:
+    """Fits to walks, and to one who stands still to raise an arm; and that take."""
+    made = kg.Library.create(tmp_path_factory.mktemp("waiting") / "library")
+    for name in ("straight", "left", "right"):
+        made.add(library.take(name))
+    stands = lifted(halted(walk(8.0), 3.0, 3.0), 4.9)
+    plants = [Annotation("body", "contact", f"{side}_foot", 3.6, 5.9) for side in ("left", "right")]
+    made.add(Take("wave", {"body": stands}, tuple(plants)))
+    return PerformanceControl(**SETTINGS).fit(made, exclude=["wave"]), KeyframeControl().fit(made), stands  # type: ignore[arg-type]
+
+
+def placed(clip: Motion, metres: float) -> AskedKey:
+    return AskedKey(key_at(clip, 4.9, label="wave"), along=metres)
+
+
+def test_a_path_waits_for_a_key_at_a_place(waving: tuple[PerformanceModel, KeyframeModel, Motion]) -> None:
+    model, keyframes, clip = waving
+    later = AskedKey(key_at(walk(8.0), 4.0, time=(9.0, 9.0), label="step"))
+    made = performed(model, straight(11.0), Asked((placed(clip, 5.0), later)), keyframes=lambda: keyframes)
+    assert made.statistics["filled_spans"] == 1
+    assert made.piece_at(round(made.met[0] * 30)).take == "wave"
+    waited = made.statistics["waited_seconds"]
+    assert waited > 1.0
+    assert made.motion.duration == pytest.approx(11.0 + waited, abs=1 / 30)
+    # the clock never goes back, and is whole at both ends
+    assert len(made.clock) == len(made.motion)
+    assert np.diff(made.clock).min() >= 0
+    assert (made.clock[0], made.clock[-1]) == (0.0, pytest.approx(11.0, abs=1 / 30))
+    # the key is met where the path is asked for it, and the one after it at its second of the control
+    frame = round(made.met[0] * 30)
+    assert made.motion.translation[frame, 2] == pytest.approx(5.0, abs=0.05)
+    assert max(pose_errors(model, made, (placed(clip, 5.0), later))) < 1e-3
+    assert made.clock_at(round(made.met[1] * 30)) == pytest.approx(9.0, abs=1 / 30)
+    assert made.met[1] == pytest.approx(9.0 + waited, abs=1 / 30)
+    # and elsewhere the path is followed: the straight walk is exactly on it
+    assert made.statistics["path_off_mean"] < 0.01
+
+
+def test_a_path_keeps_its_time_where_that_is_asked_for(waving: tuple[PerformanceModel, KeyframeModel, Motion]) -> None:
+    model, keyframes, clip = waving
+    asked = (placed(clip, 5.0),)
+    settings = replace(model.fitted.settings, keep_time=True)
+    strict = replace(model, fitted=replace(model.fitted, settings=settings))
+    for made in (
+        performed(model, straight(11.0), Asked(asked, fill=False), keyframes=lambda: keyframes),
+        performed(strict, straight(11.0), Asked(asked), keyframes=lambda: keyframes),
+    ):
+        assert len(made.clock) == 0
+        assert made.motion.duration == pytest.approx(11.0)
+        assert max(pose_errors(model, made, asked)) < 1e-3
+
+
+def test_why_counts_in_seconds_of_the_result(waving: tuple[PerformanceModel, KeyframeModel, Motion]) -> None:
+    model, keyframes, clip = waving
+    asked = Asked((placed(clip, 5.0),))
+    made = performed(model, straight(11.0), asked, keyframes=lambda: keyframes)
+    second = made.motion.duration - 1.0
+    answer = why_at(Rendered(made, straight(11.0), model, asked), second)
+    assert answer.reasons is not None
+    shown = made.piece_at(round(second * 30))
+    assert answer.reasons.chosen.piece.take == shown.take

@@ -56,6 +56,11 @@ class AskedKey:
         if not (np.isfinite(self.weight) and self.weight >= 0):
             raise RequestError(f"{self.key.label}: a weight is 0 or more, found {self.weight}")
 
+    @property
+    def placed(self) -> bool:
+        """Whether it is met at a place along the control, whenever that is."""
+        return self.key.time is None
+
 
 @dataclass(frozen=True)
 class Span:
@@ -92,15 +97,44 @@ class Asked:
     feet : tuple of Span
     contacts : tuple of Annotation
         Feet that are to stay where they are, in seconds of the control.
+    fill : bool, optional
+        Around keys that no segment is like, recordings are played that have them: where keys ask for places, and the
+        control waits; True for those that ask for times too, in their time; False for none.
     """
 
     keys: tuple[AskedKey, ...] = ()
     rules: tuple[Rule, ...] = ()
     feet: tuple[Span, ...] = ()
     contacts: tuple[Annotation, ...] = ()
+    fill: bool | None = None
 
     def __bool__(self) -> bool:
         return bool(self.keys or self.rules or self.feet or self.contacts)
+
+
+@dataclass(frozen=True)
+class Several:
+    """How many motions are made of a request.
+
+    Parameters
+    ----------
+    count : int
+        At most.
+    alike : bool
+        Whether they may share pieces, reuse being free.
+
+    Raises
+    ------
+    RequestError
+        Unless there is one or more.
+    """
+
+    count: int = 1
+    alike: bool = False
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise RequestError(f"alternatives are 1 motion or more, found {self.count}")
 
 
 def timed(asked: Sequence[AskedKey], control: Control) -> tuple[AskedKey, ...]:

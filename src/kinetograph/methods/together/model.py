@@ -31,13 +31,15 @@ from kinetograph.methods.performance import (
     fitted_for,
     foot_moments,
     perform_read,
+    performances,
     settle,
 )
 from kinetograph.methods.recordings import adopt, same_joints
-from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
-from kinetograph.methods.together.filling import Keyframes, filled
-from kinetograph.methods.together.meeting import aims_of, meet, seen_from_root
+from kinetograph.methods.together.asked import Asked, AskedKey, Several, middle_of, require_within, timed
+from kinetograph.methods.together.filling import OnControl, filled, is_far
+from kinetograph.methods.together.meeting import Met, aims_of, meet, seen_from_root
 from kinetograph.methods.together.placing import bent_to
+from kinetograph.methods.together.spans import Keyframes
 from kinetograph.motion import Motion
 from kinetograph.progress import Progress
 from kinetograph.signal import Signal
@@ -51,7 +53,7 @@ def performed(
     control: Take | Signal | Motion,
     asked: Asked,
     progress: Progress | None = None,
-    fill: Keyframes | None = None,
+    keyframes: Keyframes | None = None,
 ) -> Synthesis:
     """A motion that performs a control, through keys, by the moves that are asked for.
 
@@ -63,9 +65,9 @@ def performed(
         Nothing gives what `PerformanceModel.synthesize` does.
     progress : Progress, optional
         Called with the steps done and their number.
-    fill : callable, optional
+    keyframes : callable, optional
         Fits keyframe control to the same library where a key on a path needs it: spans around keys that no segment is
-        like are filled by the timed search.
+        like are filled by the timed search, as `Asked.fill` has it. Without it none are.
 
     Raises
     ------
@@ -77,12 +79,63 @@ def performed(
         return perform_read(model.fitted, read, progress, asked.rules)[0]
     keys, bent, demands = _demanded(model, read, asked)
     synthesis, settled = perform_read(model.fitted, bent, progress, demands)
+    return _finished(model, (read, bent), synthesis, _at_times(keys, settled), asked, keyframes)
+
+
+def performed_several(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    asked: Asked,
+    several: Several,
+    keyframes: Keyframes | None = None,
+) -> tuple[Synthesis, ...]:
+    """The best motion that `performed` gives, and others that meet the same keys.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+    several : Several
+    keyframes : callable, optional
+        See `performed`. Spans that are filled may be the same in all.
+
+    Raises
+    ------
+    RequestError
+        As `performed`.
+    """
+    read = _read(model, control, asked)
+    if not (asked.keys or asked.feet or asked.contacts):
+        return model.alternatives(control, several.count, asked.rules, alike=several.alike)
+    keys, bent, demands = _demanded(model, read, asked)
+    found = performances(model.fitted, bent, demands, several.count, alike=several.alike)
+    return tuple(
+        _finished(model, (read, bent), made, _at_times(keys, settled), asked, keyframes) for made, settled in found
+    )
+
+
+def _at_times(keys: Sequence[AskedKey], settled: Sequence[Demand]) -> list[Key]:
+    """The keys at the times that the search has chosen."""
     seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
-    at_seconds = [_at(each.key, second) for each, second in zip(keys, seconds, strict=True)]
-    if fill is not None and isinstance(model.method.control_points, GroundPath):
-        met = aims_of(at_seconds, synthesis.motion.skeleton, synthesis.motion.fps)
-        synthesis = filled(synthesis, met, read, fill)
-    return _meeting(model, read, synthesis, at_seconds)
+    return [_at(each.key, second) for each, second in zip(keys, seconds, strict=True)]
+
+
+def _finished(
+    model: PerformanceModel,
+    controls: tuple[Control, Control],
+    synthesis: Synthesis,
+    keys: Sequence[Key],
+    asked: Asked,
+    keyframes: Keyframes | None,
+) -> Synthesis:
+    """What was found for a control that was bent to keys, with its spans filled and its keys met."""
+    read, bent = controls
+    met = aims_of(keys, synthesis.motion.skeleton, synthesis.motion.fps)
+    if keyframes is not None and asked.fill is not False and isinstance(model.method.control_points, GroundPath):
+        aimed = _on_control(model, synthesis.motion, met, asked)
+        synthesis, met = filled(synthesis, aimed, bent, keyframes)
+    return _meeting(model, read, synthesis, met)
 
 
 def explained(
@@ -200,15 +253,21 @@ def _feet(fitted: Fitted, asked: Asked) -> Iterator[Moment]:
         yield from contact_moments(fitted, contact)
 
 
-def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, keys: Sequence[Key]) -> Synthesis:
+def _on_control(model: PerformanceModel, motion: Motion, met: Sequence[Met], asked: Asked) -> list[OnControl]:
+    """The keys of a performance: which are far from it, and which let the control wait."""
+    waits = [each.placed and not model.method.keep_time for each in asked.keys]
+    far = [is_far(motion, each) and (wait or bool(asked.fill)) for each, wait in zip(met, waits, strict=True)]
+    return [OnControl(*each) for each in zip(met, far, waits, strict=True)]
+
+
+def _meeting(model: PerformanceModel, control: Control, synthesis: Synthesis, met: Sequence[Met]) -> Synthesis:
     """A synthesis that meets keys, with what the path loses by them."""
     motion = synthesis.motion
-    met = aims_of(keys, motion.skeleton, motion.fps)
     made, annotations = motion, synthesis.annotations
     if met:
         made, annotations = meet(motion, met, annotations, model.method.post)
     moved = edited_by(motion, made)
-    off = off_path(made, control)
+    off = off_path(replace(synthesis, motion=made), control)
     return replace(
         synthesis,
         motion=made,
@@ -224,11 +283,11 @@ def edited_by(before: Motion, after: Motion) -> FloatArray:
     return np.asarray(np.linalg.norm(joint_positions(after) - joint_positions(before), axis=-1).mean(axis=1))
 
 
-def off_path(motion: Motion, control: Control) -> FloatArray:
-    """How far the hips are from the middle of a control on the ground, metres ``(F,)``."""
-    hips = role_positions(motion, ("left_hip", "right_hip")).mean(axis=1)
+def off_path(made: Synthesis, control: Control) -> FloatArray:
+    """How far the hips are from the middle of a control on the ground, metres ``(F,)``; where it waits, from there."""
+    hips = role_positions(made.motion, ("left_hip", "right_hip")).mean(axis=1)
     wanted = middle_of(control.points)
-    at = np.arange(len(hips)) / motion.fps * control.fps
+    at = (made.clock if len(made.clock) else np.arange(len(hips)) / made.motion.fps) * control.fps
     z, x = (np.interp(at, np.arange(len(wanted)), each) for each in (wanted.real, wanted.imag))
     return np.asarray(np.hypot(hips[:, 2] - z, hips[:, 0] - x))
 

@@ -86,7 +86,7 @@ export interface Walk {
   keys?: RequestOnPathRow[];
   moves?: RequestMoveRow[];
   contacts?: RequestContactRow[];
-  fill?: boolean;
+  fill?: boolean | null;
 }
 
 /** Where a part of a key's body is to be, as `kinetograph.keys.PartFromRoot` and `PartInWorld` have it. */
