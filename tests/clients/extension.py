@@ -2,7 +2,7 @@
 
     make check-clients        or: python tests/clients/extension.py --blender PYTHON [--keep FOLDER] [SUBJECT ...]
 
-Needs a Python that has bpy, from 4.2 to 5.0.1. Walks are those of the folder that ``KINETOGRAPH_DATA`` names where there
+Needs a Python that has bpy, 4.2 to 5.0.1. Walks are those of the folder that ``KINETOGRAPH_DATA`` names where there
 is one, and else of the sample.
 """
 
