@@ -30,6 +30,7 @@ NOT_AFTER_THE_DEMO = {
     "serve --stdio": "answers a program on its output; tested in tests/cli/test_serve.py",
     "studio out/walks.library out/clips.library --project out/studio/project.json": SERVER,
     "studio --request out/request.json": SERVER,
+    "render requests -l walks -o made --to .bvh,.glb --jobs 4": "needs a folder of requests; tested in test_request.py",
     "perform leader.bvh -l dances --target follower -o follower.bvh": DANCES,
     "evaluate performance -l dances --target follower": DANCES,
     "evaluate performance -l big --only 02/02_01 --no-baselines": CORPUS,

@@ -267,3 +267,67 @@ def test_an_example_of_the_command_line_is_that_of_the_document(folder: Path, tm
     files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "short.bvh")
     answer("perform", *files, "--move", "1-3=like:take:left@1-3/left:0.5; within=0.05")
     assert made == (tmp_path / "short.bvh").read_bytes()
+
+
+def test_alternatives_of_a_request_all_meet_its_keys(folder: Path, tmp_path: Path) -> None:
+    keys = [{"pose": "take:left@2.2", "time": 1.5}]
+    request = asked(folder, tmp_path, path="path.csv", keys=keys)
+    summary = json.loads(answer("render", request, "-o", tmp_path / "a.bvh", "--alternatives", 3, "--json").stdout)
+    assert [Path(path).name for path in summary["wrote"]] == ["a.bvh", "a_2.bvh", "a_3.bvh"]
+    assert summary["cost"] <= 1.01 * min(summary["cost_2"], summary["cost_3"])  # what is used again costs a little
+    files = (folder / "path.csv", "-l", folder / "walks", "-o", tmp_path / "b.bvh")
+    answer("perform", *files, "--key", "take:left@2.2; time=1.5", "--alternatives", 3)
+    elbow = kg.load(tmp_path / "a.bvh").motion().skeleton.index("left_elbow")
+    take = kg.Library.open(folder / "walks").take("left").motion()
+    made = [kg.load(tmp_path / f"a{number}.bvh").motion() for number in ("", "_2", "_3")]
+    for motion, number in zip(made, ("", "_2", "_3"), strict=True):
+        assert rot.angle_between(motion.rotations[45, elbow], take.rotations[66, elbow]) < 1e-3
+        assert (tmp_path / f"a{number}.bvh").read_bytes() == (tmp_path / f"b{number}.bvh").read_bytes()
+    assert not np.allclose(made[0].rotations, made[1].rotations)
+    keys = [{"pose": "take:left@1"}, {"pose": "take:right@3"}]
+    (folder / "free.json").write_text(json.dumps({"keys": keys}))
+    between = asked(folder, tmp_path, keys=keys, mirror=True)
+    summary = json.loads(answer("render", between, "-o", tmp_path / "c.bvh", "--alternatives", 3, "--json").stdout)
+    files = (folder / "free.json", "-l", folder / "walks", "-o", tmp_path / "d.bvh", "--mirror", "--alternatives", 3)
+    answer("inbetween", *files)
+    wrote = sorted(path.name for path in tmp_path.glob("d*.bvh"))
+    assert [Path(path).name.replace("c", "d") for path in summary["wrote"]] == wrote
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_folder_of_requests_is_made_as_each_of_them_is(folder: Path, tmp_path: Path, jobs: int) -> None:
+    orders = tmp_path / "orders"
+    orders.mkdir()
+    documents: dict[str, dict[str, object]] = {
+        "a": {"path": PATH},
+        "b": {"path": PATH, "keys": [{"pose": "take:left@2.2", "time": 1.5}]},
+        "bad": {"path": PATH, "keys": [{"pose": "take:nobody@2", "time": 1.5}]},
+        "c": {"path": PATH, "moves": [{"start": 1, "stop": 2, "name": "right"}]},
+    }
+    for name, document in documents.items():
+        (orders / f"{name}.json").write_text(json.dumps({"library": str(folder / "walks"), **document}))
+    (orders / "broken.json").write_text("{")
+    (orders / "project.json").write_text('{"mode": "walk"}')
+    result = invoke("render", orders, "-o", tmp_path / "made", "--jobs", jobs, "--json")
+    assert result.exit_code == 1
+    rows = {row["request"]: row for row in json.loads(result.stdout)["requests"]}
+    assert sorted(rows) == ["a.json", "b.json", "bad.json", "broken.json", "c.json"]
+    assert "nobody" in rows["bad.json"]["error"]
+    assert "expected a request" in rows["broken.json"]["error"]
+    for name in ("a", "b", "c"):
+        answer("render", orders / f"{name}.json", "-o", tmp_path / "alone.bvh", "--force")
+        assert (tmp_path / "alone.bvh").read_bytes() == (tmp_path / "made" / f"{name}.bvh").read_bytes()
+    assert sorted(path.name for path in (tmp_path / "made").iterdir()) == ["a.bvh", "b.bvh", "c.bvh"]
+
+
+def test_what_a_folder_cannot_be_asked_for_is_refused(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    asked(folder, tmp_path, path="path.csv")
+    for path, more, says in (
+        (tmp_path / "empty", ("-o", tmp_path / "made"), "empty: expected requests, .json, found none"),
+        (folder, (), "written to one folder: -o made"),
+        (folder, ("-o", tmp_path / "made", "--why", 1), "are of one request, found a folder"),
+        (folder, ("-o", tmp_path / "made", "--to", ".xyz"), "xyz"),
+    ):
+        assert says in str(invoke("render", path, *more).exception)
+        assert not (tmp_path / "made").exists()

@@ -360,15 +360,13 @@ def _synthesised(
     keyframes: Keyframes | None = None,
 ) -> tuple[Synthesis, ...]:
     from kinetograph.methods.performance import require_moves
-    from kinetograph.pipeline import perform_alternatives, perform_asked
+    from kinetograph.methods.together import Several
+    from kinetograph.pipeline import perform_asked, perform_several
 
     if answers.transcript:
         require_moves(model.fitted)
-    if answers.alternatives > 1 and (asked.keys or asked.feet):
-        raise RequestError("--alternatives are of a control alone: leave them out, or --key and feet")
     if answers.alternatives > 1:
-        count, alike = answers.alternatives, answers.alike
-        return perform_alternatives(model, control, count, alike=alike, rules=asked.rules)
+        return perform_several(model, control, asked, Several(answers.alternatives, answers.alike), keyframes)
     with progress_bar("searching") as progress:
         return (perform_asked(model, control, asked, progress, keyframes),)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetograph.cli.compilation import compilation_announced
-from kinetograph.cli.options import AsJson, Chosen, Force, Picture, Written, add, options
+from kinetograph.cli.options import AsJson, Chosen, Force, Jobs, Picture, Written, add, options
 from kinetograph.cli.output import (
     left_out,
     note,
@@ -24,12 +24,11 @@ from kinetograph.cli.output import (
     write_synthesis,
 )
 from kinetograph.cli.reading import TimedReading
+from kinetograph.cli.render_many import library_of
 from kinetograph.cli.why import answers_at, as_data, require_within, say_answers
 from kinetograph.errors import RequestError
 
 if TYPE_CHECKING:
-    from kinetograph.formats import Request
-    from kinetograph.library import Library
     from kinetograph.pipeline import Answer, Rendered
     from kinetograph.studio.exporting import Wanted
     from kinetograph.studio.made import Made
@@ -46,15 +45,16 @@ class Wishes(Chosen):
     """What is made, and where it goes."""
 
     project: Annotated[
-        Path, typer.Argument(metavar="REQUEST", help="A request, or a project of the studio, both .json.")
+        Path,
+        typer.Argument(metavar="REQUEST", help="A request or a project of the studio, .json; a folder of requests."),
     ]
     output: Annotated[
         list[Path] | None,
         typer.Option(
             "-o",
             "--output",
-            help="A request's motion to write (.bvh, .glb), repeatable; a project's folder, by default exports beside "
-            "it.",
+            help="A request's motion to write (.bvh, .glb), repeatable; the folder of many, or a project's, by default "
+            "exports next to it.",
         ),
     ] = None
     library: Annotated[
@@ -67,6 +67,13 @@ class Wishes(Chosen):
     report: Annotated[
         Path | None, typer.Option(help="JSON to write: pieces, costs, and where every frame comes from.")
     ] = None
+    alternatives: Annotated[
+        int,
+        typer.Option(help="How many motions of a request: out.bvh, out_2.bvh, ...; all meet its keys.", min=1),
+    ] = 1
+    alike: Annotated[
+        bool, typer.Option("--alike", help="Alternatives may share pieces; without it, they share none.")
+    ] = False
     why: Annotated[
         list[float] | None,
         typer.Option(help="Say what is there at this second of a request and why, and what else could be. Repeatable."),
@@ -75,7 +82,7 @@ class Wishes(Chosen):
     as_json: AsJson = False
 
 
-@options("Projects of the studio")
+@options("Projects of the studio, and folders")
 class OfProject:
     """What is made of a project, and how."""
 
@@ -92,18 +99,26 @@ class OfProject:
     ] = False
 
 
-def render(wishes: Wishes, of_project: OfProject, reading: TimedReading) -> None:
+def render(wishes: Wishes, of_project: OfProject, reading: TimedReading, work: Jobs) -> None:
     """Make what a request asks for: a path or a partner with keys, moves and pieces; or a project of the studio.
+
+    A folder's requests are made one after another, or by several processes; one that cannot be made is named.
 
     Example: kinetograph render out/request.json -l out/walks.library -o out/asked.bvh --picture out/asked.png
 
     Example: kinetograph render out/request.json -l out/walks.library -o out/asked.bvh --why 3.2 --force
 
+    Example: kinetograph render out/request.json -l out/walks.library -o out/ways.bvh --alternatives 2
+
+    Example: kinetograph render requests -l walks -o made --to .bvh,.glb --jobs 4
+
     Example: kinetograph render out/project.json -o out/rendered --to .bvh,.glb
     """
     from kinetograph.formats.request_json import is_project
 
-    if is_project(wishes.project):
+    if wishes.project.is_dir():
+        _render_folder(wishes, of_project, reading, work)
+    elif is_project(wishes.project):
         _render_project(wishes, of_project)
     else:
         _render_request(wishes, reading)
@@ -114,7 +129,8 @@ def render(wishes: Wishes, of_project: OfProject, reading: TimedReading) -> None
 
 def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     from kinetograph.formats import KeySources, read_request
-    from kinetograph.pipeline import control_of, render_request
+    from kinetograph.methods.together import Several
+    from kinetograph.pipeline import control_of, render_alternatives, render_request
 
     request = read_request(wishes.project)
     if not wishes.output:
@@ -127,34 +143,68 @@ def _render_request(wishes: Wishes, reading: TimedReading) -> None:
         as_json=wishes.as_json,
     )
     refuse_unknown_formats(written.output)
-    refuse_existing(written.files, written.force)
-    library = _library_of(request, wishes)
+    refuse_existing(written.every_file(wishes.alternatives), written.force)
+    library = library_of(request, wishes.project, wishes.library or (), wishes.selection)
     sources = KeySources(library, reading.read_options, folder=wishes.project.parent, note=note)
     if wishes.why and (request.path is not None or request.partner is not None):
         require_within(wishes.why, control_of(request, replace(sources, note=None)))
     with compilation_announced(), progress_bar("searching") as progress:
-        made = render_request(request, library, sources, progress)
-    notes(made.synthesis.warnings)
-    answers = answers_at(made, wishes.why or ())
+        if wishes.alternatives > 1:
+            several = Several(wishes.alternatives, wishes.alike)
+            every = render_alternatives(request, library, sources, several)
+        else:
+            every = (render_request(request, library, sources, progress),)
+    _end(every, written, wishes)
+
+
+def _end(every: Sequence[Rendered], written: Written, wishes: Wishes) -> None:
+    """Write what was made of a request, all or nothing, and show what a person wants to know of it."""
+    from kinetograph.formats import together
+
+    notes(every[0].synthesis.warnings)
+    answers = answers_at(every[0], wishes.why or ())
     more = {"why": as_data(answers)} if answers else {}
-    write_synthesis(made.synthesis, written, made.control, wishes.project.name, more=more)
-    _show_request(made, written, answers)
+    with together():
+        for number, made in enumerate(every, start=1):
+            write_synthesis(made.synthesis, written, made.control, wishes.project.name, number, more=more)
+    _show_request(every, written, answers)
 
 
-def _library_of(request: Request, wishes: Wishes) -> Library:
-    from kinetograph.pipeline import open_library
+def _render_folder(wishes: Wishes, of_project: OfProject, reading: TimedReading, work: Jobs) -> None:
+    from kinetograph.cli.render_many import Order, render_many, requests_in
+    from kinetograph.methods.together import Several
+    from kinetograph.work import Workers
 
-    own = (request.library,) if isinstance(request.library, str) else request.library
-    folders = [Path(each) for each in wishes.library or ()] or [wishes.project.parent / each for each in own]
-    if not folders:
-        raise RequestError(f"{wishes.project} names no library; give one with -l")
-    return open_library(folders, wishes.selection)
+    if wishes.picture or wishes.report or wishes.why:
+        raise RequestError("--picture, --report and --why are of one request, found a folder")
+    if not wishes.output or len(wishes.output) > 1:
+        raise RequestError("motions of a folder's requests are written to one folder: -o made")
+    suffixes = _suffixes(of_project)
+    orders = [
+        Order(
+            path,
+            tuple(wishes.library or ()),
+            wishes.selection,
+            reading.read_options,
+            Several(wishes.alternatives, wishes.alike),
+            tuple(wishes.output[0] / f"{path.stem}{suffix}" for suffix in suffixes),
+            wishes.force,
+        )
+        for path in requests_in(wishes.project)
+    ]
+    render_many(orders, Workers(work.jobs), wishes.as_json)
 
 
-def _show_request(made: Rendered, written: Written, answers: Sequence[Answer]) -> None:
+def _suffixes(of_project: OfProject) -> tuple[str, ...]:
+    suffixes = (text.strip() for text in of_project.to.split(","))
+    return tuple(s if s.startswith(".") else f".{s}" for s in suffixes if s)
+
+
+def _show_request(every: Sequence[Rendered], written: Written, answers: Sequence[Answer]) -> None:
     from kinetograph.cli.outcome import in_words, outcome, without_keys
     from kinetograph.methods.performance import PerformanceModel
 
+    made = every[0]
     if isinstance(made.model, PerformanceModel) and made.control is not None:
         summary = outcome(made.synthesis, made.model, made.control)
         summary |= without_keys(made.synthesis, made.model, made.control)
@@ -164,7 +214,9 @@ def _show_request(made: Rendered, written: Written, answers: Sequence[Answer]) -
         say_answers(answers)
     ending = {**summary, **({"why": as_data(answers)} if answers else {})} if written.as_json else in_words(summary)
     left = left_out(made.synthesis, written.as_json)
-    result({**ending, **left, "wrote": [str(path) for path in written.files]}, written.as_json)
+    costs = {f"cost_{number}": each.synthesis.cost for number, each in enumerate(every[1:], start=2)}
+    wrote = [str(path) for path in written.every_file(len(every))]
+    result({**ending, **costs, **left, "wrote": wrote}, written.as_json)
 
 
 # ---- projects ----
@@ -178,8 +230,10 @@ def _render_project(wishes: Wishes, of_project: OfProject) -> None:
     if of_project.request:
         _write_request(wishes, of_project, of_project.request)
         return
-    if wishes.picture or wishes.report or wishes.why:
-        raise RequestError("--picture, --report and --why are for requests; a project's go by kind, --to .png,.json")
+    if wishes.picture or wishes.report or wishes.why or wishes.alternatives > 1:
+        raise RequestError(
+            "--picture, --report, --why and --alternatives are for requests; a project's go by kind, --to .png,.json"
+        )
     folder = _folder(wishes)
     project = rendering.relocated(read_project(wishes.project), wishes.library or ())
     wanted = {section: _wanted(section, wishes, of_project) for section in _sections(of_project.section)}
@@ -238,9 +292,7 @@ def _sections(names: list[str] | None) -> tuple[Mode, ...]:
 def _wanted(section: str, wishes: Wishes, of_project: OfProject) -> Wanted:
     from kinetograph.studio.exporting import Wanted
 
-    suffixes = tuple(text.strip() for text in of_project.to.split(",") if text.strip())
-    kinds = tuple(s if s.startswith(".") else f".{s}" for s in suffixes)
-    wanted = Wanted(kinds, section, of_project.together, force=True)
+    wanted = Wanted(_suffixes(of_project), section, of_project.together, force=True)
     folder = _folder(wishes)
     if not wishes.force and folder.exists():
         refuse_existing([folder / f"{section}{suffix}" for suffix in wanted.suffixes], force=False)

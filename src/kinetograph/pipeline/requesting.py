@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import msgspec
@@ -25,7 +25,15 @@ from kinetograph.methods.performance import (
     read_control,
     smooth_path,
 )
-from kinetograph.methods.together import Asked, AskedKey, Keyframes, Span, performed
+from kinetograph.methods.together import (
+    Asked,
+    AskedKey,
+    Keyframes,
+    Several,
+    Span,
+    performed,
+    performed_several,
+)
 from kinetograph.motion import Motion
 from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
 from kinetograph.pipeline.layer_rows import layer_of, motion_or_path
@@ -115,6 +123,33 @@ def perform_asked(
     return noted(performed(model, control, asked, progress, keyframes), model.notes, model.fitted.left_out)
 
 
+def perform_several(
+    model: PerformanceModel,
+    control: Signal | Motion,
+    asked: Asked,
+    several: Several,
+    keyframes: Keyframes | None = None,
+) -> tuple[Synthesis, ...]:
+    """The best motion of `perform_asked`, and others that meet the same keys.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Signal or Motion
+    asked : Asked
+    several : Several
+    keyframes : callable, optional
+        See `perform_asked`.
+
+    Raises
+    ------
+    RequestError
+        See `kinetograph.methods.together.performed`.
+    """
+    found = performed_several(model, control, asked, several, keyframes)
+    return tuple(noted(each, model.notes, model.fitted.left_out) for each in found)
+
+
 def filler(
     model: PerformanceModel,
     library: Library,
@@ -176,25 +211,79 @@ def render_request(
     FormatError
         For a file that cannot be read.
     """
+    return _made(request, library, sources, Several(), progress, fitting)[0]
+
+
+def render_alternatives(
+    request: Request, library: Library, sources: KeySources, several: Several, fitting: Fitting = FITTING
+) -> tuple[Rendered, ...]:
+    """The best motion that a request asks for, and others that meet the same keys.
+
+    Parameters
+    ----------
+    request : Request
+    library : Library
+    sources : KeySources
+        Where files are, and how they are read.
+    several : Several
+    fitting : Fitting
+        What fits the models.
+
+    Returns
+    -------
+    tuple of Rendered
+        The best first; fewer than were asked for where there are no others.
+
+    Raises
+    ------
+    RequestError, FormatError
+        As `render_request`.
+    """
+    return _made(request, library, sources, several, None, fitting)
+
+
+def _made(
+    request: Request,
+    library: Library,
+    sources: KeySources,
+    several: Several,
+    progress: Progress | None,
+    fitting: Fitting,
+) -> tuple[Rendered, ...]:
     layers = [fitting.layer(row, library, sources) for row in request.layers]
-    made = _without_layers(request, library, sources, progress, fitting)
+    if request.path is None and request.partner is None:
+        made = _keys_only(request, library, sources, several, fitting)
+    else:
+        made = _on_control(request, library, sources, several, progress, fitting)
+    return tuple(_with_layers(each, layers) for each in made)
+
+
+def _with_layers(made: Rendered, layers: Sequence[Layer]) -> Rendered:
     if not layers:
         return made
     return replace(made, synthesis=layered(made.synthesis, layers, recordings_of(made.model, made.synthesis)))
 
 
-def _without_layers(
-    request: Request, library: Library, sources: KeySources, progress: Progress | None, fitting: Fitting
-) -> Rendered:
-    if request.path is None and request.partner is None:
-        return _keys_only(request, library, sources, fitting)
+def _on_control(
+    request: Request,
+    library: Library,
+    sources: KeySources,
+    several: Several,
+    progress: Progress | None,
+    fitting: Fitting,
+) -> tuple[Rendered, ...]:
+    """What follows a path or a partner."""
     control, track = control_of(request, sources), request.target or None
     method = method_of(request, has_partners(library, track))
     asked = asked_of(request, sources)
     read_control(method, control)  # what cannot be performed is refused before the library is read
     model = fitting.performance(method, library, track=track, note=sources.note)
     keyframes = filler(model, library, track=track, note=sources.note, fit=fitting.keyframe)
-    return Rendered(perform_asked(model, control, asked, progress, keyframes), control, model, asked)
+    if several.count == 1:
+        found: tuple[Synthesis, ...] = (perform_asked(model, control, asked, progress, keyframes),)
+    else:
+        found = perform_several(model, control, asked, several, keyframes)
+    return tuple(Rendered(each, control, model, asked) for each in found)
 
 
 def control_of(request: Request, sources: KeySources) -> Signal | Motion:
@@ -346,7 +435,9 @@ def _contact(row: ContactRow) -> Annotation:
     return Annotation("motion", "contact", row.part, row.start, row.stop)
 
 
-def _keys_only(request: Request, library: Library, sources: KeySources, fitting: Fitting) -> Rendered:
+def _keys_only(
+    request: Request, library: Library, sources: KeySources, several: Several, fitting: Fitting
+) -> tuple[Rendered, ...]:
     """Keys without a control are gone between, as the command inbetween does."""
     for name in ("moves", "pieces", "contacts"):
         if getattr(request, name):
@@ -359,5 +450,4 @@ def _keys_only(request: Request, library: Library, sources: KeySources, fitting:
     keys = tuple(key_of_row(row, row.name or f"key {number}", sources) for number, row in enumerate(request.keys, 1))
     method = between_method(request)
     model = fitting.keyframe(method, library, track=request.target or None, note=sources.note)
-    (made,) = inbetween_with(model, keys)
-    return Rendered(made, None, model)
+    return tuple(Rendered(each, None, model) for each in inbetween_with(model, keys, several.count))

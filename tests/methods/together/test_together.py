@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,7 +31,16 @@ from kinetograph.methods.performance import (
 from kinetograph.methods.performance.fitted import with_settings
 from kinetograph.methods.performance.interpretation import settle
 from kinetograph.methods.performance.moves import called
-from kinetograph.methods.together import Asked, AskedKey, Span, explained, performed
+from kinetograph.methods.together import (
+    Asked,
+    AskedKey,
+    Several,
+    Span,
+    explained,
+    performed,
+    performed_several,
+    pose_errors,
+)
 from kinetograph.motion import Motion, heading_at
 from kinetograph.take import Annotation, Take
 from walkers import walk
@@ -98,6 +108,44 @@ def test_a_key_is_named_where_it_decides_what_is_there(model: PerformanceModel) 
     breaking = [each.terms.rules for each in later.contenders if each.piece.take in ("straight", "wave")]
     assert all(rules > 0.01 for rules in breaking)
     assert all(each.terms.keys == 0 for each in later.contenders)
+
+
+@pytest.mark.parametrize("window", [2.0, (1.5, 2.5)])
+def test_alternatives_share_no_piece_and_meet_the_same_keys(
+    model: PerformanceModel, window: float | tuple[float, float]
+) -> None:
+    asked = Asked((raised(window),), (Rule(3.5, 4.5, called="turning", weight=0.01),))
+    found = performed_several(model, straight(5.0), asked, Several(3))
+    assert len(found) == 3
+    alone = performed(model, straight(5.0), asked)
+    assert np.array_equal(found[0].motion.rotations, alone.motion.rotations)
+    assert [made.cost for made in found] == sorted(made.cost for made in found)
+    for made in found:
+        assert max(pose_errors(model, made, asked.keys)) < 1e-3
+    for one, other in itertools.combinations(found, 2):
+        for piece in one.pieces:
+            middle = 0.5 * (piece.source_start + piece.source_stop)
+            for there in other.pieces:
+                shared = min(piece.stop, there.stop) - max(piece.start, there.start)
+                same = there.take == piece.take and there.source_start <= middle < there.source_stop
+                assert not same or shared < 0.1 + 1e-6  # a border moves by less than a step of the search
+
+
+def test_alternatives_that_are_alike_are_the_best_of_all(model: PerformanceModel) -> None:
+    asked = Asked((raised(2.0),))
+    best, *others = performed_several(model, straight(5.0), asked, Several(4, alike=True))
+    distinct = performed_several(model, straight(5.0), asked, Several(2))
+    costs = [best.cost, *(made.cost for made in others)]
+    assert costs == sorted(costs)
+    assert len({tuple((p.take, p.source_start, p.start) for p in made.pieces) for made in (best, *others)}) == 4
+    assert costs[-1] <= distinct[1].cost + 1e-9
+    assert all(max(pose_errors(model, made, asked.keys)) < 1e-3 for made in (best, *others))
+
+
+def test_alternatives_end_where_nothing_else_meets_what_is_asked(model: PerformanceModel) -> None:
+    asked = Asked((raised(2.0),), (Rule(0.0, 5.0, take="straight"),))
+    found = performed_several(model, straight(5.0), asked, Several(50))
+    assert 1 <= len(found) < 50
 
 
 # ---- the search ----

@@ -49,7 +49,7 @@ from kinetograph.methods.performance.model import PerformanceControl, Performanc
 from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.moves import called, contact_moments, foot_moments
 from kinetograph.methods.performance.over_shards import ShardedModel, over_shards
-from kinetograph.methods.performance.performing import perform_read
+from kinetograph.methods.performance.performing import perform_read, performances
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.repetition import most_used, times_running
@@ -151,6 +151,7 @@ __all__ = [
     "path_on_ground",
     "path_speeds",
     "perform_read",
+    "performances",
     "pieces_of",
     "points_of",
     "read_control",

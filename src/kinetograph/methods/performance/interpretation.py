@@ -228,7 +228,7 @@ def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Dema
     paths: list[SegmentalPath] = [interpret(fitted, x, rules=rules)]
     used: list[Demand] = list(rules)
     while len(paths) < count:
-        used += _forbidding(fitted, paths[-1])
+        used += forbidding(fitted, paths[-1])
         try:
             paths.append(interpret(fitted, x, rules=used))
         except DataError:  # nothing else covers it
@@ -236,7 +236,7 @@ def alternatives(fitted: Fitted, x: FloatArray, count: int, rules: Sequence[Dema
     return paths
 
 
-def _forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
+def forbidding(fitted: Fitted, path: SegmentalPath) -> list[Rule]:
     """Rules against every piece of a sequence."""
     rules, rate = [], fitted.settings.rate
     for state, start, stop in zip(path.states, path.starts, path.stops, strict=True):

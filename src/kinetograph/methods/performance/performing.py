@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
+from kinetograph.errors import DataError
 from kinetograph.methods.performance.control import Control
 from kinetograph.methods.performance.fitted import Fitted, fitted_for
-from kinetograph.methods.performance.interpretation import settle
+from kinetograph.methods.performance.interpretation import best_sequences, forbidding, settle
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.rules import Demand
 from kinetograph.methods.performance.scoring import at_rate
@@ -45,3 +46,48 @@ def perform_read(
     x = at_rate(control.points, control.fps, fitted.settings.rate)
     path, settled = settle(fitted, x, progress, demands)
     return realize(fitted, control, path, settled), settled
+
+
+def performances(
+    fitted: Fitted, control: Control, demands: Sequence[Demand], count: int, *, alike: bool = False
+) -> Iterator[tuple[Synthesis, tuple[Demand, ...]]]:
+    """The best motion for a control, and others, all under the same demands.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    control : Control
+    demands : sequence of Rule or Moment
+    count : int
+        How many motions at most.
+    alike : bool
+        The best of all, with moments at the times of the best, and reuse free; without it each is the best that shares
+        no piece with those before it, with moments at times of its own.
+
+    Yields
+    ------
+    synthesis : Synthesis
+    demands : tuple of Rule or Moment
+        Every moment at one time.
+
+    Raises
+    ------
+    RequestError, DataError
+        As `perform_read`, for the first.
+    """
+    fitted = fitted_for(fitted, control)
+    x = at_rate(control.points, control.fps, fitted.settings.rate)
+    path, settled = settle(fitted, x, None, demands)
+    if alike:
+        for each in best_sequences(fitted, x, count, settled):
+            yield realize(fitted, control, each, settled), settled
+        return
+    yield realize(fitted, control, path, settled), settled
+    asked: list[Demand] = list(demands)
+    for _ in range(count - 1):
+        asked += forbidding(fitted, path)
+        try:
+            path, settled = settle(fitted, x, None, asked)
+        except DataError:  # nothing else covers it
+            return
+        yield realize(fitted, control, path, settled), settled

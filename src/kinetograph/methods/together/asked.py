@@ -112,6 +112,31 @@ class Asked:
         return bool(self.keys or self.rules or self.feet or self.contacts)
 
 
+@dataclass(frozen=True)
+class Several:
+    """How many motions are made of a request.
+
+    Parameters
+    ----------
+    count : int
+        At most.
+    alike : bool
+        Whether they may share pieces, reuse being free.
+
+    Raises
+    ------
+    RequestError
+        Unless there is one or more.
+    """
+
+    count: int = 1
+    alike: bool = False
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise RequestError(f"alternatives are 1 motion or more, found {self.count}")
+
+
 def timed(asked: Sequence[AskedKey], control: Control) -> tuple[AskedKey, ...]:
     """Keys with their times: a place along the path becomes the time at which the path is there.
 

@@ -31,10 +31,11 @@ from kinetograph.methods.performance import (
     fitted_for,
     foot_moments,
     perform_read,
+    performances,
     settle,
 )
 from kinetograph.methods.recordings import adopt, same_joints
-from kinetograph.methods.together.asked import Asked, AskedKey, middle_of, require_within, timed
+from kinetograph.methods.together.asked import Asked, AskedKey, Several, middle_of, require_within, timed
 from kinetograph.methods.together.filling import OnControl, filled, is_far
 from kinetograph.methods.together.meeting import Met, aims_of, meet, seen_from_root
 from kinetograph.methods.together.placing import bent_to
@@ -78,9 +79,59 @@ def performed(
         return perform_read(model.fitted, read, progress, asked.rules)[0]
     keys, bent, demands = _demanded(model, read, asked)
     synthesis, settled = perform_read(model.fitted, bent, progress, demands)
+    return _finished(model, (read, bent), synthesis, _at_times(keys, settled), asked, keyframes)
+
+
+def performed_several(
+    model: PerformanceModel,
+    control: Take | Signal | Motion,
+    asked: Asked,
+    several: Several,
+    keyframes: Keyframes | None = None,
+) -> tuple[Synthesis, ...]:
+    """The best motion that `performed` gives, and others that meet the same keys.
+
+    Parameters
+    ----------
+    model : PerformanceModel
+    control : Take or Signal or Motion
+    asked : Asked
+    several : Several
+    keyframes : callable, optional
+        See `performed`. Spans that are filled may be the same in all.
+
+    Raises
+    ------
+    RequestError
+        As `performed`.
+    """
+    read = _read(model, control, asked)
+    if not (asked.keys or asked.feet or asked.contacts):
+        return model.alternatives(control, several.count, asked.rules, alike=several.alike)
+    keys, bent, demands = _demanded(model, read, asked)
+    found = performances(model.fitted, bent, demands, several.count, alike=several.alike)
+    return tuple(
+        _finished(model, (read, bent), made, _at_times(keys, settled), asked, keyframes) for made, settled in found
+    )
+
+
+def _at_times(keys: Sequence[AskedKey], settled: Sequence[Demand]) -> list[Key]:
+    """The keys at the times that the search has chosen."""
     seconds = [each.window[0] for each in settled[: len(keys)] if isinstance(each, Moment)]
-    at_seconds = [_at(each.key, second) for each, second in zip(keys, seconds, strict=True)]
-    met = aims_of(at_seconds, synthesis.motion.skeleton, synthesis.motion.fps)
+    return [_at(each.key, second) for each, second in zip(keys, seconds, strict=True)]
+
+
+def _finished(
+    model: PerformanceModel,
+    controls: tuple[Control, Control],
+    synthesis: Synthesis,
+    keys: Sequence[Key],
+    asked: Asked,
+    keyframes: Keyframes | None,
+) -> Synthesis:
+    """What was found for a control that was bent to keys, with its spans filled and its keys met."""
+    read, bent = controls
+    met = aims_of(keys, synthesis.motion.skeleton, synthesis.motion.fps)
     if keyframes is not None and asked.fill is not False and isinstance(model.method.control_points, GroundPath):
         aimed = _on_control(model, synthesis.motion, met, asked)
         synthesis, met = filled(synthesis, aimed, bent, keyframes)

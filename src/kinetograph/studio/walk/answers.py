@@ -61,7 +61,8 @@ def _next_best(room: Room, project: Project, message: NextBest) -> Message:
     search = searched(project, room)
     piece, model = search.piece_at(message.time), search.model
     control, own = settled_demands(model, search.control, search.asked)
-    second = 0.5 * (max(piece.start, 0.0) + min(piece.stop, search.synthesis.motion.duration))
+    middle = 0.5 * (max(piece.start, 0.0) + min(piece.stop, search.synthesis.motion.duration))
+    second = search.synthesis.clock_at(round(middle * search.synthesis.motion.fps))
     found = next_best(model.fitted, control, second, min(max(message.count, 1), 8), own)
     rows = tuple(
         CandidateRow(

@@ -60,7 +60,7 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
     assert isinstance(model, PerformanceModel)
     assert isinstance(path, Signal)
     middles, fps = performed(model, path)
-    errors = control_distances(synthesis.motion, middles[:, None], fps)
+    errors = control_distances(synthesis.motion, middles[:, None], fps, synthesis.clock)
     error = Lane("path error", "error", values=_rounded(100 * errors), unit="cm")
     return Made(
         (synthesis,),

@@ -25,7 +25,7 @@ export class Along {
     this.second = number(0);
     this.keyButton = button("Add pose", () => this.#addKey(), { title: "At the time that is shown" });
     this.keys = element("ul", { class: "list layers", "aria-label": "Poses on the path" });
-    this.fill = element("input", { type: "checkbox", onchange: () => this.edit({ fill: this.fill.checked }, "play the recordings of poses") });
+    this.fill = element("input", { type: "checkbox", onchange: () => this.edit({ fill: this.fill.checked || null }, "play the recordings of poses") });
     this.move = element("input", { type: "text", placeholder: "run, turn left, ..." });
     this.from = number(0);
     this.to = number(2);
