@@ -22,6 +22,7 @@ _ANGLE, _PLACE = np.radians(0.05), 2e-4  # radians and shares of the rig's size 
 _COPIES = ("COPY_TRANSFORMS", "COPY_ROTATION")
 _FULL, _TURNED, _PLACED = "full", "turned", "placed"
 _SIDES = ("L", "R")
+_AT_ONCE = 256  # poses of controls that are worked out at once
 
 
 class Control:
@@ -33,6 +34,8 @@ class Control:
 
 class Pole:
     """A control bone that the knee, or the elbow, of a limb points to."""
+
+    what = _PLACED
 
     def __init__(self, bone, limb):
         self.bone, self.limb = bone, limb
@@ -55,7 +58,8 @@ def write(rig, curves, scene, frames, turned, heads, span=None):
     before = np.inf
     for _ in range(_PASSES):
         yield from solver.write(curves, frames, span, slice_)
-        missing = solver.learn((yield from watched(rig.thing, solver.names, frames, slice_)))
+        solver.learn((yield from watched(rig.thing, solver.names, frames, slice_)))
+        missing = solver.missing()
         if solver.near or missing > 0.99 * before:
             break
         before = missing
@@ -120,7 +124,7 @@ class _Solver:
         self.posed = {name: self.rest[name][None] for name in self.names}
         self.basis = {each.bone: np.eye(4)[None] for each in [*table, *poles]}
         self.shift = {"torso": np.zeros((1, 3))}
-        self.goal, self.near = {}, False
+        self.goal, self.planes, self.near = {}, [], False
         heads = np.array([self.rest[name][:3, 3] for name in rig.bones])
         self._size = np.ptp(heads, axis=0).max()
 
@@ -137,16 +141,33 @@ class _Solver:
 
     def write(self, curves, frames, span, slice_):
         """Work out the controls' bases, and key them; in slices."""
-        for control in self.table:
-            space = self._space(control.bone)
-            self._key(control.bone, space, self.goal[control.bone], control.what, curves, frames, span)
-            if slice_.over():
-                yield
         for pole in self.poles:
             goal = np.broadcast_to(np.eye(4), (len(frames), 4, 4)).copy()
             goal[:, :3, 3] = _pole_places(self.goal, self.rest, pole)
             self.goal[pole.bone] = goal
-            self._key(pole.bone, self._space(pole.bone), goal, _PLACED, curves, frames, span)
+        every, some = [*self.table, *self.poles], max(_AT_ONCE // len(frames), 1)
+        for first in range(0, len(every), some):
+            group = every[first : first + some]
+            for control, (q, places) in zip(group, self._bases(group, len(frames)), strict=True):
+                places = places if control.what in (_FULL, _PLACED) else None
+                write_bone(curves, self.rig.thing, control.bone, frames, q, places, span)
+                if slice_.over():
+                    yield
+
+    def _bases(self, group, count):
+        """The rotations and places, in their own bases, of some controls at every frame."""
+        shape = (count, 4, 4)
+        spaces = np.stack([np.broadcast_to(self._space(control.bone), shape) for control in group])
+        basis = np.linalg.inv(spaces) @ np.stack([np.broadcast_to(self.goal[c.bone], shape) for c in group])
+        q, places = axes.quaternions(_pure(basis[..., :3, :3])), basis[..., :3, 3]
+        for control, turned, place in zip(group, q, places, strict=True):
+            if control.what == _PLACED:
+                turned[:] = (1.0, 0.0, 0.0, 0.0)
+            if control.what == _TURNED:
+                place[:] = 0.0
+        for control, made in zip(group, _matrices(q, places), strict=True):
+            self.basis[control.bone] = made
+        return zip(q, places, strict=True)
 
     def _space(self, name):
         """The space that a control moves in, where the bones above it are as they are to be."""
@@ -156,32 +177,24 @@ class _Solver:
             above = above.parent
         return here if above is None else self.goal[above.name] @ np.linalg.inv(self.posed[above.name]) @ here
 
-    def _key(self, name, space, goal, what, curves, frames, span):
-        basis = np.linalg.inv(space) @ goal
-        q = axes.quaternions(_pure(basis[:, :3, :3]))
-        places = basis[:, :3, 3] if what in (_FULL, _PLACED) else None
-        if what == _PLACED:
-            q = np.broadcast_to(np.array([1.0, 0, 0, 0]), q.shape)
-        self.basis[name] = _matrices(
-            q[:, None], (np.zeros_like(goal[:, :3, 3]) if places is None else places)[:, None]
-        )[:, 0]
-        write_bone(curves, self.rig.thing, name, frames, q, places, span)
-
     def learn(self, seen):
-        """Take in what the rig does, (F, N, 4, 4) of `names`; how far, all together, joints are from their places."""
+        """Take in what the rig does, (F, N, 4, 4) of `names`."""
         self.posed = {name: seen[:, i] for i, name in enumerate(self.names)}
         for control in self.table:
             if control.bone in self.shift:
                 self._shift(control)
-        planes = [_amiss(self.posed, self.goal, pole.limb) for pole in self.poles]
-        for pole, plane in zip(self.poles, planes, strict=True):
+        self.planes = [_amiss(self.posed, self.goal, pole.limb) for pole in self.poles]
+        for pole, plane in zip(self.poles, self.planes, strict=True):
             pole.turn = pole.turn + np.where(self._stands(pole), plane, 0.0)
+
+    def missing(self):
+        """How far, all together, joints are from their places; whether they are `near` them."""
         bent = {name for pole in self.poles for name in pole.limb[:2]}  # a knee is a hinge: rotations may differ
         joints = [control.joint for control in self.table if control.joint not in bent]
         off = [apart(self.posed[joint], self.goal[joint]) for joint in joints]
-        self.near = all(self._is_near(joint) for joint in joints) and all(abs(p).max() < _ANGLE for p in planes)
+        self.near = all(self._is_near(joint) for joint in joints) and all(abs(p).max() < _ANGLE for p in self.planes)
         missing = sum(float(turn.mean() + place.mean() / self._size) for turn, place in off)
-        return missing + sum(float(abs(plane).mean()) for plane in planes)
+        return missing + sum(float(abs(plane).mean()) for plane in self.planes)
 
     def _stands(self, pole):
         """At which frames a pole is where it was put; what a knee misses at others is not its plane's fault."""

@@ -2,8 +2,8 @@
 
     make check-clients        or: python tests/clients/extension.py --blender PYTHON [--keep FOLDER] [SUBJECT ...]
 
-Needs a Python that has bpy 5.0.1. Walks are those of the folder that ``KINETOGRAPH_DATA`` names where there is one, and
-else of the sample.
+Needs a Python that has bpy, 4.2 to 5.0.1. Walks are those of the folder that ``KINETOGRAPH_DATA`` names where there
+is one, and else of the sample.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def main() -> int:
         not given.blender
         or subprocess.run([given.blender, "-c", "import bpy"], check=False, capture_output=True).returncode
     ):
-        print("skipped the Blender extension: no Python with bpy 5.0.1; name one with --blender")
+        print("skipped the Blender extension: no Python with bpy; name one with --blender")
         return 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = (given.keep or Path(scratch)).resolve()

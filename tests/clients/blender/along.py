@@ -2,10 +2,11 @@
 
 import bpy
 import numpy as np
-from common import FOLDER, WALKS, bezier, emptied, error_of, finish, heads, installed, role, row
+from common import FOLDER, SAMPLE, WALKS, bezier, emptied, error_of, finish, heads, installed, role, row
 from mathutils import Quaternion
 
 S = [(0, 0), (2, 1), (4, -1), (6, 0)]
+TAKE = "humanoid3d_walk" if SAMPLE else "15_03"
 ARM = ("left_shoulder", "left_elbow", "left_hand")
 
 
@@ -69,14 +70,14 @@ said = f"at frames {met['key 1']} and {met['key 2']}, to {1000 * max(apart):.3f}
 row("a key with a window, one along", good, said)
 
 cleared()
-asked(rows="moves", name="15_03", first=1, last=80)
+asked(rows="moves", name=TAKE, first=1, last=80)
 thing = walk()
 sources = [text for text in thing.animation_data.action["kinetograph_sources"] if float(text.split("-")[0]) < 3.0]
-row("a move in its span", all("15_03" in text for text in sources), f"{len(sources)} pieces, all of 15_03")
+row("a move in its span", all(TAKE in text for text in sources), f"{len(sources)} pieces, all of {TAKE}")
 cleared()
-asked(rows="moves", name="!15_03", first=1, last=80)
+asked(rows="moves", name=f"!{TAKE}", first=1, last=80)
 sources = [t for t in walk().animation_data.action["kinetograph_sources"] if float(t.split("-")[0]) < 3.0]
-row("a move that is ruled out", not any("15_03" in text for text in sources), f"{len(sources)} pieces, none of 15_03")
+row("a move that is ruled out", not any(TAKE in text for text in sources), f"{len(sources)} pieces, none of {TAKE}")
 
 cleared()
 asked(rows="layers", name="left arm", armature=model, at=20)

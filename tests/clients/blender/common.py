@@ -47,6 +47,15 @@ def emptied(fps=24, base=1.0):
     return scene
 
 
+def curves_of(action, thing):
+    """The F-curves of an action for an object, in layers or, before Blender 4.4, its own."""
+    if not hasattr(action, "layers"):
+        return action.fcurves
+    from bpy_extras import anim_utils
+
+    return anim_utils.action_get_channelbag_for_slot(action, thing.animation_data.action_slot).fcurves
+
+
 def error_of(call, **given):
     """What an operator says when it fails; empty where it does not."""
     try:

@@ -113,7 +113,8 @@ class Asked(operators.KINETOGRAPH_OT_walk.__mro__[1]):
 
     curve, library, armature, speed, by_radius, keep_time, mirror = "path", WALKS, "", 1.2, False, True, False
     hips = "NEAR"
-    task = operators.KINETOGRAPH_OT_walk.task
+    along = False
+    task, _made = operators.KINETOGRAPH_OT_walk.task, operators.KINETOGRAPH_OT_walk._made
 
 
 runner = tasks.Runner(Asked().task(bpy.context))

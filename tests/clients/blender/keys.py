@@ -2,7 +2,7 @@
 
 import bpy
 import numpy as np
-from common import SAMPLE, WALKS, bezier, emptied, error_of, finish, installed, role, row
+from common import SAMPLE, WALKS, bezier, curves_of, emptied, error_of, finish, installed, role, row
 
 installed()
 
@@ -26,12 +26,6 @@ def evaluated(thing, frames):
         posed = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
         out.append([np.array(posed.matrix_world @ bone.matrix) for bone in posed.pose.bones])
     return np.array(out)
-
-
-def curves_of(action, thing):
-    from bpy_extras import anim_utils
-
-    return anim_utils.action_get_channelbag_for_slot(action, thing.animation_data.action_slot).fcurves
 
 
 def marked(action, frames):

@@ -113,7 +113,8 @@ class Asked(operators.KINETOGRAPH_OT_walk.__mro__[1]):
     """The operator's settings, as a task that a timer would drive."""
 
     curve, library, speed, by_radius, keep_time, mirror, hips = "path", WALKS, 1.1, False, True, False, "NEAR"
-    task = operators.KINETOGRAPH_OT_walk.task
+    along = False
+    task, _made = operators.KINETOGRAPH_OT_walk.task, operators.KINETOGRAPH_OT_walk._made
 
     def __init__(self, armature):
         self.armature = armature
