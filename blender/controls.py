@@ -20,6 +20,7 @@ from .slices import Slice, at_a_stretch
 _PASSES = 5
 _ANGLE, _PLACE = np.radians(0.05), 2e-4  # radians and shares of the rig's size that are near enough
 _COPIES = ("COPY_TRANSFORMS", "COPY_ROTATION")
+_HOLDS = ("COPY_LOCATION", "IK", "CHILD_OF", "DAMPED_TRACK", "TRACK_TO", "LOCKED_TRACK", "STRETCH_TO", "FOLLOW_PATH")
 _FULL, _TURNED, _PLACED = "full", "turned", "placed"
 _SIDES = ("L", "R")
 _AT_ONCE = 256  # poses of controls that are worked out at once
@@ -47,6 +48,21 @@ def driven(rig):
     if is_rigify(rig.thing):
         return True
     return any(_goes_by(rig, name) != name or _ik(rig, name) for name in rig.bones)
+
+
+def held_elsewhere(rig):
+    """A line for a person where other objects hold bones of a rig, whatever keys say; empty otherwise."""
+    held = [name for name in rig.bones if any(_by_another(rig, c) for c in rig.thing.pose.bones[name].constraints)]
+    if not held:
+        return ""
+    more = f" and {len(held) - 4} more" if len(held) > 4 else ""
+    return f"other objects hold {', '.join(held[:4])}{more} by constraints, whatever keys say: mute those"
+
+
+def _by_another(rig, constraint):
+    target = getattr(constraint, "target", None)
+    there = target is not None and target != rig.thing and constraint.type in (*_COPIES, *_HOLDS)
+    return there and not constraint.mute and constraint.influence > 0.01
 
 
 def write(rig, curves, scene, frames, turned, heads, span=None):

@@ -11,6 +11,7 @@ from . import along, tasks
 from .actions import Curves, mark
 from .apply import Put, in_tracks, new_armature, put
 from .bodies import find_rig, require_armature, require_writable, store_roles, stored_roles
+from .controls import held_elsewhere
 from .curves import path_of, rate, unit
 from .link import Trouble
 from .motions import described, played
@@ -133,6 +134,8 @@ class Target:
             names = body["names"]
             if not stored_roles(self.thing):
                 store_roles(self.thing, roles)
+            held = held_elsewhere(rig)
+            made["warnings"] = [held] * bool(held) + list(made.get("warnings", []))
         return rig, (yield from put(rig, roles, made, names, how, context.scene, facts))
 
 

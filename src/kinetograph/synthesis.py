@@ -147,7 +147,8 @@ class Synthesis:
     cost : float
         The score of the optimisation; lower is better.
     costs : mapping of str to float, optional
-        The parts that it is the sum of.
+        The parts that it is the sum of; those of a performance are of durations that are adjusted after the search,
+        which makes them a little less.
     annotations : tuple of Annotation, optional
         Contacts and others carried over from the takes of the pieces, on track ``"motion"``.
     statistics : mapping of str to float, optional

@@ -15,8 +15,9 @@ from mathutils import Matrix, Vector
 
 installed()
 KG = "bl_ext.user_default.kinetograph"
-motions, apply, controls, axes, tasks, operators = (
-    importlib.import_module(f"{KG}.{name}") for name in ("motions", "apply", "controls", "axes", "tasks", "operators")
+motions, apply, controls, axes, tasks, operators, bodies = (
+    importlib.import_module(f"{KG}.{name}")
+    for name in ("motions", "apply", "controls", "axes", "tasks", "operators", "bodies")
 )
 _given = {}
 
@@ -340,6 +341,21 @@ def by_ik():
     )
 
 
+def held():
+    """A rig whose head follows an empty: keys of it say nothing, and the report says so."""
+    emptied(24)
+    thing = armature("held", lambda bone: bone)
+    other = bpy.data.objects.new("other", None)
+    bpy.context.collection.objects.link(other)
+    copy = thing.pose.bones["Head"].constraints.new("COPY_ROTATION")
+    copy.target = other
+    rig = bodies.Rig(thing, *bodies.tree(thing), 1.0)
+    said = controls.held_elsewhere(rig)
+    copy.mute = True
+    good = said.startswith("other objects hold Head by") and controls.held_elsewhere(rig) == ""
+    row("a bone that another object holds", good, said)
+
+
 def person():
     """The CC0 character, as kinetograph writes it."""
     path = FOLDER / "person.glb"
@@ -373,6 +389,6 @@ def sole(thing):
     row("its skin on the floor", abs(lows).max() < 2.0, f"lowest point {lows.min():.1f} to {lows.max():.1f} cm")
 
 
-for each in (mixamo_fbx, vrm, unreal, acclaim, metarig, by_ik, person, rigify):
+for each in (mixamo_fbx, vrm, unreal, acclaim, metarig, by_ik, held, person, rigify):
     each()
 finish()

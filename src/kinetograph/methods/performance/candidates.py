@@ -108,6 +108,6 @@ def _candidate(
     pieces = pieces_of(fitted, x, rate, [fitted.segment_of(state) for state in path.states], borders)
     piece = pieces[int(np.searchsorted(path.stops, second * rate, side="right"))]
     continuity = sum(each.seam for each in pieces)
-    preferred = sum(preference_costs(fitted, path).values())
+    preferred = sum(preference_costs(fitted, path, len(x) - 1).values())
     interpretation = path.score - path.reuse - continuity - preferred
     return Candidate(piece, path.score, interpretation, continuity, path.reuse, rules, preferred)

@@ -218,11 +218,19 @@ def fitted_for(fitted: AnyFitted, control: Control) -> AnyFitted:
     return fitted if control.partner is None else cast(AnyFitted, fitted.for_anything)
 
 
-def preference_costs(fitted: Fitted, path: SegmentalPath) -> dict[str, float]:
-    """The parts of a path's score that changes of person or style, and unusual motion, cost, where they do."""
+def preference_costs(fitted: Fitted, path: SegmentalPath, steps: int) -> dict[str, float]:
+    """The parts of a path's score that changes of person or style, and unusual motion, cost, where they do.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    path : SegmentalPath
+    steps : int
+        Of the control: what of a segment lies before or after it costs nothing.
+    """
     costs = {} if fitted.origins is None else {"change": cost_of_changes(fitted.search, path.states)}
     if fitted.prices is not None:
-        seconds = (path.stops - np.maximum(path.starts, 0)) / fitted.settings.rate
+        seconds = (np.minimum(path.stops, steps) - np.maximum(path.starts, 0)) / fitted.settings.rate
         costs["unusual"] = float((fitted.prices[path.states] * seconds).sum())
     return costs
 

@@ -11,6 +11,7 @@ from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import Arrivals, Passing, SegmentalPath, k_best_paths, padded_width, prove, score_moments
 from kinetograph.methods.performance.beginning import facing_first
 from kinetograph.methods.performance.fitted import Fitted, with_settings
+from kinetograph.methods.performance.in_order import Counting, in_order
 from kinetograph.methods.performance.moments import Moment, States
 from kinetograph.methods.performance.rules import Demand, Rule, bind, bind_partial
 from kinetograph.methods.performance.scoring import arrivals, left_early
@@ -147,9 +148,26 @@ def settle(
         return interpret(fitted, x, progress, demands), tuple(demands)
     free = with_settings(fitted, replace(fitted.settings, reuse=0.0))
     placed = Interpreting(free, x) if _fits(free, x) else None
+    if placed is not None and (met := _met_in_order(placed, demands)) is not None:
+        return (placed.best(met) if fitted.reuse is None else interpret(fitted, x, progress, met)), met
     best, at_times = (interpreter(free, x), None) if placed is None else (placed.best, placed.at_times)
     path, met = settled(best, demands, fitted.settings.rate, len(x) - 1, at_times)
     return (path if fitted.reuse is None else interpret(fitted, x, progress, met)), met
+
+
+def _met_in_order(placed: Interpreting, demands: Sequence[Demand]) -> tuple[Demand, ...] | None:
+    """The demands with several windows at their best times; None where another search is for them."""
+    fitted, steps = placed.fitted, len(placed.x) - 1
+    windows = [each for each in demands if isinstance(each, Moment) and each.window[0] < each.window[1]]
+    counting = Counting(fitted, tuple(windows), steps)
+    if len(windows) < 2 or not in_order(windows, fitted.settings.rate, steps) or not counting.fits:
+        return None
+    times = iter(counting.times(*placed.under([each for each in demands if each not in windows])))
+    seconds = {id(each): time / fitted.settings.rate for each, time in zip(windows, times, strict=True)}
+    return tuple(
+        replace(each, window=(seconds[id(each)],) * 2) if isinstance(each, Moment) and id(each) in seconds else each
+        for each in demands
+    )
 
 
 BEFORE = 1e-6

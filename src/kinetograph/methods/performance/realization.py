@@ -30,7 +30,8 @@ from kinetograph.take import Annotation
 
 def realize(fitted: Fitted, control: Control, path: SegmentalPath, demands: Sequence[Demand] = ()) -> Synthesis:
     """The synthesis of a sequence: pieces, then the motion they join to, then the motion that meets its constraints."""
-    preferred = {**preference_costs(fitted, path), **_demanded(fitted, control, path, demands)}
+    steps = int(np.floor(control.duration * fitted.settings.rate + 1e-6))
+    preferred = {**preference_costs(fitted, path, steps), **_demanded(fitted, steps, path, demands)}
     path = joined_holds(fitted, path)
     moments = [demand for demand in demands if isinstance(demand, Moment)]
     pieces = pieces_at_full_rate(fitted, control.points, control.fps, path, moments)
@@ -69,9 +70,8 @@ def realize(fitted: Fitted, control: Control, path: SegmentalPath, demands: Sequ
     )
 
 
-def _demanded(fitted: Fitted, control: Control, path: SegmentalPath, demands: Sequence[Demand]) -> dict[str, float]:
+def _demanded(fitted: Fitted, steps: int, path: SegmentalPath, demands: Sequence[Demand]) -> dict[str, float]:
     """The parts of a path's score that keys and moves asked for cost, where there are such."""
-    steps = int(np.floor(control.duration * fitted.settings.rate + 1e-6))
     costs: dict[str, float] = {}
     for demand, cost in zip(demands, paid(fitted, path, demands, steps), strict=True):
         if isinstance(demand, Moment):

@@ -1,29 +1,33 @@
 """Windows of time: the best time of each is found together with the best sequence.
 
-For one window, the best sequences up to and on from every state give what every time of it costs: two searches. Where
-there are several, the others are divided. A state that spans only a part of a window does not know whether the moment
-was met elsewhere in it, so that a window is no cost of states; but what states cost that span all of a part, and
-nothing for others, is a lower bound of every time in the part, and a part that is one time is exact. The parts are
-searched in the order of their bounds, so that the first single times that come up are the best (branch and bound).
+For one window, the best sequences up to and on from every state give what every time of it costs: two searches. Several
+that follow one another take one search (``in_order``). Where they overlap, all but one are divided. A state that spans
+only a part of a window does not know whether the moment was met elsewhere in it, so that a window is no cost of states;
+but what states cost that span all of a part, and nothing for others, is a lower bound of every time in the part, and a
+part that is one time is exact. The parts are searched in the order of their bounds, so that the first single times that
+come up are the best (branch and bound).
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from kinetograph.arrays import FloatArray
-from kinetograph.errors import DataError
+from kinetograph.errors import DataError, RequestError
 from kinetograph.learn import SegmentalPath
 from kinetograph.methods.performance.moments import Moment
 from kinetograph.methods.performance.rules import Demand
 
 SHORT = 3
 """Times of a part of a window with which the division begins: states span them, so that they are bounded well."""
+MOST = 200
+"""Combinations of parts that are searched at most."""
 
 Best = Callable[[Sequence[Demand]], SegmentalPath]
 """Gives the best sequence under demands without windows of several times, or a lower bound with them."""
@@ -57,9 +61,12 @@ def settled(
     ------
     DataError
         Where no sequence covers the control under the demands.
+    RequestError
+        For windows of so many times that it would take minutes.
     """
     own = _widest(demands, rate, steps) if at_times else None
     choices = [[each] if i == own else _parts(each, rate, steps) for i, each in enumerate(demands)]
+    _require_few(choices)
     number, queue = itertools.count(), list[tuple[float, int, tuple[Demand, ...], tuple[Demand, ...]]]()
     failed: DataError | None = None
 
@@ -85,6 +92,17 @@ def settled(
         for part in halves:
             push(part)
     raise failed or DataError("no sequence of segments covers the control")
+
+
+def _require_few(choices: Sequence[Sequence[Demand]]) -> None:
+    """Raise RequestError for parts of windows that are too many to be searched one combination after another."""
+    count = math.prod(len(each) for each in choices)
+    if count > MOST:
+        labels = ", ".join(each[0].label for each in choices if isinstance(each[0], Moment) and len(each) > 1)
+        raise RequestError(
+            f"the windows of {labels} would take {count} searches and more; windows that follow one another without "
+            "overlap take one: move their ends apart, or give some of them a single time"
+        )
 
 
 def _at_best(
