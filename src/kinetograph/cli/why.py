@@ -21,9 +21,9 @@ TINY = 1e-7
 """What costs no more costs nothing; the search is in single precision."""
 
 
-def require_within(seconds: Sequence[float], control: Signal | Motion) -> None:
-    """Raise RequestError for a moment that is outside the control."""
-    for second in seconds:
+def require_within(seconds: Sequence[float], control: Signal | Motion, *, waits: bool = False) -> None:
+    """Raise RequestError for a moment that is outside the control; where that may wait, the result says what is."""
+    for second in () if waits else seconds:
         if not 0 <= second <= control.duration:
             raise RequestError(f"--why: the control lasts {control.duration:.2f} s, found a time of {second:g} s")
 
@@ -80,13 +80,13 @@ def say_answers(answers: Sequence[Answer]) -> None:
         if each.reasons is None:
             table(_recordings(each.pieces), as_json=False, title=_title_of_span(each))
         else:
-            _say(each.reasons)
+            _say(each.reasons, each.second)
         for layer in each.layers:
             sys.stdout.write(f"  {_layer(layer, each.second)}\n")
 
 
-def _say(reasons: Reasons) -> None:
-    table(_rows(reasons), as_json=False, title=_title(reasons))
+def _say(reasons: Reasons, second: float) -> None:
+    table(_rows(reasons), as_json=False, title=_title(reasons, second))
     for other in reasons.reversals:
         sys.stdout.write(
             f"  without {other.constraint}: {_named(other.piece)}; the whole would cost {other.saved:.3g} less\n"
@@ -123,9 +123,11 @@ def _layer(layer: DrivenPart, second: float) -> str:
     return f"layer {layer.name} drives {', '.join(layer.joints)}, {layer.start:.2f} to {layer.stop:.2f} s{source}"
 
 
-def _title(reasons: Reasons) -> str:
+def _title(reasons: Reasons, second: float) -> str:
+    waited = abs(reasons.second - second) > 0.05
+    at = f"{second:g} s, {reasons.second:.2f} s of the control" if waited else f"{reasons.second:g} s"
     return (
-        f"why {_named(reasons.chosen.piece)} at {reasons.second:g} s; margin: what the best whole sequence with a "
+        f"why {_named(reasons.chosen.piece)} at {at}; margin: what the best whole sequence with a "
         "piece costs above the optimum, reuse being free; its terms:"
     )
 

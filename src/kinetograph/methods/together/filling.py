@@ -20,7 +20,7 @@ from kinetograph.methods.keyframe import FittedTimedSearch, KeyframeModel
 from kinetograph.methods.keyframe.around import clip_synthesis, joined
 from kinetograph.methods.performance import Control
 from kinetograph.methods.together.meeting import Met, seen_from_root
-from kinetograph.methods.together.spans import AWAY, WAITING, Filler, Filling, Group, Keyframes
+from kinetograph.methods.together.spans import AWAY, SHORTEST, Filler, Filling, Group, Keyframes
 from kinetograph.motion import Motion
 from kinetograph.post.assemble import UNTOUCHED
 from kinetograph.skeleton import same_shape
@@ -141,7 +141,7 @@ def _groups(motion: Motion, keys: Sequence[OnControl]) -> list[Group]:
 
 def _room(key: OnControl, fps: float) -> int:
     """Frames before and after a key that the shortest span around it takes."""
-    return round((WAITING[0] if key.waits else AWAY[0]) * fps) if key.far else 0
+    return round((SHORTEST if key.waits else AWAY[0]) * fps) if key.far else 0
 
 
 def _shifted(group: Group, by: int, first: int) -> Group:

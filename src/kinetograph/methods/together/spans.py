@@ -31,8 +31,9 @@ Keyframes: TypeAlias = Callable[[], KeyframeModel]
 
 AWAY = (1.4, 2.0, 2.8)
 """Seconds before and after a key at which the performance may be left and joined again in its time."""
-WAITING = (0.8, 1.2, 1.8)
-"""The same where the control waits."""
+WAITING = ((0.8, 0.8), (1.2, 1.2), (1.8, 1.8), (0.8, 1.8), (1.8, 0.8), (2.6, 2.6))
+"""The same where the control waits, in the order in which they are tried."""
+SHORTEST = min(min(each) for each in WAITING)
 PART = 4.0
 """Seconds that the control waits at most before each key and after the last."""
 HASTE = 3.0
@@ -148,9 +149,9 @@ class Filler:
         search = replace(self.search.narrowed(), settings=replace(self.search.narrowed().settings, haste=HASTE))
         closest, least = None, FARTHEST
         for away, heading in itertools.product(WAITING, (True, False)):
-            start, stop = _ends(group, (away, away), made.motion.fps)
+            start, stop = _ends(group, away, made.motion.fps)
             if start < group.first or stop > group.last:
-                break
+                continue
             span = self._motion(search, _free_keys(made, group, (start, stop), heading), TRIED)
             if span is None:
                 continue
