@@ -17,7 +17,7 @@ from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.moments import Moment, States
 from kinetograph.methods.performance.moves import LEAST, called
-from kinetograph.methods.performance.segments import Source
+from kinetograph.methods.performance.segments import Segment, Source
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class Rule:
         Take of the piece.
     move : str, optional
         Move that the piece is annotated with.
-    source : float, optional
-        Second of the recording that the piece holds.
+    source : float or (float, float), optional
+        Second of the recording that the piece holds, whichever pieces do; or the seconds that it is from and to.
     forbid : bool
         Use no piece that matches.
     called : str, optional
@@ -75,7 +75,7 @@ class Rule:
     stop: float
     take: str | None = None
     move: str | None = None
-    source: float | None = None
+    source: float | tuple[float, float] | None = None
     forbid: bool = False
     called: str | None = None
     weight: float | None = None
@@ -95,7 +95,7 @@ class Rule:
                 (f"take {self.take!r}", self.take),
                 (f"move {self.move!r}", self.move),
                 (f"called {self.called!r}", self.called),
-                (f"second {self.source} of it", self.source),
+                (_part(self.source), self.source),
                 (f"pieces like {self.like}", self.excerpts),
             )
             if given is not None
@@ -109,6 +109,23 @@ def moves_of(source: Source, start: float, stop: float) -> set[str]:
     return {n.label for n in moves if min(n.stop, stop) - max(n.start, start) >= 0.5 * (stop - start)}
 
 
+ROUNDED = 2e-3
+"""Seconds by which a piece may be from where a rule says that it begins and ends."""
+
+
+def _part(source: float | tuple[float, float] | None) -> str:
+    if isinstance(source, tuple):
+        return f"{source[0]:g} to {source[1]:g} s of it"
+    return f"second {source} of it"
+
+
+def _holds(segment: Segment, source: float | tuple[float, float] | None) -> bool:
+    """Whether a segment holds a second, or is from one second to another."""
+    if isinstance(source, tuple):
+        return abs(segment.start - source[0]) <= ROUNDED and abs(segment.stop - source[1]) <= ROUNDED
+    return source is None or segment.start <= source < segment.stop or source == segment.start
+
+
 def matching(fitted: Fitted, rule: Rule) -> BoolArray:
     """The states ``(S,)`` that a rule names. Raises RequestError where there are none."""
     matches = []
@@ -116,7 +133,7 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
         source = fitted.sources[segment.source]
         matches.append(
             (rule.take is None or source.take == rule.take)
-            and (rule.source is None or segment.start <= rule.source < segment.stop or rule.source == segment.start)
+            and _holds(segment, rule.source)
             and (rule.move is None or rule.move in moves_of(source, segment.start, segment.stop))
         )
     chosen = np.array(matches)
