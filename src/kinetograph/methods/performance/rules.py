@@ -21,7 +21,7 @@ from kinetograph.methods.performance.segments import Segment, Source
 
 
 @dataclass(frozen=True)
-class Excerpt:
+class RecordedSpan:
     """Some seconds of a recording.
 
     Parameters
@@ -61,8 +61,8 @@ class Rule:
     weight : float, optional
         What a second costs in which the rule is broken, m^2 s; without it, it must not be broken.
     like : str
-        What messages call the excerpts.
-    excerpts : tuple of Excerpt, optional
+        What messages call what the spans are like.
+    spans : tuple of RecordedSpan, optional
         Recordings of which a piece shows some for half of its duration or more.
 
     Raises
@@ -80,7 +80,7 @@ class Rule:
     called: str | None = None
     weight: float | None = None
     like: str = ""
-    excerpts: tuple[Excerpt, ...] | None = None
+    spans: tuple[RecordedSpan, ...] | None = None
 
     def __post_init__(self) -> None:
         if not self.start < self.stop:
@@ -96,7 +96,7 @@ class Rule:
                 (f"move {self.move!r}", self.move),
                 (f"called {self.called!r}", self.called),
                 (_part(self.source), self.source),
-                (f"pieces like {self.like}", self.excerpts),
+                (f"pieces like {self.like}", self.spans),
             )
             if given is not None
         )
@@ -139,25 +139,25 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
     chosen = np.array(matches)
     if rule.called is not None:
         chosen &= called(fitted, rule.called)
-    if rule.excerpts is not None:
-        chosen &= shown(fitted, rule.excerpts)
+    if rule.spans is not None:
+        chosen &= shown(fitted, rule.spans)
     if not chosen.any():
         raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
     return np.asarray(chosen[fitted.instances.states[:, 0]])
 
 
-def shown(fitted: Fitted, excerpts: Iterable[Excerpt]) -> BoolArray:
-    """The segments ``(N,)`` of which excerpts that do not overlap fill half or more.
+def shown(fitted: Fitted, spans: Iterable[RecordedSpan]) -> BoolArray:
+    """The segments ``(N,)`` of which spans that do not overlap fill half or more.
 
     Parameters
     ----------
     fitted : Fitted
-    excerpts : iterable of Excerpt
+    spans : iterable of RecordedSpan
     """
-    spans: dict[tuple[str, str, bool], list[tuple[float, float]]] = {}
-    for each in excerpts:
-        spans.setdefault((each.take, each.track, each.mirrored), []).append((each.start, each.stop))
-    of_sources = [_every_cycle(s, spans.get((s.take, s.track, s.mirrored), ())) for s in fitted.sources]
+    known: dict[tuple[str, str, bool], list[tuple[float, float]]] = {}
+    for each in spans:
+        known.setdefault((each.take, each.track, each.mirrored), []).append((each.start, each.stop))
+    of_sources = [_every_cycle(s, known.get((s.take, s.track, s.mirrored), ())) for s in fitted.sources]
     chosen = []
     for segment in fitted.instances.segments:
         starts, stops = of_sources[segment.source].T
