@@ -3,17 +3,18 @@ Controls together
 =================
 
 Follow this path, crouch on it, turn by these recordings there, and box while walking on: one search carries the path,
-the key and the move, and a layer drives the arms.
+the key and the move, and a layer drives the arms. Kick in the air six metres on: the path waits for it.
 """
 
 import matplotlib.pyplot as plt
 
 import kinetograph as kg
-from clips import clip, draw_pieces, picture, save_figure, walks
+from clips import WALKS, clip, draw_pieces, library, picture, save_figure, walks
 from kinetograph.drawing import contact_sheet
 from kinetograph.keys import key_at
 from kinetograph.methods.performance import Rule
 from kinetograph.methods.together import Asked, AskedKey, performed
+from kinetograph.motion import cut
 from kinetograph.pipeline import layered, recordings_of, winding_path
 from kinetograph.post import Layer
 
@@ -61,3 +62,28 @@ for part in result.layers:
     print(f"{part.name}: {len(part.joints)} joints from {part.start:.2f} to {part.stop:.2f} s")
 kg.save(result.motion, picture("controls_together.bvh"))
 contact_sheet(result.motion, picture("controls_together.png"), contacts=result.annotations, path_signal=path, frames=24)
+
+# %%
+# A key at a place
+# ----------------
+#
+# Nothing that walks is like a kick in the air. Where a key is asked for at a place of the path, the recording that has
+# it plays, and the path waits for as long as that takes: here six metres along it. On the command line this is
+# ``--key "humanoid3d_spinkick.txt@0.6; along=6"``.
+
+gestures = library("gestures", (*WALKS, "humanoid3d_jump", "humanoid3d_kick", "humanoid3d_spinkick"))
+keyframes = kg.KeyframeControl(mirror=True).fit(gestures)
+kick = AskedKey(key_at(clip("humanoid3d_spinkick"), 0.6, label="kick"), along=6.0)
+kicked = performed(model, path, Asked(keys=(kick,)), keyframes=lambda: keyframes)
+((start, stop),) = kicked.filled
+print(f"from {start:.1f} to {stop:.1f} s, the path waits {kicked.statistics['waited_seconds']:.1f} s of it:")
+for piece in kicked.pieces:
+    if start <= piece.start < stop:
+        print(f"  {piece.take} from {piece.source_start:.2f} to {piece.source_stop:.2f} s")
+
+# %%
+# From two seconds before the kick to two after it.
+
+fps = kicked.motion.fps
+around = cut(kicked.motion, round((kicked.met[0] - 2.0) * fps), round((kicked.met[0] + 2.0) * fps))
+contact_sheet(around, picture("controls_together_kick.png"), frames=16)

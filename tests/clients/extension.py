@@ -27,7 +27,7 @@ from kinetograph.take import Take
 
 HERE = Path(__file__).resolve().parent
 EXTENSION = HERE.parents[1] / "blender"
-SUBJECTS = ("faults", "curves", "along", "rigs", "keys", "partners", "live", "picture")
+SUBJECTS = ("faults", "curves", "along", "panel", "rigs", "keys", "partners", "live", "picture")
 
 
 def main() -> int:

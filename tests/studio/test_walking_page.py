@@ -328,7 +328,7 @@ def test_a_walk_meets_a_pose_and_a_move(walking: Walking) -> None:
     page.get_by_label("Pose of").select_option("turn_left1")
     page.get_by_label("at its second").fill("0.5")
     with walking.made():
-        page.get_by_role("button", name="Add pose").click()
+        page.get_by_role("button", name="Add pose now").click()
     (key,) = walking.project.walk.keys
     assert (key.pose, key.time) == ("take:turn_left1@0.5", pytest.approx(2.0, abs=0.04))
     made = walking.server.desk.room.latest["walk"].synthesis
@@ -351,6 +351,25 @@ def test_a_walk_meets_a_pose_and_a_move(walking: Walking) -> None:
     with walking.made():
         page.get_by_role("button", name="Remove: no turn_left1, 4 to 5 s").click()
     assert (walking.project.walk.keys, walking.project.walk.moves) == ((), ())
+
+
+def test_a_walk_meets_a_pose_at_a_place(walking: Walking) -> None:
+    walking.draw(eight(8.0, size=1.4))
+    page = walking.page
+    page.get_by_label("Pose of").select_option("turn_left1")
+    page.get_by_label("at its second").fill("0.5")
+    places = []
+    for second in (5.0, 3.0):  # in order of the path, whichever is asked for first
+        walking.stop_at(second)
+        walked = np.array(walking.server.desk.room.latest["walk"].path)
+        places.append([np.interp(second, walked[:, 0], walked[:, axis]) for axis in (1, 2)])
+        with walking.made():
+            page.get_by_role("button", name="Add pose here").click()
+    for key, (x, z) in zip(walking.project.walk.keys, reversed(places), strict=True):
+        assert key.time is None
+        assert key.near == (pytest.approx(x, abs=0.05), pytest.approx(z, abs=0.05))
+    assert walking.project.walk.fill is None
+    assert len(walking.server.desk.room.latest["walk"].synthesis.met) == 2
 
 
 def test_a_path_is_bent_timed_again_stopped_and_smoothed(walking: Walking) -> None:

@@ -35,7 +35,7 @@ class Played:
                 self._motions.setdefault(each.take, each.motion)
 
     def accelerations(self, made: Synthesis, usual: float) -> FloatArray:
-        """The greatest acceleration of a joint at every frame, as a multiple of what is usual, or of the recording's.
+        """The accelerations of all joints, as multiples of what is usual, or of what the recording that plays has.
 
         Parameters
         ----------
@@ -45,15 +45,15 @@ class Played:
 
         Returns
         -------
-        ndarray, shape (F - 2,)
-            A multiple of the greater of both: of ``usual``, and of the greatest that the recording has around there.
+        ndarray, shape (F - 2, J)
+            Multiples of the greater of both: of ``usual``, and of the greatest that the recording has around there.
         """
-        fps = made.motion.fps
-        found = accelerations(made.motion).max(axis=1)
+        found = accelerations(made.motion)
+        limits = np.full(len(found), usual)
         for frame in range(len(found)):
-            piece, second = made.piece_at(frame + 1), (frame + 1) / fps
-            found[frame] /= max(usual, self._at(piece.take, float(piece.source_time(np.array([second]))[0])))
-        return np.asarray(found)
+            piece, second = made.piece_at(frame + 1), (frame + 1) / made.motion.fps
+            limits[frame] = max(usual, self._at(piece.take, float(piece.source_time(np.array([second]))[0])))
+        return np.asarray(found / limits[:, None])
 
     def _at(self, take: str, second: float) -> float:
         motion = self._motions.get(take)

@@ -42,12 +42,21 @@ def write_report(
             for piece in synthesis.pieces
         ],
         "annotations": [asdict(annotation) for annotation in synthesis.annotations],
+        **_keys(synthesis),
         **_layers(synthesis),
         **(more or {}),
         "frames": _frames(synthesis),
     }
     with atomic_path(path, force=force) as draft:
         draft.write_text(json.dumps(content, indent=1))
+
+
+def _keys(synthesis: Synthesis) -> dict[str, Any]:
+    """When keys are met, and the spans around them that recordings fill; none without keys."""
+    if not synthesis.met:
+        return {}
+    spans = [{"start": start, "stop": stop} for start, stop in synthesis.filled]
+    return {"met": list(synthesis.met), "filled": spans}
 
 
 def _layers(synthesis: Synthesis) -> dict[str, Any]:
@@ -69,13 +78,18 @@ def _layers(synthesis: Synthesis) -> dict[str, Any]:
 
 
 def _frames(synthesis: Synthesis) -> list[dict[str, Any]]:
-    """One row per frame: where it came from, its weight and, where the method says, the metres it was edited by."""
+    """One row per frame: where it came from, its weight, the metres it was edited by, and the control's second then.
+
+    The last two where the method says, and where the control waits.
+    """
     rows: list[dict[str, Any]] = [
         {"take": take, "second": second, "weight": 1.0} for take, second in synthesis.provenance()
     ]
     for frame, row in enumerate(rows):
         if synthesis.piece_at(frame).held:
             row["held"] = True
+    for row, second in zip(rows, synthesis.clock, strict=False):
+        row["control"] = float(second)
     for row, weight in zip(rows, synthesis.weights, strict=False):
         row["weight"] = float(weight)
     for row, edited in zip(rows, synthesis.edited, strict=False):

@@ -69,9 +69,19 @@ def header(section: Mode, key: str, made: Made, floor: float) -> MadeHeader:
         figures=(*made.figures, *synthesis_figures(synthesis)),
         warnings=grouped(synthesis.warnings),
         path=made.path,
+        clock=clock_rows(synthesis),
         costs=tuple(each.cost for each in made.syntheses),
         chosen=made.chosen,
     )
+
+
+def clock_rows(synthesis: Synthesis) -> tuple[tuple[float, float], ...]:
+    """The seconds of a synthesis and of its control where spans begin and end in which that waits, and at both ends."""
+    if not len(synthesis.clock):
+        return ()
+    fps, last = synthesis.motion.fps, len(synthesis.motion) - 1
+    frames = [0, *(round(second * fps) for span in synthesis.filled for second in span), last]
+    return tuple((frame / fps, synthesis.clock_at(frame)) for frame in frames)
 
 
 def bodies(motions: Mapping[str, Motion], character: Character | None, notes: tuple[Annotation, ...] = ()) -> Take:

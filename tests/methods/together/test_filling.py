@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 import kinetograph as kg
 from kinetograph import rotations as rot
+from kinetograph.formats import write_report
 from kinetograph.keys import Key, key_at
 from kinetograph.kinematics import joint_positions
 from kinetograph.methods.keyframe import KeyframeControl, KeyframeModel
@@ -223,6 +225,19 @@ def test_a_path_waits_for_a_key_at_a_place(waving: tuple[PerformanceModel, Keyfr
     assert made.met[1] == pytest.approx(9.0 + waited, abs=1 / 30)
     # and elsewhere the path is followed: the straight walk is exactly on it
     assert made.statistics["path_off_mean"] < 0.01
+
+
+def test_a_report_says_where_the_path_waits(
+    waving: tuple[PerformanceModel, KeyframeModel, Motion], tmp_path: Path
+) -> None:
+    model, keyframes, clip = waving
+    made = performed(model, straight(11.0), Asked((placed(clip, 5.0),)), keyframes=lambda: keyframes)
+    write_report(made, tmp_path / "report.json")
+    report = json.loads((tmp_path / "report.json").read_text())
+    ((start, stop),) = made.filled
+    assert report["filled"] == [{"start": start, "stop": stop}]
+    assert report["met"] == list(made.met)
+    assert [row["control"] for row in report["frames"]] == made.clock.tolist()
 
 
 def test_a_path_keeps_its_time_where_that_is_asked_for(waving: tuple[PerformanceModel, KeyframeModel, Motion]) -> None:

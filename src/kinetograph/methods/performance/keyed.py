@@ -43,8 +43,16 @@ def distances_to(fitted: Fitted, key: Key) -> tuple[FloatArray, ...]:
 
 def _distances(source: Source, roles: tuple[str, ...], pose: FloatArray, moving: FloatArray | None) -> FloatArray:
     known, positions, velocities = source.posture
-    columns = [known.index(role) for role in roles]
-    squares = np.sum((positions[:, columns] - pose) ** 2, axis=-1)
+    if roles != known:
+        columns = [known.index(role) for role in roles]
+        positions, velocities = positions[:, columns], velocities[:, columns]
+    squares = _squares(positions - pose)
     if moving is not None:
-        squares = squares + np.sum((velocities[:, columns] * REACH - moving) ** 2, axis=-1)
-    return np.asarray(np.sqrt(squares.mean(axis=1)))
+        squares += _squares(velocities * REACH - moving)
+    return np.asarray(np.sqrt(squares / len(roles)))
+
+
+def _squares(gaps: FloatArray) -> FloatArray:
+    """The sums of squares of gaps ``(F, R, 3)``, ``(F,)``."""
+    flat = gaps.reshape(len(gaps), -1)
+    return np.asarray(np.einsum("ij,ij->i", flat, flat))

@@ -610,6 +610,7 @@ export interface MadeHeader {
   figures?: Figure[];
   warnings?: string[];
   path?: [number, number, number][];
+  clock?: [number, number][];
   costs?: number[];
   chosen?: number;
 }

@@ -77,6 +77,8 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
     pieces, lanes, figures, warnings : tuple
     path : tuple of (float, float, float)
         The path that was performed: seconds, metres x and z.
+    clock : tuple of (float, float)
+        Where the path waits: seconds of what was made, and of the path then; linear between. Empty where it does not.
     costs : tuple of float
         Of each alternative.
     chosen : int
@@ -94,5 +96,6 @@ class MadeHeader(msgspec.Struct, frozen=True, tag_field="kind", tag="made", omit
     figures: tuple[Figure, ...] = ()
     warnings: tuple[str, ...] = ()
     path: tuple[tuple[float, float, float], ...] = ()
+    clock: tuple[tuple[float, float], ...] = ()
     costs: tuple[float, ...] = ()
     chosen: int = 0

@@ -66,7 +66,7 @@ def make(project: Project, room: Room, progress: Progress) -> Made | None:
         (synthesis,),
         lanes=(*_moves(synthesis), *_keys(synthesis, project.walk), *_layers(synthesis), error),
         figures=_figures(synthesis, errors),
-        path=_shown(middles, fps),
+        path=_shown(middles, fps, synthesis),
     )
 
 
@@ -88,11 +88,14 @@ def prepare(project: Project, room: Room) -> None:
     rendered(msgspec.structs.replace(project, walk=walk), room)
 
 
-def _shown(middles: FloatArray, fps: float) -> tuple[tuple[float, float, float], ...]:
+def _shown(middles: FloatArray, fps: float, synthesis: Synthesis) -> tuple[tuple[float, float, float], ...]:
+    """Where the path is at seconds of what was made of it."""
     from kinetograph.sampling import interpolate, sample_times
 
-    times = sample_times((len(middles) - 1) / fps, _PATH_RATE)
-    rows = np.column_stack([times, interpolate(middles, times * fps)[:, [0, 2]]])
+    clock, rate = synthesis.clock, synthesis.motion.fps
+    times = sample_times((len(clock) - 1) / rate if len(clock) else (len(middles) - 1) / fps, _PATH_RATE)
+    shown = np.interp(times, np.arange(len(clock)) / rate, clock) if len(clock) else times
+    rows = np.column_stack([times, interpolate(middles, shown * fps)[:, [0, 2]]])
     return tuple((t, x, z) for t, x, z in rows.tolist())
 
 

@@ -16,14 +16,19 @@ export class Along {
   /**
    * @param {import("../../studio.js").App} app
    * @param {(change: Partial<Walk>, label: string) => void} edit
+   * @param {() => {second: number, place: [number, number]}} where the second of the path and the place on it that are shown
+   * @param {(place: [number, number]) => number} passed the second at which the path passes a place
    */
-  constructor(app, edit) {
+  constructor(app, edit, where, passed) {
     this.app = app;
     this.edit = edit;
+    this.where = where;
+    this.passed = passed;
     const number = (/** @type {number} */ value) => element("input", { type: "number", value, step: 0.1, min: 0 });
     this.take = element("select", {});
     this.second = number(0);
-    this.keyButton = button("Add pose", () => this.#addKey(), { title: "At the time that is shown" });
+    this.hereButton = button("Add pose here", () => this.#addKey(({ place }) => ({ near: place })), { title: "At this place of the path, which waits while a recording that has the pose plays" });
+    this.keyButton = button("Add pose now", () => this.#addKey(({ second }) => ({ time: rounded(second) })), { title: "At this time, whatever plays then" });
     this.keys = element("ul", { class: "list layers", "aria-label": "Poses on the path" });
     this.fill = element("input", { type: "checkbox", onchange: () => this.edit({ fill: this.fill.checked || null }, "play the recordings of poses") });
     this.move = element("input", { type: "text", placeholder: "run, turn left, ..." });
@@ -37,9 +42,9 @@ export class Along {
       element("p", { class: "note" }, "Poses that the walk meets to a millimetre, and moves by their names, tags or labels."),
       field("Pose of", this.take),
       field("at its second", this.second),
-      element("div", { class: "buttons" }, this.keyButton),
+      element("div", { class: "buttons" }, this.hereButton, this.keyButton),
       this.keys,
-      element("label", { class: "check", title: "The walk leaves the path for some seconds around a pose that no piece is like" }, this.fill, "Play the recordings of poses"),
+      element("label", { class: "check", title: "For poses at times too: the walk leaves the path for some seconds around one that no piece is like" }, this.fill, "Play the recordings of poses"),
       field("Move", this.move),
       field("Begins at, s", this.from),
       field("Ends at, s", this.to),
@@ -79,13 +84,14 @@ export class Along {
       return this.app.say(/** @type {Error} */ (error).message, "error");
     }
     if ([...this.take.options].some(({ value }) => value === before)) this.take.value = before;
-    this.keyButton.disabled = this.take.options.length === 0;
+    this.keyButton.disabled = this.hereButton.disabled = this.take.options.length === 0;
   }
 
-  #addKey() {
+  /** @param {(where: {second: number, place: [number, number]}) => Partial<KeyRow>} when */
+  #addKey(when) {
     const second = this.second.valueAsNumber;
     if (!this.take.value || !(second >= 0)) return this.app.say("a pose has a take and a second of it", "error");
-    const row = { pose: `take:${this.take.value}@${second}`, time: rounded(this.app.transport.time) };
+    const row = { pose: `take:${this.take.value}@${second}`, ...when(this.where()) };
     this.#setKeys([...(this.walk.keys ?? []), row], "meet a pose");
   }
 
@@ -94,7 +100,7 @@ export class Along {
    * @param {string} label
    */
   #setKeys(keys, label) {
-    const when = (/** @type {KeyRow} */ row) => (Array.isArray(row.time) ? row.time[0] : row.time);
+    const when = (/** @type {KeyRow} */ row) => (row.near ? this.passed(row.near) : Array.isArray(row.time) ? row.time[0] : row.time);
     const timed = keys.every((row) => typeof when(row) === "number");
     this.edit({ keys: timed ? [...keys].sort((a, b) => Number(when(a)) - Number(when(b))) : keys }, label);
   }

@@ -59,7 +59,7 @@ class WalkPanel {
     this.speeds = new SpeedBar();
     this.follower = new Follower(app);
     this.pieces = new Pieces(app, (change, label) => this.#edit(change, label));
-    this.along = new Along(app, (change, label) => this.#edit(change, label));
+    this.along = new Along(app, (change, label) => this.#edit(change, label), () => this.#where(), ([x, z]) => nearest(this.path, { x, z })?.time ?? 0);
     this.layers = new Layers(app, (change, label, merge) => this.#edit(change, label, merge));
     this.playback = new Playback(app, this.view);
     this.hint = element("p", { class: "hint", role: "status", hidden: true });
@@ -435,6 +435,19 @@ class WalkPanel {
     const path = last ? [...this.path, [Math.round(1e4 * (last[0] + seconds)) / 1e4, x, z]] : [[0, x, z]];
     this.#edit({ path }, "add a point");
     this.app.say(path.length < 2 ? "the path begins there; add another point" : "");
+  }
+
+  /** The second of the path, and the place on it, that are shown: the path may wait, or be slower than it was drawn. */
+  #where() {
+    const time = this.app.transport.time;
+    const walked = this.#made?.path?.length ? this.#made.path : this.path;
+    const [x, z] = walked.length ? at(walked, time) : [0, 0];
+    const clock = this.#made?.clock ?? [];
+    const after = clock.findIndex(([second]) => second >= time);
+    const [to, of] = clock[Math.max(after, 1)] ?? [1, 1];
+    const [from, begin] = clock[Math.max(after, 1) - 1] ?? [0, 0];
+    const second = clock.length ? begin + ((of - begin) * (time - from)) / Math.max(to - from, 1e-9) : time;
+    return { second, place: /** @type {[number, number]} */ ([+x.toFixed(3), +z.toFixed(3)]) };
   }
 
   /**
