@@ -70,7 +70,7 @@ def asks(scene):
 def document(scene, path, settings):
     """The request for a path, rows of seconds and metres, and the motions that it names; a task."""
     start, fps, motions, asked = scene.frame_start, rate(scene), [], {"path": path, **settings}
-    asked["fill"] = scene.kinetograph.fill
+    asked["fill"] = {"PLACES": None, "ALL": True, "NONE": False}[scene.kinetograph.fill]
     asked["keys"] = []
     for number, row in enumerate(in_order(scene.kinetograph.keys, path, scene), 1):
         asked["keys"].append((yield from _key(row, f"key {number}", scene, motions)))
@@ -117,7 +117,9 @@ def _key(row, label, scene, motions):
 def _move(row, start, fps):
     if not row.name.strip("! "):
         raise Trouble("a move has no name: write words of a take, a tag or a label")
-    asked = {"start": (row.first - start) / fps, "stop": (row.last - start) / fps, "name": row.name.lstrip("! ")}
+    name = row.name.lstrip("! ")
+    what = {"like": name.removeprefix("like:")} if name.startswith("like:") else {"name": name}
+    asked = {"start": (row.first - start) / fps, "stop": (row.last - start) / fps, **what}
     return {**asked, "forbid": row.name.startswith("!"), **({"weight": row.cost} if row.cost else {})}
 
 

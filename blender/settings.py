@@ -21,6 +21,13 @@ HIPS = (
 )
 """How near hips are to the curve that they are walked along."""
 
+FILLS = (
+    ("PLACES", "At Places", "For keys along the curve, where the walk waits meanwhile; not with Keep Times"),
+    ("ALL", "For All Keys", "Also for keys at frames, in their time, away from the curve for a while"),
+    ("NONE", "Never", "The nearest step is edited instead"),
+)
+"""For which keys recordings play."""
+
 SWAYS = {"FREE": None, "NEAR": 0.12, "ON": 0.0}
 """Seconds over which the hips sway."""
 
@@ -49,9 +56,11 @@ class KINETOGRAPH_PG_settings(bpy.types.PropertyGroup):
     key_index: IntProperty()
     move_index: IntProperty()
     layer_index: IntProperty()
-    fill: BoolProperty(
-        name="Play Recordings of Keys",
-        description="Where no step is like a key, its recording is played, away from the curve for a while",
+    fill: EnumProperty(
+        name="Recordings of Keys",
+        items=FILLS,
+        default="PLACES",
+        description="Whether the recording of a key plays where no step is like it; otherwise the nearest is edited",
     )
     mirror: BoolProperty(name="Mirror", description="Use recordings mirrored as well")
     on_fk: BoolProperty(

@@ -70,10 +70,23 @@ said = f"at frames {met['key 1']} and {met['key 2']}, to {1000 * max(apart):.3f}
 row("a key with a window, one along", good, said)
 
 cleared()
+asked(rows="keys", armature=model, frame=40, when="ALONG", along=3.0)
+for fill in ("NONE", "ALL", "PLACES"):
+    bpy.context.scene.kinetograph.fill = fill
+    thing = walk(keep_time=False)
+    at = next(marker.frame for marker in thing.animation_data.action.pose_markers if marker.name == "key 1")
+    apart = float(np.abs(wanted - shape(thing, at)).max())
+    row(f"a key whose recording plays: {fill.lower()}", apart < 1e-3, f"met at frame {at}, to {1000 * apart:.3f} mm")
+
+cleared()
 asked(rows="moves", name=TAKE, first=1, last=80)
 thing = walk()
 sources = [text for text in thing.animation_data.action["kinetograph_sources"] if float(text.split("-")[0]) < 3.0]
 row("a move in its span", all(TAKE in text for text in sources), f"{len(sources)} pieces, all of {TAKE}")
+cleared()
+asked(rows="moves", name=f"like:take:{TAKE}@0.5-1.2", first=20, last=44, cost=0.5)
+thing = walk()
+row("a move by an example", len(thing.animation_data.action["kinetograph_sources"]) > 3, "with a cost")
 cleared()
 asked(rows="moves", name=f"!{TAKE}", first=1, last=80)
 sources = [t for t in walk().animation_data.action["kinetograph_sources"] if float(t.split("-")[0]) < 3.0]
