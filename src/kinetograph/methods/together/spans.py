@@ -31,9 +31,12 @@ Keyframes: TypeAlias = Callable[[], KeyframeModel]
 
 AWAY = (1.4, 2.0, 2.8)
 """Seconds before and after a key at which the performance may be left and joined again in its time."""
-WAITING = ((0.8, 0.8), (1.2, 1.2), (1.8, 1.8), (0.8, 1.8), (1.8, 0.8), (2.6, 2.6))
-"""The same where the control waits, in the order in which they are tried."""
-SHORTEST = min(min(each) for each in WAITING)
+WAITING = (
+    (0.8, 0.8, True), (0.8, 0.8, False), (1.2, 1.2, True), (1.2, 1.2, False),
+    (1.8, 1.8, True), (1.8, 1.8, False), (0.8, 1.8, False), (1.8, 0.8, False),
+)  # fmt: skip
+"""The same where the control waits, in the order in which they are tried, and whether keys face along the path then."""
+SHORTEST = min(before for before, _, _ in WAITING)
 PART = 4.0
 """Seconds that the control waits at most before each key and after the last."""
 HASTE = 3.0
@@ -148,8 +151,8 @@ class Filler:
         """The first span that keeps close to the path while that waits, or the closest that is not too far from it."""
         search = replace(self.search.narrowed(), settings=replace(self.search.narrowed().settings, haste=HASTE))
         closest, least = None, FARTHEST
-        for away, heading in itertools.product(WAITING, (True, False)):
-            start, stop = _ends(group, away, made.motion.fps)
+        for before, after, heading in WAITING:
+            start, stop = _ends(group, (before, after), made.motion.fps)
             if start < group.first or stop > group.last:
                 continue
             span = self._motion(search, _free_keys(made, group, (start, stop), heading), TRIED)
