@@ -14,7 +14,8 @@
   ``forbid`` rules it out;
   with ``weight`` another move costs so much a second; ``first`` and ``last`` are the feet, ``left`` or ``right``, that
   are set down first and last in the span;
-- ``pieces``: ``{"start": 1, "stop": 3, "take": "15_03"}``, pinned, or with ``forbid`` ruled out;
+- ``pieces``: ``{"start": 1, "stop": 3, "take": "15_03"}``, pinned, or with ``forbid`` ruled out; ``source`` is a second
+  of the take that the piece holds, or ``[from, to]`` of the one piece that is meant;
 - ``contacts``: ``{"part": "left_foot", "start": 2, "stop": 3}``, a foot or toe that stays where it is;
 - ``layers``: parts of the body that something else drives: ``{"parts": ["arms"], "motion": "wave.bvh", "start": 2.5}``;
   in place of the file ``take:NAME``, a take of the library; in place of ``motion`` a file of ``readings``, with the
@@ -107,8 +108,8 @@ class PieceRow(_Part, frozen=True):
     start, stop : float
         Seconds of the control.
     take : str, optional
-    source : float, optional
-        Second of the recording that the piece holds.
+    source : float or (float, float), optional
+        Second of the recording that the piece holds, whichever pieces do; or the seconds that it is from and to.
     forbid : bool
         Rule it out.
     """
@@ -116,7 +117,7 @@ class PieceRow(_Part, frozen=True):
     start: float
     stop: float
     take: str | None = None
-    source: float | None = None
+    source: float | tuple[float, float] | None = None
     forbid: bool = False
 
 

@@ -44,7 +44,7 @@ _ROOMS = {
     "differing_skeletons": "libraries",
     "disagreements": "ingesting",
     "example_in": "finding",
-    "excerpts_like": "likeness",
+    "spans_like": "likeness",
     "filler": "requesting",
     "find_alike": "finding",
     "find_copies": "copies",
@@ -128,7 +128,6 @@ __all__ = [
     "differing_skeletons",
     "disagreements",
     "example_in",
-    "excerpts_like",
     "filler",
     "find_alike",
     "find_copies",
@@ -170,6 +169,7 @@ __all__ = [
     "sense_layer",
     "sensors_of_parts",
     "smoothed",
+    "spans_like",
     "unit_moves",
     "verdict_lines",
     "why_at",
@@ -215,7 +215,7 @@ if TYPE_CHECKING:
         read_take,
         read_takes,
     )
-    from kinetograph.pipeline.likeness import excerpts_like
+    from kinetograph.pipeline.likeness import spans_like
     from kinetograph.pipeline.noting import noted
     from kinetograph.pipeline.performing import (
         Smoothing,

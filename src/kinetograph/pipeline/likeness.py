@@ -10,7 +10,7 @@ from kinetograph.arrays import BoolArray, FloatArray
 from kinetograph.errors import RequestError
 from kinetograph.formats import ReadOptions
 from kinetograph.library import Library
-from kinetograph.methods.performance import Excerpt
+from kinetograph.methods.performance import RecordedSpan
 from kinetograph.mirroring import mirror
 from kinetograph.motion import Motion
 from kinetograph.pipeline.finding import RATE, ExampleIndex, Group, distances_from, example_in, index_of
@@ -19,14 +19,14 @@ SHARE = 0.5
 """The share of the median distance of a library's windows within which they are like an example."""
 
 
-def excerpts_like(
+def spans_like(
     text: str,
     library: Library,
     within: float | None = None,
     *,
     mirrored: bool = False,
     options: ReadOptions | None = None,
-) -> tuple[Excerpt, ...]:
+) -> tuple[RecordedSpan, ...]:
     """The spans of a library's recordings that are like an example, itself among them.
 
     Parameters
@@ -43,7 +43,7 @@ def excerpts_like(
 
     Returns
     -------
-    tuple of Excerpt
+    tuple of RecordedSpan
 
     Raises
     ------
@@ -56,12 +56,12 @@ def excerpts_like(
     near = _threshold(found) if within is None else within
     if not (np.isfinite(near) and near > 0):
         raise RequestError(f"like {text}: what is like an example is within more than 0 m of it, found {near:g}")
-    excerpts = [*_excerpts(index, example, near, False)]
+    spans = [*_spans(index, example, near, False)]
     if mirrored:
-        excerpts += _excerpts(index, mirror(example), near, True)
-    if not excerpts:
+        spans += _spans(index, mirror(example), near, True)
+    if not spans:
         raise RequestError(f"nothing in the library is within {near:.2f} m of {text}; {_nearest(found)}")
-    return tuple(excerpts)
+    return tuple(spans)
 
 
 _Distances = tuple[Group, FloatArray, int]
@@ -73,13 +73,13 @@ def _threshold(found: list[_Distances]) -> float:
     return SHARE * float(np.median(every)) if len(every) else float("nan")
 
 
-def _excerpts(index: ExampleIndex, example: Motion, within: float, mirrored: bool) -> Iterator[Excerpt]:
+def _spans(index: ExampleIndex, example: Motion, within: float, mirrored: bool) -> Iterator[RecordedSpan]:
     """The unions of near windows, by motion."""
     for group, distances, width in distances_from(index, example):
         for i, (take, track) in enumerate(group.tracks):
             first, last = group.windows.offsets[i : i + 2]
             for start, stop in _covered(distances[first:last] <= within, width):
-                yield Excerpt(take, track, start / RATE, stop / RATE, mirrored)
+                yield RecordedSpan(take, track, start / RATE, stop / RATE, mirrored)
 
 
 def _covered(near: BoolArray, width: int) -> Iterator[tuple[int, int]]:

@@ -39,7 +39,7 @@ from kinetograph.pipeline.inbetweening import fit_keyframe, inbetween_with
 from kinetograph.pipeline.layer_rows import layer_of, motion_or_path
 from kinetograph.pipeline.layering import layered, recordings_of
 from kinetograph.pipeline.libraries import has_partners
-from kinetograph.pipeline.likeness import excerpts_like
+from kinetograph.pipeline.likeness import spans_like
 from kinetograph.pipeline.noting import noted
 from kinetograph.pipeline.performing import fit_performance
 from kinetograph.post import Layer, OntoPath
@@ -84,7 +84,7 @@ class Fitting:
     keyframe : callable
         Called as `fit_keyframe`.
     layer : callable
-        Called as `layer_of`.
+        Called as ``kinetograph.pipeline.layer_rows.layer_of``.
     """
 
     performance: Callable[..., PerformanceModel] = fit_performance
@@ -425,8 +425,8 @@ def _rule_like(row: MoveRow, sources: KeySources, mirror: bool) -> Rule:
         raise RequestError(f"like {row.like}: what is like an example is found in a library, and none was given")
     rule = Rule(row.start, row.stop, forbid=row.forbid, weight=row.weight, like=row.like)
     text = row.like if row.like.startswith("take:") else str(sources.folder / row.like)
-    found = excerpts_like(text, library, row.within, mirrored=mirror, options=sources.options)
-    return replace(rule, excerpts=found)
+    found = spans_like(text, library, row.within, mirrored=mirror, options=sources.options)
+    return replace(rule, spans=found)
 
 
 def _contact(row: ContactRow) -> Annotation:

@@ -30,7 +30,7 @@ class RuleRow(_Part, frozen=True):
     start: float
     stop: float
     take: str | None = None
-    source: float | None = None
+    source: float | tuple[float, float] | None = None
     forbid: bool = False
 
 

@@ -24,14 +24,14 @@ from walkers import walk
 _TURNS = {"straight": 0.0, "left": 0.7, "right": -0.7}
 
 
-def _model(folder: Path, moves: bool = True) -> PerformanceModel:
+def _model(folder: Path, moves: bool = True, span: int = 1) -> PerformanceModel:
     library = kg.Library.create(folder / "library")
     for name, turn in _TURNS.items():
         motion = walk(6.0, turn_rate=turn)
         cuts = tuple(Annotation("body", "cut", "", t, t) for t in np.arange(13) / 2)
         named = (Annotation("body", "move", f"{name} step", 0.0, 6.0),) if moves else ()
         library.add(Take(name, {"body": motion}, (*cuts, *named)))
-    return PerformanceControl(stretch=0.0, continuity=0.01).fit(library)
+    return PerformanceControl(stretch=0.0, continuity=0.01, span=span).fit(library)
 
 
 def _control() -> kg.Motion:
@@ -67,6 +67,22 @@ def test_a_second_of_a_take_can_be_asked_for(tmp_path: Path) -> None:
     bound = _model(tmp_path).synthesize(_control(), rules=(Rule(1.0, 1.2, take="straight", source=3.2),))
     piece = next(p for p in bound.pieces if p.start <= 1.0 < p.stop)
     assert piece.source_start <= 3.2 < piece.source_stop
+
+
+def test_one_of_several_pieces_that_overlap_can_be_asked_for(tmp_path: Path) -> None:
+    model = _model(tmp_path, span=3)
+    holding = {
+        (s.start, s.stop)
+        for s in model.fitted.instances.segments
+        if model.fitted.sources[s.source].take == "straight" and s.start <= 3.2 < s.stop
+    }
+    assert len(holding) > 1  # segments overlap
+    for start, stop in holding:
+        rule = Rule(1.0, 1.2, take="straight", source=(round(start, 4), round(stop, 4)))
+        there = next(p for p in model.synthesize(_control(), rules=(rule,)).pieces if p.start <= 1.1 < p.stop)
+        assert (there.take, there.source_start, there.source_stop) == ("straight", start, stop)
+    with pytest.raises(RequestError, match=r"take 'straight', 3\.1 to 3\.3 s of it from 1 to 1\.2 s"):
+        model.synthesize(_control(), rules=(Rule(1.0, 1.2, take="straight", source=(3.1, 3.3)),))
 
 
 def test_rules_that_cannot_be_met(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ from kinetograph.methods.performance.performing import perform_read, performance
 from kinetograph.methods.performance.pieces import fine_borders, pieces_of
 from kinetograph.methods.performance.realization import realize
 from kinetograph.methods.performance.repetition import most_used, times_running
-from kinetograph.methods.performance.rules import Demand, Excerpt, Rule
+from kinetograph.methods.performance.rules import Demand, RecordedSpan, Rule
 from kinetograph.methods.performance.scoring import arrivals, at_rate, left_early
 from kinetograph.methods.performance.segments import (
     Instances,
@@ -87,7 +87,6 @@ __all__ = [
     "Control",
     "ControlPoints",
     "Demand",
-    "Excerpt",
     "Fitted",
     "Fixed",
     "FramePlanner",
@@ -106,6 +105,7 @@ __all__ = [
     "Playhead",
     "PointsByRole",
     "Reasons",
+    "RecordedSpan",
     "Reversal",
     "Rigid",
     "Rule",

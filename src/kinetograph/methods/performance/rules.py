@@ -17,11 +17,11 @@ from kinetograph.learn import Arrivals, SegmentalPath
 from kinetograph.methods.performance.fitted import Fitted
 from kinetograph.methods.performance.moments import Moment, States
 from kinetograph.methods.performance.moves import LEAST, called
-from kinetograph.methods.performance.segments import Source
+from kinetograph.methods.performance.segments import Segment, Source
 
 
 @dataclass(frozen=True)
-class Excerpt:
+class RecordedSpan:
     """Some seconds of a recording.
 
     Parameters
@@ -52,8 +52,8 @@ class Rule:
         Take of the piece.
     move : str, optional
         Move that the piece is annotated with.
-    source : float, optional
-        Second of the recording that the piece holds.
+    source : float or (float, float), optional
+        Second of the recording that the piece holds, whichever pieces do; or the seconds that it is from and to.
     forbid : bool
         Use no piece that matches.
     called : str, optional
@@ -61,8 +61,8 @@ class Rule:
     weight : float, optional
         What a second costs in which the rule is broken, m^2 s; without it, it must not be broken.
     like : str
-        What messages call the excerpts.
-    excerpts : tuple of Excerpt, optional
+        What messages call what the spans are like.
+    spans : tuple of RecordedSpan, optional
         Recordings of which a piece shows some for half of its duration or more.
 
     Raises
@@ -75,12 +75,12 @@ class Rule:
     stop: float
     take: str | None = None
     move: str | None = None
-    source: float | None = None
+    source: float | tuple[float, float] | None = None
     forbid: bool = False
     called: str | None = None
     weight: float | None = None
     like: str = ""
-    excerpts: tuple[Excerpt, ...] | None = None
+    spans: tuple[RecordedSpan, ...] | None = None
 
     def __post_init__(self) -> None:
         if not self.start < self.stop:
@@ -95,8 +95,8 @@ class Rule:
                 (f"take {self.take!r}", self.take),
                 (f"move {self.move!r}", self.move),
                 (f"called {self.called!r}", self.called),
-                (f"second {self.source} of it", self.source),
-                (f"pieces like {self.like}", self.excerpts),
+                (_part(self.source), self.source),
+                (f"pieces like {self.like}", self.spans),
             )
             if given is not None
         )
@@ -109,6 +109,23 @@ def moves_of(source: Source, start: float, stop: float) -> set[str]:
     return {n.label for n in moves if min(n.stop, stop) - max(n.start, start) >= 0.5 * (stop - start)}
 
 
+ROUNDED = 2e-3
+"""Seconds by which a piece may be from where a rule says that it begins and ends."""
+
+
+def _part(source: float | tuple[float, float] | None) -> str:
+    if isinstance(source, tuple):
+        return f"{source[0]:g} to {source[1]:g} s of it"
+    return f"second {source} of it"
+
+
+def _holds(segment: Segment, source: float | tuple[float, float] | None) -> bool:
+    """Whether a segment holds a second, or is from one second to another."""
+    if isinstance(source, tuple):
+        return abs(segment.start - source[0]) <= ROUNDED and abs(segment.stop - source[1]) <= ROUNDED
+    return source is None or segment.start <= source < segment.stop or source == segment.start
+
+
 def matching(fitted: Fitted, rule: Rule) -> BoolArray:
     """The states ``(S,)`` that a rule names. Raises RequestError where there are none."""
     matches = []
@@ -116,31 +133,31 @@ def matching(fitted: Fitted, rule: Rule) -> BoolArray:
         source = fitted.sources[segment.source]
         matches.append(
             (rule.take is None or source.take == rule.take)
-            and (rule.source is None or segment.start <= rule.source < segment.stop or rule.source == segment.start)
+            and _holds(segment, rule.source)
             and (rule.move is None or rule.move in moves_of(source, segment.start, segment.stop))
         )
     chosen = np.array(matches)
     if rule.called is not None:
         chosen &= called(fitted, rule.called)
-    if rule.excerpts is not None:
-        chosen &= shown(fitted, rule.excerpts)
+    if rule.spans is not None:
+        chosen &= shown(fitted, rule.spans)
     if not chosen.any():
         raise RequestError(f"no segment of the library matches the rule {rule}; library info tells its takes and moves")
     return np.asarray(chosen[fitted.instances.states[:, 0]])
 
 
-def shown(fitted: Fitted, excerpts: Iterable[Excerpt]) -> BoolArray:
-    """The segments ``(N,)`` of which excerpts that do not overlap fill half or more.
+def shown(fitted: Fitted, spans: Iterable[RecordedSpan]) -> BoolArray:
+    """The segments ``(N,)`` of which spans that do not overlap fill half or more.
 
     Parameters
     ----------
     fitted : Fitted
-    excerpts : iterable of Excerpt
+    spans : iterable of RecordedSpan
     """
-    spans: dict[tuple[str, str, bool], list[tuple[float, float]]] = {}
-    for each in excerpts:
-        spans.setdefault((each.take, each.track, each.mirrored), []).append((each.start, each.stop))
-    of_sources = [_every_cycle(s, spans.get((s.take, s.track, s.mirrored), ())) for s in fitted.sources]
+    known: dict[tuple[str, str, bool], list[tuple[float, float]]] = {}
+    for each in spans:
+        known.setdefault((each.take, each.track, each.mirrored), []).append((each.start, each.stop))
+    of_sources = [_every_cycle(s, known.get((s.take, s.track, s.mirrored), ())) for s in fitted.sources]
     chosen = []
     for segment in fitted.instances.segments:
         starts, stops = of_sources[segment.source].T

@@ -323,7 +323,7 @@ def _named(rule: Demand) -> str:
         return f"the demand for {rule.label}"
     if rule.forbid:
         return f"the rule that forbids {rule}"
-    named = rule.called is not None or rule.excerpts is not None or rule.weight is not None
+    named = rule.called is not None or rule.spans is not None or rule.weight is not None
     return f"the rule that {'asks for' if named else 'pins'} {rule}"
 
 

@@ -56,7 +56,7 @@ export interface RuleRow {
   start: number;
   stop: number;
   take?: string | null;
-  source?: number | null;
+  source?: number | [number, number] | null;
   forbid?: boolean;
 }
 

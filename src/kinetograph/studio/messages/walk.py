@@ -190,8 +190,15 @@ class Why(Message, frozen=True, tag="why"):
 
     Parameters
     ----------
+    id : int
+    time : float
+        Seconds of the walk.
+    rows : tuple of WhyRow
+    without : tuple of WithoutRow
     span : (float, float), optional
-        Where a span is filled around keys: its seconds, and in ``played`` the recordings there; there are no rows then.
+        Seconds of a span that is filled around keys; there are no rows then.
+    played : tuple of PieceRow
+        The recordings of the span.
     layers : tuple of str
         What drives parts of the body.
     """

@@ -214,7 +214,10 @@ export class Pieces {
    * @param {boolean} forbid
    */
   #rule(piece, time, forbid) {
-    const there = { start: round(time - 0.02), stop: round(time + 0.02), take: piece.take, source: round((piece.source_start + piece.source_stop) / 2), forbid };
+    // a pin is of this piece alone; what is forbidden is whatever shows its middle
+    /** @type {number | [number, number]} */
+    const part = forbid ? round((piece.source_start + piece.source_stop) / 2) : [round(piece.source_start), round(piece.source_stop)];
+    const there = { start: round(time - 0.02), stop: round(time + 0.02), take: piece.take, source: part, forbid };
     const others = this.rules.filter((rule) => rule.stop < there.start || rule.start > there.stop || (forbid && rule.forbid));
     this.close();
     this.edit({ rules: [...others, there] }, forbid ? "forbid a piece" : "pin a piece");
@@ -301,7 +304,8 @@ export class Pieces {
 
 /** @param {RuleRow} rule */
 function words(rule) {
-  const where = rule.source === null || rule.source === undefined ? "" : ` at ${rule.source.toFixed(2)} s`;
+  const part = [rule.source ?? []].flat().map((second) => second.toFixed(2));
+  const where = part.length ? ` at ${part.join(" to ")} s` : "";
   return `${rule.forbid ? "not " : "pinned "}${rule.take ?? "anything"}${where}`;
 }
 
