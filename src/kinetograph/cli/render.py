@@ -147,7 +147,8 @@ def _render_request(wishes: Wishes, reading: TimedReading) -> None:
     library = library_of(request, wishes.project, wishes.library or (), wishes.selection)
     sources = KeySources(library, reading.read_options, folder=wishes.project.parent, note=note)
     if wishes.why and (request.path is not None or request.partner is not None):
-        require_within(wishes.why, control_of(request, replace(sources, note=None)))
+        waits = any(row.time is None for row in request.keys)
+        require_within(wishes.why, control_of(request, replace(sources, note=None)), waits=waits)
     with compilation_announced(), progress_bar("searching") as progress:
         if wishes.alternatives > 1:
             several = Several(wishes.alternatives, wishes.alike)

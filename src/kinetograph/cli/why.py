@@ -21,10 +21,10 @@ TINY = 1e-7
 """What costs no more costs nothing; the search is in single precision."""
 
 
-def require_within(seconds: Sequence[float], control: Signal | Motion) -> None:
-    """Raise RequestError for a moment that is outside the control."""
+def require_within(seconds: Sequence[float], control: Signal | Motion, *, waits: bool = False) -> None:
+    """Raise RequestError for a moment that is outside the control; what waits on the way may last longer."""
     for second in seconds:
-        if not 0 <= second <= control.duration:
+        if second < 0 or (second > control.duration and not waits):
             raise RequestError(f"--why: the control lasts {control.duration:.2f} s, found a time of {second:g} s")
 
 
@@ -80,13 +80,13 @@ def say_answers(answers: Sequence[Answer]) -> None:
         if each.reasons is None:
             table(_recordings(each.pieces), as_json=False, title=_title_of_span(each))
         else:
-            _say(each.reasons)
+            _say(each.reasons, each.second)
         for layer in each.layers:
             sys.stdout.write(f"  {_layer(layer, each.second)}\n")
 
 
-def _say(reasons: Reasons) -> None:
-    table(_rows(reasons), as_json=False, title=_title(reasons))
+def _say(reasons: Reasons, second: float) -> None:
+    table(_rows(reasons), as_json=False, title=_title(reasons, second))
     for other in reasons.reversals:
         sys.stdout.write(
             f"  without {other.constraint}: {_named(other.piece)}; the whole would cost {other.saved:.3g} less\n"
@@ -123,9 +123,10 @@ def _layer(layer: DrivenPart, second: float) -> str:
     return f"layer {layer.name} drives {', '.join(layer.joints)}, {layer.start:.2f} to {layer.stop:.2f} s{source}"
 
 
-def _title(reasons: Reasons) -> str:
+def _title(reasons: Reasons, second: float) -> str:
+    of_path = "" if abs(second - reasons.second) < 0.01 else f", {reasons.second:.2f} s of the path"
     return (
-        f"why {_named(reasons.chosen.piece)} at {reasons.second:g} s; margin: what the best whole sequence with a "
+        f"why {_named(reasons.chosen.piece)} at {second:g} s{of_path}; margin: what the best whole sequence with a "
         "piece costs above the optimum, reuse being free; its terms:"
     )
 
