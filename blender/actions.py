@@ -110,8 +110,8 @@ def _set(points, frames, values, indices):
 def splice(curve, frames, values, span, still):
     """Put keys in place of those within a span of frames; what a curve is before and after stays as it was.
 
-    A curve that goes on smoothly beside the span is cut at its borders, exactly. ``still`` is the value of a property
-    that was not animated.
+    A curve that goes on smoothly before or after the span is cut at its borders, exactly. ``still`` is the value of a
+    property that was not animated.
     """
     low, high = span
     held = {"interpolation": "CONSTANT", "kind": "FREE"}

@@ -115,7 +115,7 @@ def put(rig, roles, made, names, how, scene, facts):
 
 
 class Shower:
-    """Poses a rig frame by frame as it is told, without keys."""
+    """Poses a rig for one frame after another, without keys."""
 
     def __init__(self, rig, scene):
         self._rig = rig

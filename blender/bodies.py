@@ -51,7 +51,7 @@ class Rig:
         return (np.asarray(points) / self.unit) @ inverse[:3, :3].T + inverse[:3, 3]
 
     def body(self, roles=None):
-        """What kinetograph is told of it."""
+        """It as kinetograph takes it."""
         heads, tails = axes.to_y_up(self.heads), axes.to_y_up(self.to_world(self.tails))
         offsets = [
             head - (heads[parent] if parent >= 0 else 0.0) for head, parent in zip(heads, self.parents, strict=True)

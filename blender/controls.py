@@ -119,7 +119,7 @@ class Live:
 
 
 def _controls(rig, curves, frames, span):
-    """The controls of a rig, and its poles; what of its settings is in the way of its IK is keyed otherwise."""
+    """The controls of a rig, and its poles; settings that its IK cannot do with are keyed."""
     if is_rigify(rig.thing):
         return _rigify(rig, curves, frames, span)
     for name in rig.bones:

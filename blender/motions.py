@@ -68,7 +68,7 @@ def _without_scale(matrices):
 
 
 def described(rig, roles, scene, frames, folder, name):
-    """A motion as kinetograph is told of it, its arrays in a file of a folder."""
+    """A motion as kinetograph takes it, its arrays in a file of a folder."""
     translation, rotations = read(rig, scene, frames)
     path = os.path.join(folder, f"{name_of_file(name)}-{len(os.listdir(folder))}.npz")
     np.savez(path, translation=translation, rotations=rotations)

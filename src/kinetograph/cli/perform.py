@@ -250,7 +250,7 @@ def perform(
     method = following.placed(_configuration(wanted, library, inputs, following, search), finish)
     performed = following.performed(wanted)
     read_control(method, performed)  # what cannot be performed is refused before the library is read
-    require_within(answers.why or (), performed, waits=any(key.placed for key in asked.keys))
+    require_within(answers.why or (), performed, waits=any(each.placed for each in asked.keys))
     workers = search.workers(work.jobs)
     if workers.cluster is not None or (workers.jobs > 1 and isinstance(library, Shards)):
         made, summary = _over_shards(method, library, workers, (inputs, answers, search, layers), performed, asked)

@@ -22,9 +22,9 @@ TINY = 1e-7
 
 
 def require_within(seconds: Sequence[float], control: Signal | Motion, *, waits: bool = False) -> None:
-    """Raise RequestError for a moment that is outside the control; where that may wait, the result says what is."""
-    for second in () if waits else seconds:
-        if not 0 <= second <= control.duration:
+    """Raise RequestError for a moment that is outside the control; what waits on the way may last longer."""
+    for second in seconds:
+        if second < 0 or (second > control.duration and not waits):
             raise RequestError(f"--why: the control lasts {control.duration:.2f} s, found a time of {second:g} s")
 
 
@@ -124,10 +124,9 @@ def _layer(layer: DrivenPart, second: float) -> str:
 
 
 def _title(reasons: Reasons, second: float) -> str:
-    waited = abs(reasons.second - second) > 0.05
-    at = f"{second:g} s, {reasons.second:.2f} s of the control" if waited else f"{reasons.second:g} s"
+    of_path = "" if abs(second - reasons.second) < 0.01 else f", {reasons.second:.2f} s of the path"
     return (
-        f"why {_named(reasons.chosen.piece)} at {at}; margin: what the best whole sequence with a "
+        f"why {_named(reasons.chosen.piece)} at {second:g} s{of_path}; margin: what the best whole sequence with a "
         "piece costs above the optimum, reuse being free; its terms:"
     )
 

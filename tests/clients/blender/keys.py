@@ -8,7 +8,7 @@ installed()
 
 
 def walker(rotation_mode="QUATERNION"):
-    """An armature that walks for a while, 24 frames a second."""
+    """An armature that walks for a while, at 24 frames per second."""
     emptied(24)
     bpy.ops.kinetograph.walk(curve=bezier("path", [(0, 0), (0.4, 3), (2, 6)]).name, library=WALKS, speed=1.1)
     thing = bpy.context.object

@@ -122,7 +122,7 @@ class Asked(operators.KINETOGRAPH_OT_walk.__mro__[1]):
 
 
 def in_slices(rig):
-    """Keys are written while the interface goes on; given up half-way, nothing is left of them."""
+    """Keys are written while the interface goes on; given up meanwhile, nothing is left of them."""
     scene, action = bpy.context.scene, rig.animation_data.action
     scene.frame_set(7)
     path = bpy.data.objects["path"]
@@ -238,7 +238,7 @@ def cast(what, thing, named):
 
 
 def unreal():
-    """The mannequin's names, with its root on the floor, bones that twist, and goals of IK beside the body."""
+    """The mannequin's names, with its root on the floor, bones that twist, and goals of IK outside the body."""
     emptied(24)
     thing = armature("mannequin", unreal_name, rolls=0.4, scale=0.01)
     thing.scale *= 0.01

@@ -61,7 +61,7 @@ def test_spans_are_the_windows_that_are_found_one_by_one(library: kg.Library) ->
             )
 
 
-def test_pieces_count_that_show_an_excerpt_for_half_of_their_duration(library: kg.Library) -> None:
+def test_pieces_count_that_show_a_span_for_half_of_their_duration(library: kg.Library) -> None:
     fitted = PerformanceControl(mirror=True, stand=False).fit(library).fitted
     rule = Rule(
         0.0, 1.0, like="x", spans=(RecordedSpan("early", "body", 1.2, 2.1), RecordedSpan("late", "body", 3, 4, True))
@@ -78,7 +78,7 @@ def test_pieces_count_that_show_an_excerpt_for_half_of_their_duration(library: k
     assert 0 < chosen.sum() < len(chosen)
 
 
-def test_a_clip_that_loops_shows_an_excerpt_in_every_cycle(tmp_path: Path) -> None:
+def test_a_clip_that_loops_shows_a_span_in_every_cycle(tmp_path: Path) -> None:
     made = kg.Library.create(tmp_path / "loops")
     notes = (
         Annotation("body", "loop", "", 0.0, 2.0),
