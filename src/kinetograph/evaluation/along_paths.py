@@ -107,10 +107,10 @@ class PathRequestRow:
         How many keys, and how many of them in spans that were filled.
     filled : float
         Seconds of these spans.
-    beyond : float
-        As ``acceleration``, but where the recording that plays has more itself, as a multiple of that.
     waited : float
         Seconds that the path waited meanwhile.
+    beyond : float
+        As ``acceleration``, but where the recording that plays has more itself, as a multiple of that.
     """
 
     name: str
