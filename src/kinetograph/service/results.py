@@ -108,7 +108,7 @@ class Made(msgspec.Struct):
     result : str
         What later requests call it; empty where none may.
     costs : dict of str to float
-        The parts of the cost, where they are told apart.
+        The parts of the cost, where they are known.
     layers : tuple of Driven
     """
 

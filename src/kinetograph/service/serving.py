@@ -153,14 +153,14 @@ class _Server:
 
     def _progress_of(self, of: Id) -> Progress:
         """Progress that tells the client now and then, and raises where the request is cancelled."""
-        told, latest = [time.monotonic()], [(0, 1)]
+        noted, latest = [time.monotonic()], [(0, 1)]
 
         def progress(done: int, total: int) -> None:
             if of in self._cancelled:
                 raise _Cancelled
             now = time.monotonic()
-            if (done, total) != latest[0] and now - told[0] >= _SELDOM:
-                told[0], latest[0] = now, (done, total)
+            if (done, total) != latest[0] and now - noted[0] >= _SELDOM:
+                noted[0], latest[0] = now, (done, total)
                 self.answers.progress(of, done, total)
 
         return progress

@@ -43,7 +43,7 @@ class Warm:
         ----------
         library : Library
         what : object
-            What is fitted, told apart by how it is printed.
+            What is fitted, by how it is printed.
         fit : callable
         """
         key = (str(library.path), _state(library), repr(library.names()), repr(what))

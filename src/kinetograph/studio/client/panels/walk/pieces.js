@@ -25,9 +25,11 @@ export class Pieces {
    * @param {import("../../studio.js").App} app
    * @param {(change: {rules: RuleRow[]}, label: string) => void} edit
    * @param {"walk" | "duet"} section whose pieces they are
+   * @param {(time: number) => number} second the second of the control for one of the result
    */
-  constructor(app, edit, section = "walk") {
+  constructor(app, edit, section = "walk", second = (time) => time) {
     this.app = app;
+    this.second = second;
     this.section = section;
     this.edit = edit;
     this.list = element("ul", { class: "list rules", "aria-label": "Pinned and forbidden pieces" });
@@ -96,7 +98,7 @@ export class Pieces {
     const close = iconButton("close", "Close", () => this.close(), { class: "quiet" });
     const found = element("div", {}, element("p", { class: "note" }, "searching for the next best ones"));
     const why = button("Why?", () => void this.#why(piece, time, found), { title: "Why this piece is here, and what else could be" });
-    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), why, this.#pin(piece, time), this.#forbid(piece, time), close);
+    const bar = element("div", { class: "card-bar" }, heading, element("span", { class: "spacer" }), why, this.#pin(piece, this.second(time)), this.#forbid(piece, this.second(time)), close);
     this.card.replaceChildren(bar, found);
     this.card.hidden = false;
     close.focus();
@@ -170,7 +172,7 @@ export class Pieces {
    */
   #reason(row, index, terms, time) {
     const name = row.chosen ? "Shown" : String(index + 1);
-    const pin = row.chosen ? null : button("Pin", () => this.#rule(row, time, false), { "aria-label": `Pin ${source(row)}`, class: "small" });
+    const pin = row.chosen ? null : button("Pin", () => this.#rule(row, this.second(time), false), { "aria-label": `Pin ${source(row)}`, class: "small" });
     const costs = terms.map((term) => element("td", {}, figure(row.terms[term])));
     return element("tr", { class: "candidate" }, element("th", { scope: "row" }, name), element("td", {}, source(row)), element("td", {}, figure(row.margin)), costs, element("td", {}, pin));
   }

@@ -58,7 +58,7 @@ class WalkPanel {
     this.view = new PathView(app.stage);
     this.speeds = new SpeedBar();
     this.follower = new Follower(app);
-    this.pieces = new Pieces(app, (change, label) => this.#edit(change, label));
+    this.pieces = new Pieces(app, (change, label) => this.#edit(change, label), "walk", (time) => this.#pathSecond(time));
     this.along = new Along(app, (change, label) => this.#edit(change, label), () => this.#where(), ([x, z]) => nearest(this.path, { x, z })?.time ?? 0);
     this.layers = new Layers(app, (change, label, merge) => this.#edit(change, label, merge));
     this.playback = new Playback(app, this.view);
@@ -437,17 +437,25 @@ class WalkPanel {
     this.app.say(path.length < 2 ? "the path begins there; add another point" : "");
   }
 
+  /**
+   * The second of the path for a second of the walk, where the path waits.
+   *
+   * @param {number} time
+   */
+  #pathSecond(time) {
+    const clock = this.#made?.clock ?? [];
+    const after = clock.findIndex(([second]) => second >= time);
+    if (after < 1) return clock[after === 0 ? 0 : clock.length - 1]?.[1] ?? time;
+    const [[from, begin], [to, end]] = [clock[after - 1], clock[after]];
+    return begin + ((end - begin) * (time - from)) / Math.max(to - from, 1e-9);
+  }
+
   /** The second of the path, and the place on it, that are shown: the path may wait, or be slower than it was drawn. */
   #where() {
     const time = this.app.transport.time;
     const walked = this.#made?.path?.length ? this.#made.path : this.path;
     const [x, z] = walked.length ? at(walked, time) : [0, 0];
-    const clock = this.#made?.clock ?? [];
-    const after = clock.findIndex(([second]) => second >= time);
-    const [to, of] = clock[Math.max(after, 1)] ?? [1, 1];
-    const [from, begin] = clock[Math.max(after, 1) - 1] ?? [0, 0];
-    const second = clock.length ? begin + ((of - begin) * (time - from)) / Math.max(to - from, 1e-9) : time;
-    return { second, place: /** @type {[number, number]} */ ([+x.toFixed(3), +z.toFixed(3)]) };
+    return { second: this.#pathSecond(time), place: /** @type {[number, number]} */ ([+x.toFixed(3), +z.toFixed(3)]) };
   }
 
   /**
