@@ -126,7 +126,7 @@ def in_words(summary: dict[str, Any]) -> dict[str, str]:
     if summary.get("filled_spans"):
         spans = summary["filled_spans"]
         rows["filled"] = f"{spans:.0f} span{'s' if spans != 1 else ''} around keys, {summary['filled_seconds']:.1f} s"
-        if summary.get("waited_seconds"):
+        if summary.get("waited_seconds", 0.0) > 0.05:
             rows["filled"] += f", in which the path waits {summary['waited_seconds']:.1f} s"
     return {**rows, **_as_recorded(summary), **_made_of(summary), **_search(summary)}
 
