@@ -227,6 +227,17 @@ def test_a_path_waits_for_a_key_at_a_place(waving: tuple[PerformanceModel, Keyfr
     assert made.statistics["path_off_mean"] < 0.01
 
 
+def test_a_key_at_a_time_close_by_does_not_keep_the_path_from_waiting(
+    waving: tuple[PerformanceModel, KeyframeModel, Motion],
+) -> None:
+    model, keyframes, clip = waving
+    asked = (AskedKey(key_at(walk(8.0), 4.4, time=(4.4, 4.4), label="step")), placed(clip, 5.0))
+    made = performed(model, straight(11.0), Asked(asked), keyframes=lambda: keyframes)
+    assert made.piece_at(round(made.met[1] * 30)).take == "wave"
+    assert made.clock_at(round(made.met[0] * 30)) == pytest.approx(4.4, abs=0.2)
+    assert max(pose_errors(model, made, asked)) < 1e-3
+
+
 def test_a_report_says_where_the_path_waits(
     waving: tuple[PerformanceModel, KeyframeModel, Motion], tmp_path: Path
 ) -> None:

@@ -134,7 +134,7 @@ def _groups(motion: Motion, keys: Sequence[OnControl]) -> list[Group]:
         first = keys[before].met.frame + 1 if before >= 0 else 1
         last = len(motion) - 2 if after == len(keys) else keys[after].met.frame - 1 - rooms[after]
         mine = [keys[number] for number in group]
-        far, waits = any(each.far for each in mine), all(each.waits for each in mine)
+        far, waits = any(each.far for each in mine), all(each.waits for each in mine if each.far)
         found.append(Group(tuple(each.met for each in mine), first, last, far=far, waits=waits))
     return found
 
