@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import naive
 from kinetograph.errors import DataError
-from kinetograph.learn import _group_kernels, proving, segmental
+from kinetograph.learn import _group_kernels, proving, ring, segmental
 from kinetograph.learn._kernels import LANES
 from kinetograph.learn.proving import prove
 from kinetograph.learn.ring import inexact, predecessors
@@ -74,7 +74,10 @@ def test_grouping_changes_nothing(seed: int, states: int, steps: int) -> None:
 
 
 @pytest.mark.usefixtures("grouped")
-def test_several_blocks_and_threads_agree_with_the_plain_recurrence() -> None:
+@pytest.mark.parametrize("many", [0, ring.MANY])
+def test_several_blocks_and_threads_agree_with_the_plain_recurrence(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ring, "MANY", many)
+    monkeypatch.setattr(ring.os, "sched_getaffinity", lambda _: {0, 1, 2}, raising=False)
     problem = wandering(3, 5 * LANES + 17, 25)
     path = solved(problem)
     assert path.score == pytest.approx(naive.segmental_score(problem), rel=1e-6)

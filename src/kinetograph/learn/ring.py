@@ -7,10 +7,12 @@ it puts like ones together, so that most are left out by the block, and shares t
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +21,10 @@ from kinetograph.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from kinetograph.learn import _group_kernels, _kernels
 from kinetograph.learn._kernels import Arriving, Links, RingArrays, Scored
 
+_Part = TypeVar("_Part")
+_Done = TypeVar("_Done")
+MANY = 10_000
+"""States from which on several threads share a step: handing it over costs more for fewer."""
 Change = tuple[IntArray, float]
 """The origins ``(S,)`` of states, and what a change of origin costs."""
 Few = tuple[float, float | None, tuple[tuple[int, int], ...]]
@@ -186,7 +192,7 @@ class GroupedRing(Ring):
             return
         root, least = np.float32(np.sqrt(continuity)), float(scores[best])
         packed = (self.packed_scores[slot], self.packed_tails[slot], self.least_scores[slot], self.boxes[slot])
-        borders = _group_kernels.halve(scores, tails, continuity, order, _kernels.LANES, self.workers)
+        borders = _group_kernels.halve(scores, tails, continuity, order, _kernels.LANES, self._workers_for(len(order)))
 
         def lay_out(part: int) -> None:
             low, high = int(borders[part]), int(borders[part + 1])
@@ -196,7 +202,7 @@ class GroupedRing(Ring):
             if self.change > 0:
                 _kernels.lay_out_origins(order, blocks, self.origins, self.packed_origins[slot])
 
-        list(self.threads.map(lay_out, range(len(borders) - 1)))
+        self._shared(lay_out, range(len(borders) - 1))
         self.orders[slot, : len(order)] = order
 
     def extend(
@@ -207,11 +213,12 @@ class GroupedRing(Ring):
         given = costs, heads, heads * np.float32(np.sqrt(continuity)), continuity
         ring = self.arrays(), self.least_scores, self.boxes
         before, bound = (predecessors(last), ring), np.empty(len(spans), dtype=np.float32)
-        borders = np.linspace(0, len(spans), 4 * self.workers + 1).astype(np.int64)
+        workers = self._workers_for(len(spans))
+        borders = np.linspace(0, len(spans), 4 * workers + 1 if workers > 1 else 2).astype(np.int64)
         parts, kernels = list(pairwise(borders)), _group_kernels
-        list(self.threads.map(lambda p: kernels.seed_groups(time, spans, given, before, (bound, out), p), parts))
+        self._shared(lambda p: kernels.seed_groups(time, spans, given, before, (bound, out), p), parts)
         room = bound, self._enough(out[0], time) if enough is None else enough, out
-        return sum(self.threads.map(lambda p: int(kernels.extend_groups(time, spans, given, ring, room, p)), parts))
+        return sum(self._shared(lambda p: int(kernels.extend_groups(time, spans, given, ring, room, p)), parts))
 
     def _enough(self, seeded: FloatArray, time: int) -> float:
         """The score from which on lower bounds do: that of the ``share`` of the states which score best so far.
@@ -224,10 +231,18 @@ class GroupedRing(Ring):
         enough = np.inf if rank >= len(seeded) else float(np.partition(seeded, rank)[rank])
         return enough if self.beam is None else min(enough, float(seeded.min()) + self.beam)
 
-    @property
+    def _shared(self, work: Callable[[_Part], _Done], parts: Sequence[_Part]) -> list[_Done]:
+        """What becomes of the parts of a step, by several threads where there are several."""
+        return list(map(work, parts)) if len(parts) == 1 else list(self.threads.map(work, parts))
+
+    def _workers_for(self, states: int) -> int:
+        return self.workers if states > MANY else 1
+
+    @cached_property
     def workers(self) -> int:
-        """Threads that share a step."""
-        return min(os.cpu_count() or 1, 8)
+        """Threads that share a step: as many as there are processors for this process."""
+        allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return min(allowed, 8)
 
     @cached_property
     def threads(self) -> ThreadPoolExecutor:
